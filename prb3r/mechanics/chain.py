@@ -1,0 +1,94 @@
+r"""The mechanical problem as arrays: a chain of plates and disks threaded by cables, and the loads on it.
+
+Disk 0 is the base; plate `i` (counted from 0 in arrays) joins disk `i` to disk `i + 1`.  The world origin is the
+centre of the base disk's distal face, x runs along the straight manipulator, angles are anticlockwise.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.plate import PlateModel
+
+
+class Chain(NamedTuple):
+    """Geometry, stiffness and friction of a manipulator of `n` plates and `m` cables."""
+
+    plate: PlateModel
+    arc: np.ndarray
+    """(n,) flexible arc length of each plate, m."""
+    clamp: np.ndarray
+    """(n,) rigid clamp at either end of the arc, m."""
+    disk: float
+    """Disk thickness, m."""
+    stiffness: np.ndarray
+    """(n, nodes) stiffness of each node, N m/rad."""
+    rest: np.ndarray
+    """(n, nodes) stress-free node angles, rad."""
+    offset: np.ndarray
+    """(n, m) cable offset over each plate, m."""
+    reach: np.ndarray
+    """(m,) number of plates each cable crosses, counted from the base; 0 for a broken cable."""
+    friction: np.ndarray
+    """(n, m) belt friction coefficient at the hole each cable passes before plate `i` (row 0 is the base hole)."""
+    segment: np.ndarray
+    """(n,) index of the segment of each plate."""
+
+    @property
+    def plates(self) -> int:
+        return len(self.arc)
+
+    @property
+    def length(self) -> float:
+        """Straight length from the base disk's distal face to the tip disk's distal face, m."""
+        return float(np.sum(self.arc + 2 * self.clamp) + self.plates * self.disk)
+
+
+class Loads(NamedTuple):
+    """`s` load steps: what hangs on the chain at each."""
+
+    tension: np.ndarray
+    """(s, m) cable tension as it enters the base hole, N."""
+    slip: np.ndarray
+    """(s, m) declared slip: -1 drawn toward the base, +1 paid out, 0 no friction."""
+    force: np.ndarray
+    """(s, n, 2) dead force at the centre of each disk 1..n, N."""
+    tip: np.ndarray
+    """(s, 2) dead force at the centre of the tip disk's distal face, N."""
+
+    @property
+    def steps(self) -> int:
+        return self.tension.shape[0]
+
+
+def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0) -> Loads:
+    """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`."""
+    tension = np.atleast_2d(np.asarray(tension, float))
+    steps, cables = tension.shape
+    full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
+    return Loads(tension.copy(), full(slip, cables), full(force, chain.plates, 2), full(tip, 2))
+
+
+class Pose(NamedTuple):
+    """Disks 0..n of one or many equilibria: leading dimensions are those of the node angles."""
+
+    x: np.ndarray
+    """(..., n + 1) centre of each disk (mid thickness), m."""
+    y: np.ndarray
+    """(..., n + 1), m."""
+    angle: np.ndarray
+    """(..., n + 1) absolute angle of each disk, rad."""
+
+
+def pose(chain: Chain, q: np.ndarray) -> Pose:
+    """Centres and angles of all disks for node angles `q` (..., n, nodes): the product of Eq. 3 over all plates."""
+    psi = np.einsum("jk,...ik->...ij", chain.plate.turn, q)
+    bend = q.sum(-1)
+    along = chain.arc * (np.cos(psi) @ chain.plate.end) + chain.clamp * (1 + np.cos(bend)) + chain.disk * np.cos(bend)
+    across = chain.arc * (np.sin(psi) @ chain.plate.end) + (chain.clamp + chain.disk) * np.sin(bend)
+    angle = np.concatenate([np.zeros((*bend.shape[:-1], 1)), np.cumsum(bend, -1)], -1)
+    cos, sin = np.cos(angle), np.sin(angle)
+    start = np.zeros((*bend.shape[:-1], 1))
+    face_x = np.concatenate([start, np.cumsum(cos[..., :-1] * along - sin[..., :-1] * across, -1)], -1)
+    face_y = np.concatenate([start, np.cumsum(sin[..., :-1] * along + cos[..., :-1] * across, -1)], -1)
+    return Pose(face_x - chain.disk / 2 * cos, face_y - chain.disk / 2 * sin, angle)
