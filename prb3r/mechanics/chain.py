@@ -33,6 +33,8 @@ class Chain(NamedTuple):
     """(n, m) belt friction coefficient at the hole each cable passes before plate `i` (row 0 is the base hole)."""
     segment: np.ndarray
     """(n,) index of the segment of each plate."""
+    tied: bool = False
+    """Constant curvature: all plates of a segment share one bend."""
 
     @property
     def plates(self) -> int:

@@ -1,0 +1,83 @@
+r"""The only statement of equilibrium: what one plate feels, and how that changes.
+
+A plate is cut free at each of its nodes `P_k`.  The part beyond carries the tension of every cable that crosses the
+plate and the dead loads further out (Eq. 8-10, 12); in the frame of the plate's proximal disk
+
+    r_k = K_k (q_k - rest_k) - [ moment - P_k x force ]
+
+with `force` and `moment` (about the frame's origin) of cables and dead loads together.  Plates further in enter only
+through the tensions and directions with which cables arrive and through the frame; plates further out only through
+the dead loads, whose forces are known and whose total moment about the world origin is one scalar.
+"""
+
+from math import cos, sin
+
+from prb3r.mechanics.cable import pull_cables
+from prb3r.mechanics.kernel import kernel
+
+
+@kernel
+def place_plate(model, plate):
+    """Nodes and distal end of a plate for its node angles `q`, with derivatives (Eq. 3, 4)."""
+    arc, clamp = plate.arc, plate.clamp
+    n, links = plate.q.shape[0], plate.link.shape[1]
+    bend, end_x, end_y = 0.0, clamp, 0.0
+    for j in range(links):
+        psi = 0.0
+        for k in range(n):
+            psi += model.turn[j, k] * plate.q[k]
+        plate.link[0, j], plate.link[1, j] = arc * cos(psi), arc * sin(psi)
+        end_x += model.end[j] * plate.link[0, j]
+        end_y += model.end[j] * plate.link[1, j]
+    for k in range(n):
+        bend += plate.q[k]
+        x, y = clamp, 0.0
+        for j in range(links):
+            x += model.reach[k, j] * plate.link[0, j]
+            y += model.reach[k, j] * plate.link[1, j]
+        plate.node[0, k], plate.node[1, k] = x, y
+    plate.axis[0], plate.axis[1], plate.bend = cos(bend), sin(bend), bend
+    along, across = clamp * plate.axis[0], clamp * plate.axis[1]
+    plate.end[0], plate.end[1] = end_x + along, end_y + across
+    for p in range(n):
+        dx, dy = -across, along
+        for k in range(n):
+            plate.dnode[0, k, p] = 0.0
+            plate.dnode[1, k, p] = 0.0
+        for j in range(links):
+            ux, uy = -model.turn[j, p] * plate.link[1, j], model.turn[j, p] * plate.link[0, j]
+            dx += model.end[j] * ux
+            dy += model.end[j] * uy
+            for k in range(n):
+                plate.dnode[0, k, p] += model.reach[k, j] * ux
+                plate.dnode[1, k, p] += model.reach[k, j] * uy
+        plate.dend[0, p], plate.dend[1, p] = dx, dy
+
+
+@kernel
+def balance_plate(model, plate, span, cable):
+    """Residual and tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
+
+    `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.
+    """
+    place_plate(model, plate)
+    pull_cables(plate, span, cable)
+    n = plate.q.shape[0]
+    fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
+    moment = plate.wrench[2] + plate.load[2]
+    largest = 0.0
+    for k in range(n):
+        x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
+        residual = stiffness * (plate.q[k] - plate.rest[k]) - moment + (x * fy - y * fx)
+        plate.residual[k] = residual
+        error = abs(residual) / stiffness
+        if not error <= largest:  # NaN too
+            largest = error
+        for p in range(n):
+            plate.tangent[k, p] = (
+                (plate.dnode[0, k, p] * fy - plate.dnode[1, k, p] * fx)
+                + (x * plate.dwrench[1, p] - y * plate.dwrench[0, p])
+                - plate.dwrench[2, p]
+            )
+        plate.tangent[k, k] += stiffness
+    return largest

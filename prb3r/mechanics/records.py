@@ -1,0 +1,81 @@
+"""The chain as kernels see it: record arrays, one row a plate or a cable over a plate.
+
+Records reach compiled code as plain pointers whose shapes are known, so that loops over nodes unroll and no
+reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain
+
+
+class Packed(NamedTuple):
+    """A chain of `n` plates with `m` cables, together with the present state of its balance."""
+
+    model: np.ndarray
+    """(1,) plate model and disk thickness."""
+    plate: np.ndarray
+    """(n + 1,) every plate, from the base; of the last row only `frame` is used, the tip disk's distal face."""
+    span: np.ndarray
+    """(n, m) every cable over every plate."""
+    cable: np.ndarray
+    """(m,) the cables as they arrive at the disk that is being passed."""
+
+
+def plate_fields(n: int, links: int) -> list[tuple]:
+    """One plate of `n` nodes; positions, forces and moments in the frame of its proximal disk, SI units."""
+    return [
+        ("arc", float),
+        ("clamp", float),
+        ("stiffness", float, (n,)),
+        ("rest", float, (n,)),  # stress-free node angles
+        ("q", float, (n,)),  # node angles
+        ("residual", float, (n,)),  # unbalanced moment at each node
+        ("tangent", float, (n, n)),  # its derivative by q
+        ("node", float, (2, n)),  # positions
+        ("dnode", float, (2, n, n)),  # their derivatives, last index that of q
+        ("link", float, (2, links)),
+        ("end", float, (2,)),  # distal disk's proximal face
+        ("dend", float, (2, n)),
+        ("bend", float),  # angle of the distal disk to the proximal one
+        ("axis", float, (2,)),  # its cosine and sine
+        ("wrench", float, (3,)),  # force and moment (about the frame's origin) of the cables on the distal part
+        ("dwrench", float, (3, n)),
+        ("load", float, (3,)),  # the same of the dead loads further out
+        ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
+    ]
+
+
+def span_fields(n: int) -> list[tuple]:
+    """One cable over one plate; directions relative to the axis of the plate's proximal disk."""
+    return [
+        ("present", bool),
+        ("offset", float),
+        ("friction", float),  # coefficient of the hole in the proximal disk
+        ("direction", float),
+        ("ddirection", float, (n,)),
+        ("tension", float),
+        ("rate", float),  # d ln(tension) / d direction, signed
+        ("wrench", float, (3,)),
+    ]
+
+
+def pack(chain: Chain) -> Packed:
+    """Records of `chain` at rest."""
+    plates, n = chain.stiffness.shape
+    links, cables = len(chain.plate.end), chain.offset.shape[1]
+    model = np.zeros(
+        1, [("turn", float, (links, n)), ("reach", float, (n, links)), ("end", float, (links,)), ("disk", float)]
+    )
+    model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
+    model["disk"] = chain.disk
+    plate = np.zeros(plates + 1, plate_fields(n, links))
+    for name in ("arc", "clamp", "stiffness", "rest"):
+        plate[name][:-1] = getattr(chain, name)
+    span = np.zeros((plates, cables), span_fields(n))
+    span["offset"], span["friction"] = chain.offset, chain.friction
+    span["present"] = np.arange(plates)[:, None] < chain.reach
+    plate["frame"][0] = 0, 0, 0, 1, 0
+    return Packed(model, plate, span, np.zeros(cables, [("tension", float), ("approach", float), ("slip", float)]))

@@ -1,0 +1,83 @@
+r"""Residual and tangent of the whole chain, in all node angles or in a few modes of them.
+
+With ``q = modes @ b`` the principle of virtual work gives the balance ``modes^T r = 0`` and the tangent
+``modes^T (dr/dq) modes``.  Unit modes give the full tangent that stability needs; one mode per segment with the
+curvature shared by all its plates is the constant-curvature model as a static model.
+"""
+
+import numpy as np
+
+from prb3r.mechanics.balance import balance_plate, place_plate
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.march import at_base, clear, depart, feel, local_load, next_frame, shed, transmit
+
+
+def unit_modes(chain: Chain) -> np.ndarray:
+    """(n, nodes, n * nodes): every node angle by itself."""
+    shape = chain.stiffness.shape
+    return np.eye(chain.stiffness.size).reshape(*shape, -1).copy()
+
+
+def segment_modes(chain: Chain) -> np.ndarray:
+    """(n, nodes, segments): one bend for all plates of a segment, shared evenly along their arcs, rad per rad."""
+    segments = np.arange(int(chain.segment.max()) + 1)
+    member = (chain.segment[:, None] == segments).astype(float)
+    return member[:, None, :] / chain.plate.stiffness[:, None]
+
+
+@kernel
+def chain_tangent(packed, tension, slip, force, tip, modes, work):
+    """``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles, in `work.system`.
+
+    `work` has `c` columns.  Returns the largest unbalanced moment (N m) and the moment of the dead loads about the world origin.
+    """
+    model, cable, outer, drift, system = packed.model[0], packed.cable, work.outer, work.drift, work.system
+    plates, n, columns = modes.shape
+    # first along the shape: the dead loads' moment about the origin and its derivatives
+    outer[:] = 0.0
+    clear(drift)
+    for i in range(plates):
+        plate, after = packed.plate[i], packed.plate[i + 1]
+        place_plate(model, plate)
+        for j in range(len(cable)):
+            packed.span[i, j].tension = 0.0
+        transmit(model, plate, packed.span[i], modes[i], drift)
+        next_frame(model, plate, after)
+        at_tip = 1.0 if i + 1 == plates else 0.0
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
+    moment = -outer[2]
+    for d in range(columns):
+        work.moment[d] = -drift.moment[d]
+    clear(drift)
+    # then the balance of plate after plate
+    for d in range(3):
+        outer[d] = -outer[d]
+    for d in range(columns):
+        drift.moment[d] = work.moment[d]
+    at_base(tension, slip, cable)
+    system[:] = 0.0
+    largest = 0.0
+    for i in range(plates):
+        plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
+        local_load(plate, outer)
+        balance_plate(model, plate, span, cable)
+        feel(plate, span, outer, drift, work.block)
+        for k in range(n):
+            for d in range(columns):
+                for p in range(n):
+                    work.block[k, d] += plate.tangent[k, p] * modes[i, p, d]
+            for c in range(columns):
+                share = modes[i, k, c]
+                if share != 0.0:
+                    system[c, columns] += share * plate.residual[k]
+                    for d in range(columns):
+                        system[c, d] += share * work.block[k, d]
+        transmit(model, plate, span, modes[i], drift)
+        depart(plate, span, cable)
+        at_tip = 1.0 if i + 1 == plates else 0.0
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
+    for c in range(columns):
+        if not abs(system[c, columns]) <= largest:
+            largest = abs(system[c, columns])
+    return largest, moment

@@ -1,0 +1,202 @@
+"""The nomenclature: name, symbol, unit and meaning of every column, in SI with angles in radians.
+
+The unit is the last part of a name, so any column can be described; the registry adds symbols and exact meanings.
+"""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+SUFFIXES = {
+    "_n_m_per_rad": "N m/rad",
+    "_rad_per_n_m": "rad/(N m)",
+    "_rad_per_n": "rad/N",
+    "_m_per_rad": "m/rad",
+    "_m_per_n": "m/N",
+    "_per_m2": "1/m^2",
+    "_per_m": "1/m",
+    "_n_m2": "N m^2",
+    "_n_m": "N m",
+    "_m_s2": "m/s^2",
+    "_m2": "m^2",
+    "_m4": "m^4",
+    "_rad": "rad",
+    "_pa": "Pa",
+    "_kg": "kg",
+    "_m": "m",
+    "_n": "N",
+    "_s": "s",
+}
+"""Unit of each name ending, longest first."""
+
+SHOWN = {
+    "um": ("m", 1e-6),
+    "mm": ("m", 1e-3),
+    "cm": ("m", 1e-2),
+    "deg": ("rad", math.pi / 180),
+    "mrad": ("rad", 1e-3),
+    "kN": ("N", 1e3),
+    "mN": ("N", 1e-3),
+    "MPa": ("Pa", 1e6),
+    "GPa": ("Pa", 1e9),
+    "g": ("kg", 1e-3),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "%": ("1", 1e-2),
+}
+"""Units that figures may show instead: the SI unit they belong to and their size in it."""
+
+GIVEN_IN = {
+    "m": "lengths are given in metres",
+    "rad": "angles are given in radians",
+    "N": "forces are given in newtons",
+    "Pa": "moduli and stresses are given in pascals",
+    "kg": "masses are given in kilograms",
+    "s": "times are given in seconds",
+}
+"""What a person hears who used another unit."""
+
+_UNIT_PARTS = re.compile(
+    r"(_(([mcuk]?m|in|inch|ft)\d?|n?m?m|m?rad|deg|degrees?|[km]?n|[kmg]?pa|psi|k?g|lb|[mu]?s|s2|per|percent))*"
+)
+_PRETTY = {"^2": "²", "^4": "⁴", "deg": "°", "um": "µm", "us": "µs"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named column of numbers or text."""
+
+    name: str
+    symbol: str
+    unit: str
+    """SI unit, `"1"` for a pure number, `""` for text."""
+    meaning: str
+
+    @property
+    def title(self) -> str:
+        """The name without its unit, as words."""
+        return words(self.name)
+
+
+def words(column: str) -> str:
+    """`tip_shift_m` as `Tip shift`; a lone letter stays a symbol."""
+    ending = unit_ending(column)
+    text = re.sub(r"[_\s]+", " ", column.removesuffix(ending) if ending else column).strip()
+    return text if len(text) < 2 else text[0].upper() + text[1:]
+
+
+def unit_ending(column: str) -> str:
+    """The part of the name that says its unit, `""` for none."""
+    return next((ending for ending in SUFFIXES if column.endswith(ending) and column != ending), "")
+
+
+KNOWN = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("case_id", "", "1", "number of the case within its study"),
+        Quantity("sequence", "", "1", "load sequence; each starts from rest"),
+        Quantity("step", "", "1", "load step within the case or sequence, in order of application"),
+        Quantity("disk", "i", "1", "disk, counted from the base (0) to the tip"),
+        Quantity("plate", "i", "1", "plate, counted from 1; it ends at the disk of the same number"),
+        Quantity("x_m", "x", "m", "disk centre along the straight manipulator, from the base disk's distal face"),
+        Quantity("y_m", "y", "m", "disk centre across the manipulator, positive toward positive cable offsets"),
+        Quantity("angle_rad", "θ", "rad", "absolute angle of the disk, anticlockwise"),
+        Quantity("bend_rad", "Δθ", "rad", "bend of the plate that ends at the disk"),
+        Quantity("outcome", "", "", "how the solution ended; anything but a stable equilibrium carries a reason"),
+        Quantity("reason", "", "", "why a case has no equilibrium, empty otherwise"),
+        Quantity("iterations", "", "1", "Newton iterations"),
+        Quantity("residual_n_m", "r", "N m", "largest moment left unbalanced at a hinge or node"),
+        Quantity(
+            "lowest_eigenvalue_n_m_per_rad",
+            "λ_min",
+            "N m/rad",
+            "lowest eigenvalue of the tangent stiffness; negative on an unstable branch",
+        ),
+        Quantity("broken_cables", "", "", "names of the cables that carry nothing, separated by commas"),
+        Quantity("tip_x_n", "F_x", "N", "dead load along x at the centre of the tip disk's distal face"),
+        Quantity("tip_y_n", "F_y", "N", "dead load along y at the centre of the tip disk's distal face"),
+        Quantity("youngs_modulus_pa", "E", "Pa", "Young's modulus of the plates"),
+        Quantity("bending_stiffness_n_m2", "EI", "N m^2", "bending stiffness of a plate"),
+        Quantity("coefficient", "μ", "1", "belt friction coefficient between cable and hole"),
+        Quantity("friction_coefficient", "μ", "1", "belt friction coefficient between cable and hole"),
+        Quantity("length_m", "L", "m", "length of a plate, clamps included"),
+        Quantity("clamp_m", "a", "m", "rigid clamp at either end of a plate"),
+        Quantity("thickness_m", "h", "m", "thickness"),
+        Quantity("width_m", "b", "m", "width of a plate"),
+        Quantity("offset_m", "d", "m", "signed distance of a cable's holes from the axis"),
+    )
+}
+"""Columns known by their exact name."""
+
+PATTERNS = (
+    (r"cable_(.+)_n", r"T_\1", "N", r"tension of cable \1 as it enters the base hole"),
+    (r"cable_(.+)_kg", r"m_\1", "kg", r"mass that hangs on cable \1"),
+    (r"slip_(.+)", r"s_\1", "1", r"declared slip of cable \1: -1 drawn toward the base, +1 paid out, 0 no friction"),
+    (r"disk(\d+)_([xy])_n", r"F_\1\2", "N", r"dead load along \2 at the centre of disk \1"),
+)
+"""Columns known by pattern: expression, then symbol, unit and meaning with its groups."""
+
+
+def describe(column: str) -> Quantity:
+    """The quantity in a column: known by name, by pattern, else read from the name and its unit ending."""
+    if column in KNOWN:
+        return KNOWN[column]
+    for pattern, symbol, unit, meaning in PATTERNS:
+        if match := re.fullmatch(pattern, column):
+            return Quantity(column, match.expand(symbol), unit, match.expand(meaning))
+    return Quantity(column, "", SUFFIXES.get(unit_ending(column), "1"), words(column))
+
+
+def label(column: str | Quantity, unit: str | None = None) -> str:
+    """Axis label, `Tip x (m)`; with `unit` in that unit, the values to be multiplied by :func:`scale`."""
+    quantity = column if isinstance(column, Quantity) else describe(column)
+    if unit is not None:
+        scale(quantity, unit)
+        quantity = replace(quantity, unit=unit)
+    shown = "" if quantity.unit == "1" else quantity.unit
+    shown = re.sub(r"[A-Za-z]+|\^\d", lambda part: _PRETTY.get(part[0], part[0]), shown)
+    return f"{quantity.title} ({shown})" if shown else quantity.title
+
+
+def scale(column: str | Quantity, unit: str) -> float:
+    """Factor that turns values of a column into `unit`.
+
+    Raises
+    ------
+    ValueError
+        If `unit` measures something else.
+    """
+    quantity = column if isinstance(column, Quantity) else describe(column)
+    base, size = _in_si(unit)
+    if base != quantity.unit:
+        raise ValueError(f"{quantity.name} is in {quantity.unit or 'text'} and cannot be shown in {unit}")
+    return 1.0 / size
+
+
+def _in_si(unit: str) -> tuple[str, float]:
+    """A unit with every part replaced by its SI unit, and its size in that."""
+    base = re.sub(r"[A-Za-z]+|%", lambda part: SHOWN.get(part[0], part)[0], unit)
+    size = 1.0
+    for side, sign in zip(unit.split("/"), (1, -1), strict=False):
+        for part, power in re.findall(r"([A-Za-z]+|%)(?:\^(\d))?", side):
+            size *= SHOWN.get(part, ("", 1.0))[1] ** (sign * int(power or 1))
+    return base, size
+
+
+def markdown_table(columns: Iterable[str | Quantity]) -> str:
+    """The data dictionary of some columns as a Markdown table."""
+    rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
+    lines = [f"| `{q.name}` | {q.symbol} | {q.unit or 'text'} | {q.meaning} |" for q in rows]
+    return "\n".join(["| column | symbol | unit | meaning |", "|---|---|---|---|", *lines])
+
+
+def other_unit(name: str, valid: Iterable[str]) -> str:
+    """What to say of an unknown `name` that is a valid one with another unit or none; `""` for any other name."""
+    for right in valid:
+        ending = unit_ending(right)
+        stem = right.removesuffix(ending)
+        if ending and name.startswith(stem) and _UNIT_PARTS.fullmatch(name.removeprefix(stem)):
+            unit = SUFFIXES[ending]
+            return f"{GIVEN_IN.get(unit, f'it is given in {unit}')}, as {right!r}"
+    return ""

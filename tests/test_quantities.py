@@ -1,0 +1,47 @@
+import math
+import subprocess
+import sys
+
+import pytest
+
+from prb3r.quantities import KNOWN, SUFFIXES, Quantity, describe, label, markdown_table, scale, unit_ending
+
+
+def test_longest_unit_ending_wins_whatever_the_stem():
+    for ending, unit in SUFFIXES.items():
+        assert describe(f"some_metric{ending}").unit == unit
+    assert describe("retained_share").unit == "1"
+
+
+def test_every_known_unit_agrees_with_its_name():
+    for name, quantity in KNOWN.items():
+        assert quantity.unit == SUFFIXES.get(unit_ending(name), quantity.unit)
+        assert quantity.unit in {"", "1"} or unit_ending(name)
+
+
+def test_columns_with_names_in_them():
+    assert describe("cable_outer_left_n").meaning == "tension of cable outer_left as it enters the base hole"
+    assert describe("slip_3").unit == "1"
+    assert describe("disk7_y_n").symbol == "F_7y"
+
+
+def test_labels_and_scales_change_unit_together():
+    assert (label("tip_x_m"), label("tip_x_m", "mm")) == ("Tip x (m)", "Tip x (mm)")
+    assert label("angle_rad", "deg") == "Angle (°)"
+    assert label(Quantity("area_ratio", "", "1", "ratio of areas")) == "Area ratio"
+    assert scale("angle_rad", "deg") == pytest.approx(180 / math.pi)
+    assert scale("area_m2", "cm^2") == pytest.approx(1e4)
+    assert scale("tip_compliance_m_per_n", "mm/kN") == pytest.approx(1e6)
+    with pytest.raises(ValueError, match="tip_x_m is in m and cannot be shown in deg"):
+        label("tip_x_m", "deg")
+
+
+def test_data_dictionary_has_a_row_per_column():
+    table = markdown_table(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
+    assert len(table) == 4
+    assert table[3] == "| `gain` | g | 1 | what is gained |"
+
+
+def test_nomenclature_is_light_to_import():
+    code = "import sys, prb3r.quantities; print({'numpy', 'pandas'} & set(sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "set()"
