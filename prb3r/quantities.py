@@ -176,7 +176,7 @@ def scale(column: str | Quantity, unit: str) -> float:
 
 def _in_si(unit: str) -> tuple[str, float]:
     """A unit with every part replaced by its SI unit, and its size in that."""
-    base = re.sub(r"[A-Za-z]+|%", lambda part: SHOWN.get(part[0], part)[0], unit)
+    base = re.sub(r"[A-Za-z]+|%", lambda part: SHOWN.get(part[0], (part[0], 1.0))[0], unit)
     size = 1.0
     for side, sign in zip(unit.split("/"), (1, -1), strict=False):
         for part, power in re.findall(r"([A-Za-z]+|%)(?:\^(\d))?", side):

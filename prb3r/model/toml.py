@@ -45,11 +45,12 @@ def read(path: str | Path, model: type[Model], context: Any = None) -> Model:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        what, line = re.fullmatch(r"(.*?)(?: \(at (?:line (\d+), column \d+|end of document)\))?", str(error)).groups()
-        line = line or text.count("\n") + 1
+        what, _, place = str(error).removesuffix(")").partition(" (at line ")
+        line = int(place.partition(",")[0] or text.count("\n") + 1)
+        what = what.removesuffix(" (at end of document")
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
     instance, found = _validate(data, model, context)
-    if not found:
+    if instance is not None and not found:
         return instance
     lines = scan(text)
     places = sorted((_line(lines, keys), dotted(keys), what) for keys, what in found)
@@ -72,7 +73,7 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as error:
         what = f"is not UTF-8 text (line {error.object[: error.start].count(10) + 1})"
     except OSError as error:
-        what = f"cannot be read: {error.strerror.lower()}"
+        what = f"cannot be read: {str(error.strerror).lower()}"
     raise SpecError(Problem(str(path), what))
 
 
@@ -85,6 +86,11 @@ def scan(text: str) -> dict[Keys, int]:
     lines: dict[Keys, int] = {}
     counts: dict[Keys, int] = {}
 
+    def matched(pattern: re.Pattern, at: int) -> re.Match:
+        match = pattern.match(text, at)
+        assert match, f"valid TOML that the scanner cannot follow at character {at}"
+        return match
+
     def note(keys: Keys, at: int) -> None:
         for length in range(1, len(keys) + 1):
             lines.setdefault(keys[:length], bisect_right(starts, at))
@@ -92,7 +98,7 @@ def scan(text: str) -> dict[Keys, int]:
     def key(at: int) -> tuple[Keys, int]:
         parts: Keys = ()
         while True:
-            match = _KEY.match(text, at)
+            match = matched(_KEY, at)
             quoted = match[1][0] in "\"'"
             parts, at = (*parts, next(iter(tomllib.loads(f"{match[1]}=0"))) if quoted else match[1]), match.end()
             if not match[2]:
@@ -100,22 +106,22 @@ def scan(text: str) -> dict[Keys, int]:
 
     def value(at: int, keys: Keys) -> int:
         if text[at] not in "[{":
-            return _VALUE.match(text, at).end()
+            return matched(_VALUE, at).end()
         close, index = {"[": "]", "{": "}"}[text[at]], 0
-        at = _BLANK.match(text, at + 1).end()
+        at = matched(_BLANK, at + 1).end()
         while text[at] != close:
             if close == "}":
                 at = pair(at, keys)
             else:
                 note((*keys, index), at)
                 at, index = value(at, (*keys, index)), index + 1
-            at = _BLANK.match(text, at).end()
+            at = matched(_BLANK, at).end()
         return at + 1
 
     def pair(at: int, table: Keys) -> int:
         parts, end = key(at)
         note((*table, *parts), at)
-        return value(_BLANK.match(text, text.index("=", end) + 1).end(), (*table, *parts))
+        return value(matched(_BLANK, text.index("=", end) + 1).end(), (*table, *parts))
 
     def header(at: int) -> tuple[Keys, int]:
         depth = 2 if text.startswith("[[", at) else 1
@@ -131,13 +137,13 @@ def scan(text: str) -> dict[Keys, int]:
         return table, text.index("]", end) + depth
 
     table: Keys = ()
-    at = _BLANK.match(text).end()
+    at = matched(_BLANK, 0).end()
     while at < len(text):
         if text[at] == "[":
             table, at = header(at)
         else:
             at = pair(at, table)
-        at = _BLANK.match(text, at).end()
+        at = matched(_BLANK, at).end()
     return lines
 
 
@@ -150,15 +156,16 @@ def _line(lines: Mapping[Keys, int], keys: Keys) -> int:
 
 def _validate(data: dict, model: type[Model], context: Any) -> tuple[Model | None, list[tuple[Keys, str]]]:
     """An instance, or all that keeps `data` from being one."""
-    instance, errors = None, []
+    instance: Model | None = None
+    errors: list[Any] = []
     try:
         instance = model.model_validate(data, context=context)
-    except ValidationError as error:
-        errors = error.errors(include_url=False)
+    except ValidationError as invalid:
+        errors += invalid.errors(include_url=False)
     try:
         model.model_validate_json(json.dumps(data, default=str), strict=True, context=context)
-    except ValidationError as error:
-        errors += _quiet_conversions(error.errors(include_url=False), data)
+    except ValidationError as invalid:
+        errors += _quiet_conversions(invalid.errors(include_url=False), data)
     infinite = dict(_infinite(data))
     found = {keys: [f"{value} is not allowed; write a finite number"] for keys, value in infinite.items()}
     places = [(_within(error["loc"], data, error["type"]), error) for error in errors]
@@ -173,7 +180,7 @@ def _validate(data: dict, model: type[Model], context: Any) -> tuple[Model | Non
     return instance, [(keys, what) for keys, whats in found.items() for what in _merged(whats)]
 
 
-def _quiet_conversions(errors: list[dict], data: dict) -> list[dict]:
+def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
     """Those strict errors that say text or a truth value would pass for a number, or the reverse."""
     wrong = {"float_type": (str, bool), "int_type": (str, bool), "bool_type": (str, int, float)}
     places = [_within(error["loc"], data, error["type"]) for error in errors]

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 from uuid import uuid4
 
 from prb3r.errors import EngineError, Problem, did_you_mean
@@ -158,8 +158,8 @@ class _Run:
 class _Loky:
     """Processes on this machine, started when first needed and replaced when dead."""
 
-    heartbeat_s: ClassVar[None] = None
-    strikes: ClassVar[int] = 2
+    heartbeat_s = 60.0
+    strikes = 2
 
     def __init__(self, workers: Workers, function: Callable, events: SimpleQueue) -> None:
         self.slots, self.function, self.events = max(1, workers.jobs), function, events
@@ -167,6 +167,11 @@ class _Loky:
         self.busy: dict[_Job, Any] = {}
 
     def __enter__(self) -> "_Loky":
+        # Started along with the first worker, it would undo `_interrupt_held`.
+        with contextlib.suppress(ImportError):
+            from multiprocessing import resource_tracker
+
+            resource_tracker.ensure_running()
         return self
 
     def submit(self, job: _Job) -> None:
@@ -195,6 +200,9 @@ class _Loky:
         else:
             self.events.put((job, *(("raised", _reason(error)) if error else future.result())))
 
+    def check(self) -> None:
+        """Nothing to look after: a process that dies reports itself."""
+
     def free(self, job: _Job, fate: Fate) -> None:
         one = self.busy.pop(job)
         if fate == "crashed":
@@ -210,11 +218,11 @@ class _Loky:
 class _Dask:
     """A cluster that others keep running; its scheduler retries what loses a worker before it gives up."""
 
-    heartbeat_s: ClassVar[float] = 2.0
-    strikes: ClassVar[int] = 1
+    heartbeat_s = 2.0
+    strikes = 1
 
     def __init__(self, workers: Workers, function: Callable, events: SimpleQueue) -> None:
-        self.address, self.function, self.events = workers.scheduler, function, events
+        self.address, self.function, self.events = workers.scheduler or "", function, events
         self.futures: dict[_Job, Any] = {}
         self.seen = time.monotonic()
 
@@ -307,7 +315,7 @@ class _Dask:
         self.logger.setLevel(self.level)
 
 
-BACKENDS = {"loky": _Loky, "dask": _Dask}
+BACKENDS: dict[str, type[_Loky] | type[_Dask]] = {"loky": _Loky, "dask": _Dask}
 
 
 def _shielded(function: Callable, task: Any) -> tuple[Fate, Any]:
@@ -344,7 +352,7 @@ def _interrupts(events: SimpleQueue) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    asked = []
+    asked: list[int] = []
 
     def ask(number: int, frame: object) -> None:
         if asked:

@@ -8,13 +8,13 @@ import errno
 import hashlib
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -34,12 +34,12 @@ PART = b"prb3r part"
 def table(
     columns: Mapping[str, Any], quantities: Iterable[Quantity] = (), provenance: Mapping[str, Any] | None = None
 ) -> pa.Table:
-    """A table of float64, int64, bool and text columns, each field with its unit and description.
+    """A table of float64, int64, bool and text columns without nan, each field with its unit and description.
 
     Parameters
     ----------
     columns
-        Arrays or sequences of one length.  None is a missing value; numbers that are all missing must be an array.
+        Arrays or sequences of one length.  None and nan are missing values.
     quantities
         What is not in the nomenclature, such as metrics.
     provenance
@@ -56,13 +56,21 @@ def table(
 
 
 def _array(values: Any) -> pa.Array:
-    array = pa.array(values) if not isinstance(values, pa.ChunkedArray) else values.combine_chunks()
-    kind = array.type
-    if pa.types.is_dictionary(kind) or pa.types.is_large_string(kind) or pa.types.is_null(kind):
+    array = values.combine_chunks() if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
+    if pa.types.is_dictionary(array.type) or pa.types.is_large_string(array.type):
         return array.cast(pa.string())
-    if pa.types.is_floating(kind):
+    if pa.types.is_floating(array.type):
         return array.cast(pa.float64())
-    return array.cast(pa.int64()) if pa.types.is_integer(kind) else array
+    return array.cast(pa.int64()) if pa.types.is_integer(array.type) else array
+
+
+def _settled(schema: pa.Schema) -> pa.Schema:
+    """The schema with a type for columns in which every value is missing."""
+    for index, field in enumerate(schema):
+        if pa.types.is_null(field.type):
+            text = (field.metadata or {}).get(b"unit") == b""
+            schema = schema.set(index, field.with_type(pa.string() if text else pa.float64()))
+    return schema
 
 
 def _metadata(quantity: Quantity) -> dict[str, str]:
@@ -98,23 +106,23 @@ def write(data: pa.Table, path: Path) -> None:
     EngineError
         If the disk is full or the folder does not take it.
     """
-    with _writer(path, data.schema) as writer:
-        writer.write_table(data, row_group_size=ROW_GROUP)
+    schema = _settled(data.schema)
+    with _writer(path, schema) as writer:
+        writer.write_table(data.cast(schema).combine_chunks(), row_group_size=ROW_GROUP)
 
 
 @contextlib.contextmanager
 def _writer(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
     """A Parquet file that appears under its name when complete."""
     with _atomic(path) as temporary:
-        with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=_text(schema)) as writer:
+        # Only text repeats enough for a dictionary; numbers would be stored twice.
+        text = [field.name for field in schema if pa.types.is_string(field.type)]
+        with pq.ParquetWriter(
+            temporary, schema, compression="zstd", use_dictionary=text, write_page_checksum=True
+        ) as writer:
             yield writer
         with open(temporary, "rb") as file:
             os.fsync(file.fileno())
-
-
-def _text(schema: pa.Schema) -> list[str]:
-    """Only text repeats enough for a dictionary; numbers that hardly ever do would be stored twice."""
-    return [field.name for field in schema if pa.types.is_string(field.type)]
 
 
 @contextlib.contextmanager
@@ -144,7 +152,7 @@ def _sync_folder(folder: Path) -> None:
 def _words(error: OSError) -> str:
     if error.errno == errno.ENOSPC:
         return "the disk is full; what is already written is kept, free some space and run again"
-    return (error.strerror or str(error)).lower()
+    return os.strerror(error.errno).lower() if error.errno else str(error)
 
 
 def read(path: Path) -> pa.Table:
@@ -156,28 +164,27 @@ def read(path: Path) -> pa.Table:
         If there is none or it is damaged.
     """
     try:
-        return pq.ParquetFile(path).read()
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            return file.read()
     except FileNotFoundError:
         raise SpecError(Problem(str(path), "no such table")) from None
     except (pa.ArrowException, OSError) as error:
-        raise SpecError(Problem(str(path), f"is not a readable Parquet table ({_first_line(error)})")) from None
+        raise SpecError(
+            Problem(str(path), f"is not a readable Parquet table ({str(error).partition(chr(10))[0]})")
+        ) from None
 
 
-def readable(path: Path, key: str) -> bool:
+def readable(path: Path, key: bytes) -> bool:
     """Whether `path` is a whole part that was computed from what `key` stands for."""
     try:
-        with pq.ParquetFile(path) as file:
-            same = (file.schema_arrow.metadata or {}).get(PART) == key.encode()
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            same = (file.schema_arrow.metadata or {}).get(PART) == key
             if same:
                 for _ in file.iter_batches(ROW_GROUP):
                     pass
             return same
     except (pa.ArrowException, OSError):
         return False
-
-
-def _first_line(error: Exception) -> str:
-    return next(iter(str(error).splitlines()), type(error).__name__)
 
 
 def ensure_writable(folder: Path) -> None:
@@ -221,10 +228,12 @@ class Parts:
         return all(readable(self.path(chunk, kind), self._key(key)) for kind in self.kinds)
 
     def save(self, chunk: int, key: str, tables: Mapping[str, pa.Table]) -> None:
-        """Store a chunk's tables."""
+        """Store a chunk's tables; columns without any value get their type from other chunks later."""
         for kind in self.kinds:
-            metadata = {**(tables[kind].schema.metadata or {}), PART: self._key(key)}
-            write(tables[kind].replace_schema_metadata(metadata), self.path(chunk, kind))
+            data = tables[kind]
+            data = data.replace_schema_metadata({**(data.schema.metadata or {}), PART: self._key(key)})
+            with _writer(self.path(chunk, kind), data.schema) as writer:
+                writer.write_table(data.combine_chunks())
 
     def load(self, chunk: int, kind: str) -> pa.Table:
         """One table of a stored chunk."""
@@ -235,20 +244,26 @@ class Parts:
         """Join stored chunks, in the given order, into the study's tables; the paths by kind."""
         return {kind: self._join(chunks, kind) for kind in self.kinds}
 
+    def discard(self) -> None:
+        """Remove the parts, and the folder of parts if no other run left any."""
+        shutil.rmtree(self.home, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            self.home.parent.rmdir()
+
     def _join(self, chunks: Sequence[int], kind: str) -> Path:
         """Row groups are cut at fixed rows, so that the bytes depend on the rows alone."""
         path = self.folder / f"{kind}.parquet"
-        schema = self.load(chunks[0], kind).schema
+        schemas = [pq.read_schema(self.path(chunk, kind)) for chunk in chunks]
+        metadata = {name: text for name, text in schemas[0].metadata.items() if name != PART}
+        schema = _settled(pa.unify_schemas(schemas, promote_options="permissive")).with_metadata(metadata)
         with _writer(path, schema) as writer:
             rest = schema.empty_table()
             for chunk in chunks:
-                rest = pa.concat_tables([rest, self.load(chunk, kind)])
-                whole = len(rest) - len(rest) % ROW_GROUP
-                for start in range(0, whole, ROW_GROUP):
-                    writer.write_table(rest.slice(start, ROW_GROUP).combine_chunks(), row_group_size=ROW_GROUP)
-                rest = rest.slice(whole)
-            if len(rest) or not chunks:
-                writer.write_table(rest.combine_chunks(), row_group_size=ROW_GROUP)
+                rest = pa.concat_tables([rest, self.load(chunk, kind).cast(schema)])
+                while len(rest) >= ROW_GROUP:
+                    writer.write_table(rest.slice(0, ROW_GROUP).combine_chunks(), row_group_size=ROW_GROUP)
+                    rest = rest.slice(ROW_GROUP)
+            writer.write_table(rest.combine_chunks(), row_group_size=ROW_GROUP)
         return path
 
     def _key(self, key: str) -> bytes:

@@ -17,6 +17,7 @@ from prb3r.study import engine
 from prb3r.study.engine import Workers, run
 
 DEADLY, RAISING = 13, 19
+LOCAL = "127.0.0.1:0"
 
 
 def square(chunk):
@@ -180,11 +181,18 @@ def cluster():
     distributed = pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
     import dask
 
-    # One repeat instead of three, and no waiting for workers that do not say goodbye.
+    # One repeat instead of three, and no half minute of asking a dead worker for its results.
+    quick = {"distributed.scheduler.allowed-failures": 1, "distributed.comm.timeouts.connect": "3s"}
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        dask.config.set(quick),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=logging.CRITICAL
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=LOCAL,
+            scheduler_kwargs={"dashboard": False},
+            worker_dashboard_address=LOCAL,
+            silence_logs=logging.CRITICAL,
         ) as cluster,
     ):
         yield cluster

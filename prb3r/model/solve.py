@@ -1,0 +1,50 @@
+"""Manipulator and load steps to states."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prb3r.mechanics.equilibrium import Outcome, solve as equilibria
+from prb3r.model.manipulator import Manipulator, Model
+from prb3r.model.steps import sequences_of
+
+
+def solve(manipulator: Manipulator, steps: pd.DataFrame | str | Path, model: Model | None = None) -> pd.DataFrame:
+    """Equilibria along each sequence of load steps, every one from rest.
+
+    Parameters
+    ----------
+    steps : table of steps, or the CSV or Parquet file that holds it (see the contract of the format in the README).
+    model : instead of the manipulator's own.
+
+    Returns
+    -------
+    DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step; positions of a
+    step without equilibrium are NaN.
+
+    Raises
+    ------
+    SpecError
+        With every problem of the table.
+    """
+    if model is not None:
+        manipulator = manipulator.model_copy(update={"model": model})
+    chain, tables = manipulator.chain(), []
+    for sequence in sequences_of(manipulator, steps):
+        found = equilibria(chain, sequence.loads, eigenvalue=True)
+        count, disks = found.x.shape
+        tables.append(
+            pd.DataFrame(
+                {
+                    "sequence": sequence.name,
+                    "step": np.repeat(sequence.steps, disks),
+                    "disk": np.tile(np.arange(disks), count),
+                    "x_m": found.x.ravel(),
+                    "y_m": found.y.ravel(),
+                    "angle_rad": found.angle.ravel(),
+                    "outcome": np.repeat([Outcome(code).label for code in found.outcome], disks),
+                }
+            )
+        )
+    return pd.concat(tables, ignore_index=True)

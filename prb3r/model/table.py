@@ -1,0 +1,54 @@
+"""Tables on disk: CSV and Parquet are interchangeable, by suffix."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from prb3r.errors import Problem, SpecError
+
+SUFFIXES = (".csv", ".parquet")
+
+
+def read_table(path: str | Path) -> pd.DataFrame:
+    """A CSV or Parquet table; text stays text in the columns `sequence`, everything else becomes what it looks like.
+
+    Raises
+    ------
+    SpecError
+        For a missing, unreadable or foreign file.
+    """
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        raise SpecError(Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"))
+    try:
+        if path.suffix == ".parquet":
+            return pd.read_parquet(path)
+        return pd.read_csv(path, dtype={"sequence": str}, skipinitialspace=True)
+    except FileNotFoundError:
+        raise SpecError(Problem(str(path), "no such file")) from None
+    except IsADirectoryError:
+        raise SpecError(Problem(str(path), "is a folder, not a table")) from None
+    except pd.errors.EmptyDataError:
+        raise SpecError(Problem(str(path), "is empty")) from None
+    except (ValueError, OSError) as error:  # pandas and pyarrow raise both for damaged files
+        raise SpecError(Problem(str(path), f"is not a readable table: {str(error).splitlines()[0]}")) from None
+
+
+def write_table(frame: pd.DataFrame, path: str | Path) -> None:
+    """Write a CSV or Parquet table, by suffix.
+
+    Raises
+    ------
+    SpecError
+        For a foreign suffix or a place that cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        raise SpecError(Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"))
+    try:
+        if path.suffix == ".parquet":
+            frame.to_parquet(path, index=False)
+        else:
+            frame.to_csv(path, index=False)
+    except OSError as error:
+        raise SpecError(Problem(str(path), f"cannot be written: {(error.strerror or str(error)).lower()}")) from None

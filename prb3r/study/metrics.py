@@ -1,0 +1,364 @@
+"""Metrics: numbers that a case is judged by, each one small class.
+
+A metric names its columns and computes them from a solved case.  Some read the states of the case, others load the
+case further (`coupling`, `drive-tension`, ...): they are small experiments on the same manipulator.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.optimize import brentq
+
+from prb3r.mechanics.chain import Chain, Loads, pose
+from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.plate import gauss_collocation
+from prb3r.mechanics.strain import peak_strain
+from prb3r.mechanics.tangent import segment_modes
+from prb3r.model.manipulator import Manipulator, Positive, Strict
+from prb3r.quantities import Quantity
+from prb3r.study.workspace import area, cloud_loads
+
+Disk = Annotated[int, Field(ge=0)] | Literal["tip"]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A case with its equilibria.
+
+    `initial` tells whether the first load step is the initial configuration (else the case starts from rest).
+    """
+
+    manipulator: Manipulator
+    chain: Chain
+    loads: Loads
+    states: Equilibria
+    initial: bool = False
+    cloud: bool = False
+
+    def at(self, disk: Disk) -> int:
+        """Number of a disk.
+
+        Raises
+        ------
+        ValueError
+            If the manipulator has no such disk.
+        """
+        number = self.chain.plates if disk == "tip" else disk
+        if number > self.chain.plates:
+            raise ValueError(f"there is no disk {number}, the tip is disk {self.chain.plates}")
+        return number
+
+    def cable(self, name: str) -> int:
+        return self.manipulator.cable_names.index(name)
+
+    @cached_property
+    def last(self) -> Loads:
+        """The loads of the last step, as one step."""
+        return Loads(*(field[-1:] for field in self.loads))
+
+    def continued(self, *loads: Loads) -> Equilibria:
+        """Equilibria of further load steps, each reached from the last one of the case."""
+        steps = [Loads(*(np.concatenate([a, b]) for a, b in zip(self.last, load, strict=True))) for load in loads]
+        found = [solve(self.chain, step) for step in steps]
+        return Equilibria(
+            *(
+                None if name == "lowest_eigenvalue" else np.stack([getattr(one, name)[-1] for one in found])
+                for name in Equilibria.__dataclass_fields__
+            )
+        )
+
+
+class Base(Strict, ABC):
+    """A metric; `kind` names it in a study file."""
+
+    @abstractmethod
+    def quantities(self) -> list[Quantity]:
+        """Its columns."""
+
+    @abstractmethod
+    def values(self, case: Solved) -> Sequence[float]:
+        """Its numbers, in the order of the columns; NaN where a load has no equilibrium."""
+
+
+def _stem(disk: Disk) -> str:
+    return "tip" if disk == "tip" else f"disk{disk}"
+
+
+def _words(disk: Disk) -> str:
+    return "the tip disk" if disk == "tip" else f"disk {disk}"
+
+
+class Position(Base):
+    """Where a disk ends up."""
+
+    kind: Literal["position"]
+    disk: Disk = "tip"
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = _stem(self.disk), _words(self.disk)
+        return [
+            Quantity(f"{stem}_x_m", "x", "m", f"centre of {disk} along the straight manipulator"),
+            Quantity(f"{stem}_y_m", "y", "m", f"centre of {disk} across the manipulator"),
+            Quantity(f"{stem}_angle_rad", "θ", "rad", f"absolute angle of {disk}"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, states = case.at(self.disk), case.states
+        return states.x[-1, disk], states.y[-1, disk], states.angle[-1, disk]
+
+
+class Shift(Base):
+    """How far a disk moves and turns from the initial configuration to the last step."""
+
+    kind: Literal["shift"]
+    disk: Disk
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = _stem(self.disk), _words(self.disk)
+        return [
+            Quantity(f"{stem}_shift_m", "Δ", "m", f"distance {disk} moves from the initial configuration"),
+            Quantity(f"{stem}_turn_rad", "Δθ", "rad", f"angle {disk} turns from the initial configuration"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, states = case.at(self.disk), case.states
+        if case.initial:
+            x, y, angle = states.x[0, disk], states.y[0, disk], states.angle[0, disk]
+        else:
+            straight = pose(case.chain, case.chain.rest)
+            x, y, angle = straight.x[disk], straight.y[disk], straight.angle[disk]
+        return np.hypot(states.x[-1, disk] - x, states.y[-1, disk] - y), states.angle[-1, disk] - angle
+
+
+class CurvatureError(Base):
+    """How far disks lie from constant curvature with the same total angle of every segment (Eq. 13, 14; Fig. 9, 10)."""
+
+    kind: Literal["curvature-error"]
+
+    def quantities(self) -> list[Quantity]:
+        return [
+            Quantity("curvature_error", "e", "1", "largest distance of a disk from constant curvature, of the length"),
+            Quantity("curvature_error_y", "e_y", "1", "the largest distance across the manipulator, of the length"),
+            Quantity("total_angle_rad", "Σθ", "rad", "angle of the tip disk"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        ends = np.array(case.manipulator.segment_ends)
+        counts = np.diff(ends, prepend=0)
+        bends = np.diff(case.states.angle[-1, ends], prepend=0.0) / counts
+        arcs = case.chain._replace(
+            plate=(plate := gauss_collocation(5)), stiffness=np.broadcast_to(plate.stiffness, (case.chain.plates, 5))
+        )
+        circle = pose(arcs, segment_modes(arcs) @ bends)
+        dx, dy = case.states.x[-1] - circle.x, case.states.y[-1] - circle.y
+        length = case.chain.length
+        return np.hypot(dx, dy).max() / length, np.abs(dy).max() / length, case.states.angle[-1, -1]
+
+
+class Coupling(Base):
+    """How a newton more on a cable that drives an outer segment moves and turns an inner disk."""
+
+    kind: Literal["coupling"]
+    cable: str
+    disk: Disk
+    load_n: Positive = 1.0
+
+    def quantities(self) -> list[Quantity]:
+        disk = _words(self.disk)
+        return [
+            Quantity("coupling_m_per_n", "", "m/N", f"shift of {disk} per newton added to cable {self.cable}"),
+            Quantity("coupling_rad_per_n", "", "rad/N", f"turn of {disk} per newton added to cable {self.cable}"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, more = case.at(self.disk), case.last.tension.copy()
+        more[0, case.cable(self.cable)] += self.load_n
+        found, states = case.continued(case.last._replace(tension=more)), case.states
+        shift = np.hypot(found.x[0, disk] - states.x[-1, disk], found.y[0, disk] - states.y[-1, disk])
+        return shift / self.load_n, abs(found.angle[0, disk] - states.angle[-1, disk]) / self.load_n
+
+
+class Workspace(Base):
+    """Area that the tip disk's centre reaches, counted in square cells, with its convergence.
+
+    Without `tension_n` the loads are the study's own cloud.
+    """
+
+    kind: Literal["workspace"]
+    cell: Positive = 0.01
+    """Side of a cell, of the straight length."""
+    count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
+    tension_n: dict[str, Positive] | None = None
+
+    def quantities(self) -> list[Quantity]:
+        cell = f"cells of {100 * self.cell:g} % of the length"
+        return [
+            Quantity("workspace_area_m2", "A", "m^2", f"area reached by the tip disk's centre, {cell}"),
+            Quantity("workspace_area_half_m2", "A_1/2", "m^2", "the same from the first half of the loads"),
+            Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        states = case.states
+        if self.tension_n is not None:
+            limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
+            loads = cloud_loads(case.manipulator, case.chain, limits, self.count)
+            states = solve(case.chain, loads, from_rest=True)
+        x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
+        half = len(x) // 2
+        return area(x, y, side), area(x[:half], y[:half], side), float(np.mean(states.outcome != Outcome.CONVERGED))
+
+
+class DriveTension(Base):
+    """Tension of one cable alone that bends a segment by a given angle; NaN where `up_to_n` does not."""
+
+    kind: Literal["drive-tension"]
+    cable: str
+    segment: Annotated[int, Field(ge=1)]
+    bend_rad: Positive
+    up_to_n: Positive = 2000.0
+
+    def quantities(self) -> list[Quantity]:
+        angle = f"{np.degrees(self.bend_rad):.0f} degrees"
+        meaning = f"tension of cable {self.cable} alone that bends segment {self.segment} by {angle}"
+        return [Quantity("drive_tension_n", "T", "N", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        ends = [0, *case.manipulator.segment_ends]
+        return [drive_tension(case, self.cable, ends[self.segment - 1 : self.segment + 1], self.bend_rad, self.up_to_n)]
+
+
+def drive_tension(case: Solved, cable: str, ends: Sequence[int], bend: float, up_to: float) -> float:
+    """Tension (N) of `cable` alone at which the plates between two disks bend by `bend`; NaN above `up_to`."""
+    grid = np.linspace(0.0, up_to, 41)
+    tension = np.zeros((len(grid), len(case.manipulator.cable)))
+    tension[:, case.cable(cable)] = grid
+    blank = Loads(tension, -np.ones_like(tension), np.zeros((len(grid), case.chain.plates, 2)), np.zeros((len(grid), 2)))
+    states = solve(case.chain, blank)
+    bends = np.abs(states.angle[:, ends[1]] - states.angle[:, ends[0]])
+    above = np.flatnonzero(bends >= bend)
+    if not len(above):
+        return np.nan
+
+    def excess(pull: float) -> float:
+        one = Loads(*(field[:1] for field in blank))._replace(tension=tension[:1] * 0.0)
+        one.tension[0, case.cable(cable)] = pull
+        found = solve(case.chain, one)
+        return abs(found.angle[0, ends[1]] - found.angle[0, ends[0]]) - bend
+
+    return brentq(excess, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
+
+
+class FrictionDirection(Base):
+    """How far a disk moves when all friction reverses at the same tensions: cables paid out instead of drawn in."""
+
+    kind: Literal["friction-direction"]
+    disk: Disk = "tip"
+
+    def quantities(self) -> list[Quantity]:
+        meaning = f"distance of {_words(self.disk)} between all cables drawn in and all paid out"
+        return [Quantity("friction_direction_shift_m", "", "m", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, ones = case.at(self.disk), np.ones_like(case.last.slip)
+        found = case.continued(case.last._replace(slip=-ones), case.last._replace(slip=ones))
+        return [np.hypot(*np.diff([found.x[:, disk], found.y[:, disk]]).ravel())]
+
+
+class TipCompliance(Base):
+    """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
+
+    kind: Literal["tip-compliance"]
+    load_n: Positive = 0.05
+
+    def quantities(self) -> list[Quantity]:
+        return [Quantity("tip_compliance_m_per_n", "", "m/N", "largest shift of the tip disk per newton of tip force")]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        pushes = self.load_n * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]], float)
+        found = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
+        moved = np.array([found.x[:, -1], found.y[:, -1]])
+        compliance = (moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n)
+        return [np.linalg.norm(compliance, 2) if np.isfinite(compliance).all() else np.nan]
+
+
+class Safety(Base):
+    """Highest strain and stress of a plate over all load steps, and the safety factor against yield."""
+
+    kind: Literal["safety"]
+
+    def quantities(self) -> list[Quantity]:
+        return [
+            Quantity("peak_strain", "ε", "1", "highest bending strain of a plate over all load steps"),
+            Quantity("peak_stress_pa", "σ", "Pa", "highest bending stress of a plate over all load steps"),
+            Quantity("safety_factor", "S", "1", "yield stress over the highest bending stress"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        strain = peak_strain(case.states, case.manipulator.bending_stiffness, case.manipulator.outer_fibre)
+        strain = float(np.nanmax(strain)) if np.isfinite(strain).any() else np.nan
+        stress = strain * case.manipulator.youngs_modulus_pa
+        with np.errstate(divide="ignore"):
+            return strain, stress, np.divide(case.manipulator.yield_stress_pa or np.nan, stress)
+
+
+class Stability(Base):
+    """Lowest eigenvalue of the tangent over all load steps, relative to that of the unloaded manipulator."""
+
+    kind: Literal["stability"]
+    about: ClassVar[str] = "lowest eigenvalue of the tangent over all load steps, relative to the unloaded one"
+
+    def quantities(self) -> list[Quantity]:
+        return [Quantity("stability_margin", "", "1", self.about)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        blank = Loads(*(np.zeros_like(field) for field in case.last))
+        return [np.nanmin(case.states.lowest_eigenvalue) / solve(case.chain, blank, eigenvalue=True).lowest_eigenvalue[0]]
+
+
+class ChangingPoint(Base):
+    """Tension of a cable at which a segment is straight under the other loads of the last step (Fig. 14)."""
+
+    kind: Literal["changing-point"]
+    cable: str
+    segment: Annotated[int, Field(ge=1)] = 1
+    up_to_n: Positive = 500.0
+
+    def quantities(self) -> list[Quantity]:
+        meaning = f"tension of cable {self.cable} at which segment {self.segment} is straight"
+        return [Quantity("changing_point_n", "T_c", "N", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        start, end = [0, *case.manipulator.segment_ends][self.segment - 1 : self.segment + 1]
+        slip = -np.ones_like(case.last.slip)  # at a straight segment the direction of friction does not matter
+
+        def bend(pull: float) -> float:
+            tension = case.last.tension.copy()
+            tension[0, case.cable(self.cable)] = pull
+            found = solve(case.chain, case.last._replace(tension=tension, slip=slip))
+            return found.angle[0, end] - found.angle[0, start]
+
+        if not bend(0.0) * bend(self.up_to_n) < 0:
+            return [np.nan]
+        return [brentq(bend, 0.0, self.up_to_n, xtol=1e-10)]
+
+
+Metric = Annotated[
+    Position
+    | Shift
+    | CurvatureError
+    | Coupling
+    | Workspace
+    | DriveTension
+    | FrictionDirection
+    | TipCompliance
+    | Safety
+    | Stability
+    | ChangingPoint,
+    Field(discriminator="kind"),
+]

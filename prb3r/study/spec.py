@@ -1,0 +1,270 @@
+"""What a study file may say: factors, loads, metrics, comparisons and plots."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from prb3r.model import toml
+from prb3r.model.manipulator import Model, Positive, Strict
+from prb3r.quantities import SHOWN, unit_ending
+from prb3r.study.metrics import Metric
+
+Scalar = float | int | str | bool
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+MAX_CASES = 1_000_000
+
+
+class Range(Strict):
+    """Numbers between two ends, both included."""
+
+    start: float = Field(alias="from")
+    stop: float = Field(alias="to")
+    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+
+
+class Interval(Strict):
+    """Where a sampled factor may lie."""
+
+    low: float
+    high: float
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Interval":
+        if not self.low < self.high:
+            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
+        return self
+
+
+class Level(Strict):
+    """One named alternative of a structural factor: whatever it sets replaces that part of the case."""
+
+    label: Annotated[str, Field(min_length=1)]
+    set: dict[str, Any] = {}
+    """Parameter paths and their values."""
+    broken: list[str] | None = None
+    """Cables that carry nothing."""
+    initial: dict[str, float] | None = None
+    """Loads applied first."""
+    step: list[dict[str, float]] | None = None
+    """Load steps."""
+    model: Model | None = None
+
+
+class Factor(Strict):
+    """One axis of a study: a parameter path, a ratio of two, or named alternatives."""
+
+    name: Name
+    path: str | None = None
+    """Such as `segment.1.thickness_m`, `cable.2.offset_m`, `friction.coefficient`, `step.1.cable_1_n`, `model`."""
+    ratio: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
+    """Two paths; the first is set to the factor times the second."""
+    values: Annotated[list[Scalar], Field(min_length=1)] | None = None
+    linspace: Range | None = None
+    geomspace: Range | None = None
+    range: Interval | None = None
+    """For Sobol and Latin hypercube sampling."""
+    level: Annotated[list[Level], Field(min_length=1)] | None = None
+    zip: str | None = None
+    """Factors with the same word here advance together."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Factor":
+        targets = [name for name in ("path", "ratio", "level") if getattr(self, name) is not None]
+        if len(targets) != 1:
+            raise ValueError("give one of path, ratio or level" + (f", not {' and '.join(targets)}" if targets else ""))
+        grids = [name for name in ("values", "linspace", "geomspace", "range") if getattr(self, name) is not None]
+        if self.level is None and len(grids) != 1:
+            raise ValueError(
+                "give one of values, linspace, geomspace or range" + (f", not {' and '.join(grids)}" if grids else "")
+            )
+        if self.level is not None and grids:
+            raise ValueError(f"levels have no {grids[0]}")
+        if self.geomspace is not None and not min(self.geomspace.start, self.geomspace.stop) > 0:
+            raise ValueError("geomspace needs positive ends")
+        if self.zip is not None and self.range is not None:
+            raise ValueError("a sampled factor (range) cannot be zipped; all sampled factors already advance together")
+        ending = unit_ending(self.path.rpartition(".")[2]) if self.path else ""
+        if ending and not self.name.endswith(ending):
+            raise ValueError(
+                f"the name {self.name!r} becomes a column and must end in {ending!r}, the unit of {self.path}"
+            )
+        labels = [level.label for level in self.level or ()]
+        if len(set(labels)) < len(labels):
+            raise ValueError("labels of levels must differ")
+        return self
+
+
+class Sampling(Strict):
+    """How the factors with a `range` are sampled together; all others form a grid around them."""
+
+    method: Literal["sobol", "latin-hypercube"]
+    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+
+
+class Cloud(Strict):
+    """Many independent loads on one case: tensions drawn by a Sobol sequence, each ramped from rest."""
+
+    count: Annotated[int, Field(ge=16, le=4_194_304)]
+    tension_n: dict[str, Positive]
+    """Largest tension of each cable that is driven."""
+    limit: Literal["tension", "bend"] = "tension"
+    """`bend`: instead, each cable is driven up to where it alone bends its segment by `bend_rad`."""
+    bend_rad: Positive | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Cloud":
+        if self.limit == "bend" and self.bend_rad is None:
+            raise ValueError("limit = 'bend' needs bend_rad, the largest bend of a segment")
+        return self
+
+
+class Comparison(Strict):
+    """A metric that compares each case with another one that differs in the factors `to` alone."""
+
+    name: Name
+    kind: Literal["distance", "difference", "ratio"]
+    of: str
+    """A column of the cases; for `distance` the stem of `<of>_x_m` and `<of>_y_m`."""
+    to: dict[str, Scalar]
+    relative_to_length: bool = False
+    """Distances are divided by the straight length."""
+
+
+class Fit(Strict):
+    """A straight line through a column, reported with its largest deviation."""
+
+    x: str
+    y: str
+    through_origin: bool = False
+    where: dict[str, Scalar] = {}
+
+
+class Point(Strict):
+    """A published value laid over a plot."""
+
+    x: float
+    y: float
+    label: str
+
+
+class Plot(Strict):
+    """A figure made from the tables of a study; written as PNG and SVG."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
+    kind: Literal["lines", "shapes", "workspace", "bars"]
+    caption: str = ""
+    where: dict[str, Scalar | list[Scalar]] = {}
+    """Only cases with these factor values."""
+    x: str | None = None
+    """lines, bars: a column."""
+    y: list[str] = []
+    """lines: columns of one quantity.  bars: metrics, a panel each.  shapes, workspace: not used."""
+    x_unit: str | None = None
+    y_unit: str | None = None
+    by: str | None = None
+    """Colour and mark: one line, shape or region for each value of this column."""
+    style: str | None = None
+    """Second distinction, by line style."""
+    panel: str | None = None
+    """One panel for each value of this column."""
+    mark: list[Point] = []
+    """Published points."""
+    vertical: str | None = None
+    """lines: a column whose (median) value is marked by a vertical line."""
+    fit: bool = False
+    """lines: draw the study's fits of this y over x."""
+    y_from_zero: bool = False
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Plot":
+        if self.kind in ("lines", "bars") and (not self.y or self.x is None):
+            raise ValueError(f"a plot of {self.kind} needs x and y")
+        for unit in (self.x_unit, self.y_unit):
+            if unit is not None and any(part not in SHOWN for part in unit.split("/")[:1]):
+                raise ValueError(f"unknown unit {unit!r}; valid: {', '.join(SHOWN)}")
+        return self
+
+
+class Objective(Strict):
+    """What makes a design better."""
+
+    metric: str
+    better: Literal["low", "high"]
+    words: str
+    """The quantity in words, as the subject of a sentence: `coupling of Segment 2 into Segment 1`."""
+    where: dict[str, Scalar | list[Scalar]] = {}
+    """Cases that count, such as only broken ones; the worst of them is taken when several remain."""
+
+
+class Designs(Strict):
+    """How `prb3r compare` reads the study: what tells designs apart and what they are judged by."""
+
+    factors: Annotated[list[str], Field(min_length=1)]
+    objective: Annotated[list[Objective], Field(min_length=2)]
+
+
+class Study(Strict):
+    """A whole study file."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+    title: str
+    question: str = ""
+    manipulator: str
+    """Path of the manipulator file, relative to the study file."""
+    model: Model | None = None
+    seed: int = 1
+    states: Literal["none", "final", "path"] = "final"
+    state_disks: list[Annotated[int, Field(ge=0)]] | None = None
+    """Only these disks are kept in the table of states."""
+    chunk: Annotated[int, Field(ge=1)] = 32
+    """Cases in one task of a worker."""
+    broken: list[str] = []
+    initial: dict[str, float] = {}
+    """Loads applied first, ramped from rest."""
+    step: list[dict[str, float]] = []
+    """Load steps after that; each keeps what it does not name."""
+    cloud: Cloud | None = None
+    factor: list[Factor] = []
+    sampling: Sampling | None = None
+    metric: list[Metric] = []
+    comparison: list[Comparison] = []
+    fit: list[Fit] = []
+    plot: list[Plot] = []
+    designs: Designs | None = None
+    timing: bool = False
+    """Also measure the time per equilibrium of each model; it goes into manifest and summary, never into tables."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Study":
+        problems = []
+        if self.cloud is not None and (self.step or self.initial):
+            problems.append("cloud excludes initial and step: its loads are independent of each other")
+        sampled = [factor.name for factor in self.factor if factor.range is not None]
+        if sampled and self.sampling is None:
+            problems.append(
+                f"{sampled[0]!r} has a range: say how it is sampled, [sampling] method = 'sobol', count = 64"
+            )
+        if self.sampling is not None and not sampled:
+            problems.append("[sampling] needs factors with a range")
+        for kind, names in (
+            ("factors", [factor.name for factor in self.factor]),
+            ("plots", [plot.name for plot in self.plot]),
+            ("comparisons", [comparison.name for comparison in self.comparison]),
+        ):
+            for name in sorted({name for name in names if names.count(name) > 1}):
+                problems.append(f"two {kind} are named {name!r}")
+        if problems:
+            raise ValueError("; ".join(problems))
+        return self
+
+
+def load_study(path: str | Path) -> Study:
+    """Read a study file.
+
+    Raises
+    ------
+    SpecError
+        With every problem of the file and its line.
+    """
+    return toml.read(path, Study)

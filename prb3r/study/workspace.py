@@ -1,0 +1,41 @@
+"""Force-controlled workspaces: load clouds and the area that a tip reaches."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy import ndimage
+from scipy.stats import qmc
+
+from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.model.manipulator import Manipulator
+
+CLOUD_SEED = 20181
+
+
+def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Loads:
+    """`count` independent loads: every cable of `limits` between 0 and its largest tension (N), by a Sobol sequence.
+
+    The same tensions come up for every design, so that areas differ by the design alone.
+    """
+    names = sorted(limits)
+    tension = np.zeros((count, len(manipulator.cable)))
+    if names:
+        bits = int(np.ceil(np.log2(count)))
+        share = qmc.Sobol(len(names), rng=CLOUD_SEED).random_base2(bits)[:count]
+        for column, name in enumerate(names):
+            tension[:, manipulator.cable_names.index(name)] = share[:, column] * limits[name]
+    return loads(chain, tension)
+
+
+def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
+    """Area (m^2) of the square cells of `side` (m) that hold a point, single gaps between them closed.
+
+    It overestimates a smooth region by about half a cell along its boundary; regions without points have area 0.
+    """
+    reached = np.isfinite(x) & np.isfinite(y)
+    if not reached.any():
+        return 0.0
+    column, row = (np.floor(values[reached] / side).astype(int) for values in (x, y))
+    mask = np.zeros((np.ptp(column) + 5, np.ptp(row) + 5), bool)
+    mask[column - column.min() + 2, row - row.min() + 2] = True
+    return float(ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
