@@ -123,21 +123,24 @@ def furthest_turns(packed, kept):
 def write_step(packed, s, path):
     """Keep the present state as step `s`."""
     plates, n = path.q.shape[1], path.q.shape[2]
-    half = packed.model[0].disk / 2
+    half, detail = packed.model[0].disk / 2, len(path.q) > 0
     largest = 0.0
     path.disk[s, 0, 0] = -half
     for i in range(plates):
         plate, frame = packed.plate[i], packed.plate[i + 1].frame
         for k in range(n):
-            path.q[s, i, k] = plate.q[k]
             largest = max(largest, abs(plate.residual[k]))
         path.disk[s, i + 1, 0] = frame[0] - half * frame[3]
         path.disk[s, i + 1, 1] = frame[1] - half * frame[4]
         path.disk[s, i + 1, 2] = frame[2]
-        for j in range(path.tension.shape[2]):
-            path.tension[s, i, j] = packed.span[i, j].tension
+        if detail:
+            for k in range(n):
+                path.q[s, i, k] = plate.q[k]
+            for j in range(path.tension.shape[2]):
+                path.tension[s, i, j] = packed.span[i, j].tension
     path.residual[s] = largest
-    plate_moments(packed, path.moment[s])
+    if detail:
+        plate_moments(packed, path.moment[s])
 
 
 @kernel
@@ -168,10 +171,12 @@ def follow(packed, loads, dead, from_rest, modes, work, path):
     force, tip = np.zeros_like(loads.force[0]), np.zeros_like(loads.tip[0])
     last, moment, last_moment = -1, 0.0, 0.0  # the step solved last; -1 is rest
     kept[:] = rest
+    good, good_moment = rest.copy(), 0.0  # node angles there
     for s in range(steps):
         if from_rest:
             last, last_moment = -1, 0.0
             kept[:] = rest
+            good[:] = rest
         loaded = dead[s] or (last >= 0 and dead[last])
         for i in range(len(kept)):
             for k in range(n):
@@ -207,19 +212,17 @@ def follow(packed, loads, dead, from_rest, modes, work, path):
                         plates[i].q[k] = kept[i, k]
         path.status[s, 0], path.status[s, 1] = (0 if done == 1.0 else FAILED), iterations
         if done < 1.0:
-            # go on from the last good step of the sequence
-            for i in range(len(kept)):
-                for k in range(n):
-                    kept[i, k] = path.q[last, i, k] if last >= 0 else rest[i, k]
-            last_moment = 0.0
+            kept[:], last_moment = good, good_moment  # go on from the last good step of the sequence
             continue
-        last = s
+        last, good_moment = s, last_moment
+        good[:] = kept
         write_step(packed, s, path)
-        if tied:
+        if tied and len(path.moment) > 0:
             for i in range(len(kept)):
                 for k in range(n):
                     path.moment[s, i, k + 1] = plates[i].stiffness[k] * (plates[i].q[k] - plates[i].rest[k])
                 path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]
+        if tied:
             path.residual[s] = np.max(np.abs(work.system[:, -1]))
         if eigenvalue and not tied and not loaded:
             path.lowest[s] = lowest_of_plates(packed)
@@ -235,28 +238,32 @@ def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.nda
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
 
-def solve(chain: Chain, loads: Loads, *, from_rest: bool = False, eigenvalue: bool = False) -> Equilibria:
+def solve(
+    chain: Chain, loads: Loads, *, from_rest: bool = False, eigenvalue: bool = False, detail: bool = True
+) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`.
 
     Parameters
     ----------
     from_rest : every step is ramped from rest by itself instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
+    detail : False leaves `q`, `tension` and `moment` empty (zero steps), for clouds of a great many loads.
     """
     steps, (plates, n), cables = loads.steps, chain.stiffness.shape, chain.offset.shape[1]
     packed = pack(chain)
     modes = segment_modes(chain) if chain.tied else np.zeros((plates, n, 0))
+    dead = loads.force.any((1, 2)) | loads.tip.any(1)
+    kept = steps if detail or (eigenvalue and (chain.tied or dead.any())) else 0
     path = Path(
         status=np.full((steps, 2), FAILED),
         residual=np.full(steps, np.nan),
-        q=np.full((steps, plates, n), np.nan),
+        q=np.full((kept, plates, n), np.nan),
         disk=np.concatenate([np.zeros((steps, 1, 3)), np.full((steps, plates, 3), np.nan)], axis=1),
-        tension=np.full((steps, plates, cables), np.nan),
-        moment=np.full((steps, plates, n + 2), np.nan),
+        tension=np.full((kept, plates, cables), np.nan),
+        moment=np.full((kept, plates, n + 2), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
     work = scratch(packed, modes.shape[2] or 2)
-    dead = loads.force.any((1, 2)) | loads.tip.any(1)
     follow(packed, loads, dead, from_rest, modes, work, path)
     outcome = np.where(path.status[:, 0] == FAILED, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     if eigenvalue:

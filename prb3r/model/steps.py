@@ -75,7 +75,7 @@ def problems_of(manipulator: Manipulator, frame: pd.DataFrame, where: str, *, ke
     for name in manipulator.cable_names:
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
             problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
-    if not problems:
+    if not problems and keys:
         for key, rows in frame.groupby(list(keys), sort=False).groups.items():
             if len(rows) > 1:
                 at = ", ".join(f"{k} {v}" for k, v in zip(keys, key, strict=True))

@@ -49,7 +49,7 @@ def read(path: str | Path, model: type[Model], context: Any = None) -> Model:
         line = int(place.partition(",")[0] or text.count("\n") + 1)
         what = what.removesuffix(" (at end of document")
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
-    instance, found = _validate(data, model, context)
+    instance, found = validate(data, model, context)
     if instance is not None and not found:
         return instance
     lines = scan(text)
@@ -154,8 +154,8 @@ def _line(lines: Mapping[Keys, int], keys: Keys) -> int:
 # Validation -----------------------------------------------------------------------------------------------------------
 
 
-def _validate(data: dict, model: type[Model], context: Any) -> tuple[Model | None, list[tuple[Keys, str]]]:
-    """An instance, or all that keeps `data` from being one."""
+def validate(data: dict, model: type[Model], context: Any = None) -> tuple[Model | None, list[tuple[Keys, str]]]:
+    """An instance of `model`, or all that keeps `data` from being one: key paths and what is wrong there."""
     instance: Model | None = None
     errors: list[Any] = []
     try:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from pydantic import ValidationError
 from scipy.stats import qmc
 
 from prb3r.errors import Problem, SpecError, did_you_mean
@@ -236,20 +235,17 @@ def fetch(settings: Tree, path: str) -> Any:
 
 def _check(settings: Tree) -> Iterator[str]:
     """What is wrong with a case once all factors are set."""
-    try:
-        manipulator = Manipulator.model_validate(settings["manipulator"])
-    except ValidationError as error:
-        for _, what in toml.explained(error, settings["manipulator"], Manipulator):
-            yield f"manipulator {what}"
+    manipulator, wrong = toml.validate(settings["manipulator"], Manipulator)
+    if manipulator is None or wrong:
+        yield from (f"manipulator {toml.dotted(keys)} {what}" for keys, what in wrong)
         return
     for name in settings["broken"]:
         if name not in manipulator.cable_names:
             yield f"there is no cable {name!r} to break{did_you_mean(name, manipulator.cable_names)}"
     if settings["cloud"]:
-        try:
-            cloud = Cloud.model_validate(settings["cloud"])
-        except ValidationError as error:
-            yield from (f"cloud {what}" for _, what in toml.explained(error, settings["cloud"], Cloud))
+        cloud, wrong = toml.validate(settings["cloud"], Cloud)
+        if cloud is None or wrong:
+            yield from (f"cloud {toml.dotted(keys)} {what}" for keys, what in wrong)
             return
         for name in cloud.tension_n:
             if name not in manipulator.cable_names:

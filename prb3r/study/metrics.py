@@ -4,6 +4,7 @@ A metric names its columns and computes them from a solved case.  Some read the 
 case further (`coupling`, `drive-tension`, ...): they are small experiments on the same manipulator.
 """
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ import numpy as np
 from pydantic import Field
 from scipy.optimize import brentq
 
-from prb3r.mechanics.chain import Chain, Loads, pose
+from prb3r.mechanics.chain import Chain, Loads, loads, pose
 from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
@@ -61,16 +62,12 @@ class Solved:
         """The loads of the last step, as one step."""
         return Loads(*(field[-1:] for field in self.loads))
 
-    def continued(self, *loads: Loads) -> Equilibria:
+    def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps, each reached from the last one of the case."""
-        steps = [Loads(*(np.concatenate([a, b]) for a, b in zip(self.last, load, strict=True))) for load in loads]
+        steps = [Loads(*(np.concatenate([a, b]) for a, b in zip(self.last, load, strict=True))) for load in further]
         found = [solve(self.chain, step) for step in steps]
-        return Equilibria(
-            *(
-                None if name == "lowest_eigenvalue" else np.stack([getattr(one, name)[-1] for one in found])
-                for name in Equilibria.__dataclass_fields__
-            )
-        )
+        fields = [field.name for field in dataclasses.fields(Equilibria) if field.name != "lowest_eigenvalue"]
+        return Equilibria(*(np.stack([getattr(one, name)[-1] for one in found]) for name in fields), None)
 
 
 class Base(Strict, ABC):
@@ -207,8 +204,8 @@ class Workspace(Base):
         states = case.states
         if self.tension_n is not None:
             limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
-            loads = cloud_loads(case.manipulator, case.chain, limits, self.count)
-            states = solve(case.chain, loads, from_rest=True)
+            cloud = cloud_loads(case.manipulator, case.chain, limits, self.count)
+            states = solve(case.chain, cloud, from_rest=True, detail=False)
         x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
         half = len(x) // 2
         return area(x, y, side), area(x[:half], y[:half], side), float(np.mean(states.outcome != Outcome.CONVERGED))
@@ -229,29 +226,27 @@ class DriveTension(Base):
         return [Quantity("drive_tension_n", "T", "N", meaning)]
 
     def values(self, case: Solved) -> Sequence[float]:
-        ends = [0, *case.manipulator.segment_ends]
-        return [drive_tension(case, self.cable, ends[self.segment - 1 : self.segment + 1], self.bend_rad, self.up_to_n)]
+        return [drive_tension(case.manipulator, case.chain, self.cable, self.segment, self.bend_rad, self.up_to_n)]
 
 
-def drive_tension(case: Solved, cable: str, ends: Sequence[int], bend: float, up_to: float) -> float:
-    """Tension (N) of `cable` alone at which the plates between two disks bend by `bend`; NaN above `up_to`."""
+def drive_tension(
+    manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float
+) -> float:
+    """Tension (N) of `cable` alone at which `segment` (from 1) bends by `bend` (rad); NaN above `up_to`."""
+    start, end = [0, *manipulator.segment_ends][segment - 1 : segment + 1]
+    column = manipulator.cable_names.index(cable)
+
+    def bends(pulls: np.ndarray) -> np.ndarray:
+        tension = np.zeros((len(pulls), len(manipulator.cable)))
+        tension[:, column] = pulls
+        states = solve(chain, loads(chain, tension))
+        return np.abs(states.angle[:, end] - states.angle[:, start])
+
     grid = np.linspace(0.0, up_to, 41)
-    tension = np.zeros((len(grid), len(case.manipulator.cable)))
-    tension[:, case.cable(cable)] = grid
-    blank = Loads(tension, -np.ones_like(tension), np.zeros((len(grid), case.chain.plates, 2)), np.zeros((len(grid), 2)))
-    states = solve(case.chain, blank)
-    bends = np.abs(states.angle[:, ends[1]] - states.angle[:, ends[0]])
-    above = np.flatnonzero(bends >= bend)
+    above = np.flatnonzero(bends(grid) >= bend)
     if not len(above):
         return np.nan
-
-    def excess(pull: float) -> float:
-        one = Loads(*(field[:1] for field in blank))._replace(tension=tension[:1] * 0.0)
-        one.tension[0, case.cable(cable)] = pull
-        found = solve(case.chain, one)
-        return abs(found.angle[0, ends[1]] - found.angle[0, ends[0]]) - bend
-
-    return brentq(excess, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
+    return brentq(lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
 
 
 class FrictionDirection(Base):

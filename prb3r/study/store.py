@@ -242,7 +242,7 @@ class Parts:
 
     def assemble(self, chunks: Sequence[int]) -> dict[str, Path]:
         """Join stored chunks, in the given order, into the study's tables; the paths by kind."""
-        return {kind: self._join(chunks, kind) for kind in self.kinds}
+        return {kind: self.join(chunks, kind) for kind in self.kinds}
 
     def discard(self) -> None:
         """Remove the parts, and the folder of parts if no other run left any."""
@@ -250,7 +250,7 @@ class Parts:
         with contextlib.suppress(OSError):
             self.home.parent.rmdir()
 
-    def _join(self, chunks: Sequence[int], kind: str) -> Path:
+    def join(self, chunks: Sequence[int], kind: str) -> Path:
         """Row groups are cut at fixed rows, so that the bytes depend on the rows alone."""
         path = self.folder / f"{kind}.parquet"
         schemas = [pq.read_schema(self.path(chunk, kind)) for chunk in chunks]

@@ -1,0 +1,205 @@
+"""How figures and numbers look: sizes, type, colours that survive grey print, units people read, panels and legends."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from prb3r.quantities import Quantity, label, scale
+
+MM = 1 / 25.4
+SINGLE, DOUBLE = 88.0, 180.0
+"""Widths of one and of two columns, mm."""
+
+INK, QUIET, PALE = "#1a1a1a", "#6e6e6e", "#c4c4c4"
+ALARM = "#b00020"
+
+RC = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.5,
+    "axes.titlesize": 7.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "grid.color": "#e2e2e2",
+    "grid.linewidth": 0.45,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.2,
+    "hatch.linewidth": 0.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "legend.columnspacing": 1.4,
+    "legend.handletextpad": 0.6,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "prb3r",
+}
+
+PALETTE = ("#004488", "#DDAA33", "#BB5566", "#222222", "#6699CC", "#997700", "#EE99AA", "#117733")
+"""Paul Tol's high and medium contrast sets, so ordered that neighbours differ in lightness as well as in hue."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+LINES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 1.6)),
+    (0, (1.2, 1.3)),
+    (0, (6, 1.4, 1.2, 1.4)),
+    (0, (9, 2)),
+    (0, (3, 1.2, 1, 1.2, 1, 1.2)),
+    (0, (2.4, 1.6)),
+    (0, (1, 2.4)),
+)
+HATCHES = ("", "////", "....", "\\\\\\\\", "xxxx", "----", "||||", "++++")
+OPEN_MARKERS = ("D", "o", "s", "^", "v", "p", "h", "*")
+RAMP_FROM = 4
+"""From this many numbers on, colour is a ramp from dark to light instead of a set of distinct ones."""
+
+NATURAL = {
+    "m": ((1.0, "mm"),),
+    "rad": ((math.inf, "deg"),),
+    "Pa": ((1e9, "MPa"), (math.inf, "GPa")),
+    "kg": ((0.1, "g"),),
+    "s": ((1e-3, "us"), (1.0, "ms")),
+    "m^2": ((0.01, "cm^2"),),
+    "m/N": ((1.0, "mm/N"),),
+    "rad/N": ((math.inf, "deg/N"),),
+}
+"""For each SI unit what people read instead while the largest value stays below a bound."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What tells one group from the others; colour, mark, line and hatch all differ at once."""
+
+    colour: Any
+    marker: str
+    line: Any
+    hatch: str
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A quantity in the unit it is shown in: values times `factor`."""
+
+    label: str
+    factor: float
+    unit: str
+
+
+def looks(values: Sequence[Any]) -> dict[Any, Look]:
+    """A look for each value of a column; many numbers get a ramp of lightness in their order."""
+    numeric = all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in values)
+    colours: Sequence[Any] = [PALETTE[i % len(PALETTE)] for i in range(len(values))]
+    if numeric and len(values) >= RAMP_FROM:
+        values = sorted(values)
+        colours = [matplotlib.colors.to_hex(c) for c in matplotlib.colormaps["viridis"](np.linspace(0, 0.87, len(values)))]
+    pick = lambda marks, i: marks[i % len(marks)]  # noqa: E731
+    return {v: Look(colours[i], pick(MARKERS, i), pick(LINES, i), pick(HATCHES, i)) for i, v in enumerate(values)}
+
+
+def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Shown:
+    """How to show values of a quantity: in `unit`, or in the one people read at this size.
+
+    Raises
+    ------
+    ValueError
+        If `unit` measures something else.
+    """
+    if unit is None:
+        finite = np.abs(np.asarray(values, float).ravel()) if quantity.unit in NATURAL else np.zeros(0)
+        largest = np.nanmax(finite[np.isfinite(finite)], initial=0.0)
+        unit = next((unit for bound, unit in NATURAL.get(quantity.unit, ()) if largest < bound), None)
+    if unit is None:
+        return Shown(label(quantity), 1.0, pretty(quantity.unit))
+    return Shown(label(quantity, unit), scale(quantity, unit), pretty(unit))
+
+
+def pretty(unit: str) -> str:
+    """A unit as printed after a number: `mm²`, `°`; nothing for a pure number."""
+    return label(Quantity("u", "", unit, "")).removeprefix("u").strip().removeprefix("(").removesuffix(")")
+
+
+def number(value: float) -> str:
+    """Four significant digits, thousands apart, a real minus: `1,234`, `0.05678`, `−3.2e−07`."""
+    if not math.isfinite(value):
+        return "–"
+    if value != 0 and not 1e-4 <= abs(value) < 1e7:
+        digits, _, power = f"{value:.3e}".partition("e")
+        text = f"{digits.rstrip('0').rstrip('.')}e{int(power)}"
+    else:
+        places = 3 - math.floor(math.log10(abs(value))) if value else 0
+        text = f"{round(value, places):,.{max(places, 0)}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+    return text.replace("-", "−")
+
+
+def with_unit(value: float, unit: str) -> str:
+    """`12.5 mm`, `30°`, `0.3`."""
+    return f"{number(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
+
+
+def panels(titles: Sequence[str], handles: Sequence[Artist], ratio: float, shared: bool = True) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel for each title and one legend below; a single panel has the width of one column.
+
+    Parameters
+    ----------
+    ratio : height of a panel over its width.
+    shared : all panels show the same range, and only outer ones carry numbers.
+    """
+    count = max(len(titles), 1)
+    width = SINGLE if count == 1 else DOUBLE
+    columns = count if count <= 3 else 2 if count == 4 else 3
+    rows = -(-count // columns)
+    entries = [str(handle.get_label()) for handle in handles]
+    fit = int((width - 6) / (15 + 1.45 * max(map(len, entries), default=1)))
+    beside = max(1, min(len(entries), fit))
+    legend_rows = -(-len(entries) // beside)
+    beside = -(-len(entries) // legend_rows) if entries else 1
+    inner = (width - (14 if shared else 14 * columns)) / columns
+    title = 4 if any(titles) else 1
+    numbers = 9 if shared else 9 * rows
+    height = rows * (ratio * inner + title) + numbers + legend_rows * 4 + 1
+    figure = Figure(figsize=(width * MM, height * MM), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.8 * MM, h_pad=0.8 * MM, wspace=0.02, hspace=0.02)
+    grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
+    for axes in grid[count:]:
+        axes.remove()
+    for axes, text in zip(grid, titles, strict=False):
+        axes.set_title(text, pad=3)
+        if shared:
+            axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
+    for axes in grid[max(count - columns, 0) : count]:
+        axes.tick_params(labelbottom=True)
+    if entries:
+        figure.legend(handles=list(handles), loc="outside lower center", ncols=beside, labelspacing=0.35)
+    return figure, list(grid[:count])
+
+
+def outer_labels(axes: Sequence[Axes], x: str, y: str) -> None:
+    """Label the left and lowest panels of a grid with shared axes."""
+    columns = axes[0].get_gridspec().ncols
+    for index, one in enumerate(axes):
+        if index % columns == 0:
+            one.set_ylabel(y)
+        if index + columns >= len(axes):
+            one.set_xlabel(x)

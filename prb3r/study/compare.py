@@ -1,0 +1,69 @@
+"""Comparisons between cases of one study: differences to a baseline, fitted laws."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.study.spec import Fit, Scalar, Study
+
+
+def select(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
+    """Rows whose columns have the given value, or one of the given values; numbers to nine digits."""
+    for name, wanted in where.items():
+        options = wanted if isinstance(wanted, list) else [wanted]
+        frame = frame[np.any([_equal(frame[name], option) for option in options], axis=0)]
+    return frame
+
+
+def _equal(column: pd.Series, value: Scalar) -> np.ndarray:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and column.dtype.kind in "fi":
+        return np.isclose(column.to_numpy(float), value, rtol=1e-9, atol=1e-12)
+    return (column == value).to_numpy()
+
+
+def comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, float]) -> pd.DataFrame:
+    """`cases` with a column for each comparison; NaN where the case to compare with is missing or failed."""
+    cases = cases.copy()
+    factors = [factor.name for factor in study.factor]
+    for comparison in study.comparison:
+        rest = [name for name in factors if name not in comparison.to]
+        base = select(cases, comparison.to)
+        columns = [comparison.of]
+        if comparison.kind == "distance":
+            columns = [f"{comparison.of}_x_m", f"{comparison.of}_y_m"]
+        if rest:
+            paired = cases[rest].merge(base.drop_duplicates(rest)[[*rest, *columns]], on=rest, how="left")
+        else:
+            paired = pd.concat([base[columns]] * len(cases), ignore_index=True)
+        own, other = cases[columns].to_numpy(float), paired[columns].to_numpy(float)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if comparison.kind == "ratio":
+                value = (own / other)[:, 0]
+            else:
+                difference = own - other
+                value = np.hypot(*difference.T) if comparison.kind == "distance" else difference[:, 0]
+        if comparison.relative_to_length:
+            value = value / cases["case_id"].map(lengths).to_numpy(float)
+        cases[comparison.name] = value
+    return cases
+
+
+def fits(cases: pd.DataFrame, study: Study) -> list[dict[str, Any]]:
+    """Straight lines through the columns that the study names, with their largest deviation."""
+    return [_fit(select(cases, fit.where), fit) for fit in study.fit]
+
+
+def _fit(cases: pd.DataFrame, fit: Fit) -> dict[str, Any]:
+    points = cases[[fit.x, fit.y]].dropna().to_numpy(float)
+    law: dict[str, Any] = {"x": fit.x, "y": fit.y, "where": fit.where, "points": len(points)}
+    if len(points) < 2:
+        return law | {"slope": None, "intercept": None, "largest_deviation": None}
+    x, y = points.T
+    if fit.through_origin:
+        slope, intercept = float(x @ y / (x @ x)), 0.0
+    else:
+        slope, intercept = np.polynomial.Polynomial.fit(x, y, 1).convert().coef[::-1].tolist()
+    deviation = float(np.abs(y - slope * x - intercept).max())
+    return law | {"slope": slope, "intercept": intercept, "largest_deviation": deviation}

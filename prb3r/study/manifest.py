@@ -1,0 +1,107 @@
+"""The manifest of a run: the spec as resolved, versions, revision, platform, run time; what varies lives here alone."""
+
+import json
+import os
+import platform
+import subprocess
+import time
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prb3r.mechanics.chain import Loads
+from prb3r.mechanics.equilibrium import solve
+from prb3r.model.steps import loads_of
+from prb3r.study.cases import Case, steps_frame
+
+NAME = "manifest.json"
+PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
+TIMED_EQUILIBRIA = 2000
+REPEATS = 5
+
+
+def environment(spec: Path) -> dict[str, Any]:
+    """Versions, platform and git revision under which a study ran."""
+    return {
+        "spec": spec.name,
+        "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
+        "platform": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "git": git_state(Path(__file__).parent),
+        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }
+
+
+def git_state(folder: Path) -> dict[str, Any] | None:
+    """Revision of the program and whether it has uncommitted changes; None outside a checkout."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True, timeout=10).stdout
+
+    try:
+        return {"revision": git("rev-parse", "HEAD").strip(), "dirty": bool(git("status", "--porcelain").strip())}
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest of an earlier run; None if there is none or it is damaged."""
+    try:
+        found = json.loads((folder / NAME).read_text())
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
+    """Write the manifest whole or not at all."""
+    temporary = folder / f"{NAME}.tmp"
+    temporary.write_text(json.dumps(manifest, indent=1, default=str) + "\n")
+    os.replace(temporary, folder / NAME)
+
+
+def _flat(tree: Any, path: str = "") -> dict[str, Any]:
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else None
+    if items is None:
+        return {path: tree}
+    return {key: value for name, inner in items for key, value in _flat(inner, f"{path}.{name}".lstrip(".")).items()}
+
+
+def changes(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
+    """What differs between two runs of a study, in words; only what the tables depend on."""
+    if before.get("key") == after["key"]:
+        return []
+    said = []
+    for part in ("study", "manipulator"):
+        old, new = (_flat(json.loads(json.dumps(run.get(part, {}), default=str))) for run in (before, after))
+        for key in [*new, *(key for key in old if key not in new)]:
+            if old.get(key) != new.get(key) and not key.startswith(("plot", "designs")):
+                said.append(f"{part} {key}: {old.get(key, 'absent')} -> {new.get(key, 'absent')}")
+    if before.get("engine") != after["engine"]:
+        said.append("the program text of the engine")
+    return said
+
+
+def timing(cases: list[Case]) -> list[dict[str, Any]]:
+    """Time per equilibrium of each model in bulk: the loads of its cases, solved over and over in one call."""
+    groups: dict[str, list[Case]] = {}
+    for case in cases:
+        description = case.settings["manipulator"]
+        name = description["model"] + (f" ({description['hinges']})" if description["model"] == "prb3r" else "")
+        groups.setdefault(str(case.factors.get("model", name)), []).append(case)
+    rows = []
+    for model, members in groups.items():
+        manipulator = members[0].manipulator()
+        chain = manipulator.chain(members[0].settings["broken"])
+        each = [loads_of(manipulator, chain, steps_frame(case.settings)) for case in members]
+        once = Loads(*(np.concatenate(parts) for parts in zip(*each, strict=True)))
+        times = max(1, TIMED_EQUILIBRIA // once.steps)
+        bulk = Loads(*(np.concatenate([part] * times) for part in once))
+        best = np.inf
+        for _ in range(REPEATS):
+            begin = time.perf_counter()
+            solve(chain, bulk)
+            best = min(best, time.perf_counter() - begin)
+        rows.append({"model": model, "microseconds_per_equilibrium": round(best / bulk.steps * 1e6, 3)})
+    return rows

@@ -1,0 +1,293 @@
+"""Run a study: cases to workers, parts to tables, everything that varies to the manifest.
+
+A run resumes by content: parts are kept under the hash of what they were computed from (cases, metrics, what is
+kept, and the program text of the engine), so an unchanged study is a no-op and an interrupted one goes on.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import pandas as pd
+
+from prb3r.errors import Problem, SpecError
+from prb3r.quantities import Quantity, describe
+from prb3r.study import store
+from prb3r.study.cases import Case, resolve
+from prb3r.study.compare import comparisons, fits
+from prb3r.study.engine import Piece, Workers, run
+from prb3r.study.manifest import changes, environment, read_manifest, timing, write_manifest
+from prb3r.study.spec import Study, load_study
+from prb3r.study.work import CRASHED, FAILED, Chunk, blank_row, solve_chunk
+
+PACKAGE = Path(__file__).parents[1]
+
+
+class Progress(Protocol):
+    """Hears how a run goes."""
+
+    def begin(self, name: str, cases: int, done: int) -> None:
+        """A study starts with `done` of its `cases` stored by an earlier run."""
+
+    def advance(self, cases: int, failed: int) -> None:
+        """So many more cases are stored."""
+
+    def end(self) -> None:
+        """The study is over."""
+
+
+class Silent:
+    """No progress."""
+
+    def begin(self, name: str, cases: int, done: int) -> None: ...
+
+    def advance(self, cases: int, failed: int) -> None: ...
+
+    def end(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run, not what."""
+
+    output: Path = Path("results")
+    workers: Workers = field(default_factory=Workers)
+    fresh: bool = False
+    """Compute everything anew."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study as resolved: what will be computed and where it goes."""
+
+    path: Path
+    study: Study
+    cases: list[Case]
+    folder: Path
+
+    @cached_property
+    def chunks(self) -> list[Chunk]:
+        """Bounds depend on the spec alone, never on the workers."""
+        study, size = self.study, self.study.chunk
+        cables = tuple(self.cases[0].manipulator().cable_names)
+        disks = tuple(study.state_disks) if study.state_disks is not None else None
+        metrics = tuple(study.metric)
+        return [
+            Chunk(tuple(self.cases[start : start + size]), metrics, study.states, disks, cables)
+            for start in range(0, len(self.cases), size)
+        ]
+
+    @cached_property
+    def key(self) -> str:
+        """Hash of everything that the tables depend on."""
+        return store.content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
+
+    def chunk_key(self, chunk: Chunk) -> str:
+        metrics = [metric.model_dump() for metric in chunk.metrics]
+        cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
+        return store.content_hash([cases, metrics, chunk.states, chunk.state_disks])
+
+    @property
+    def quantities(self) -> list[Quantity]:
+        """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
+        metrics = [quantity for metric in self.study.metric for quantity in metric.quantities()]
+        known = [describe_factor(factor.name, factor.path or " / ".join(factor.ratio or ())) for factor in self.study.factor]
+        compared = [
+            Quantity(each.name, "", "1" if each.relative_to_length else describe(each.name).unit, _meaning(each))
+            for each in self.study.comparison
+        ]
+        return [*known, *metrics, *compared]
+
+
+def describe_factor(name: str, path: str) -> Quantity:
+    """A factor's column."""
+    unit = describe(name).unit if path else ""
+    return Quantity(name, "", unit, f"factor: {path}" if path else "factor: named alternatives")
+
+
+def _meaning(comparison) -> str:
+    to = ", ".join(f"{name} = {value}" for name, value in comparison.to.items())
+    return f"{comparison.kind} of {comparison.of} to the case with {to}"
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished study."""
+
+    plan: Plan
+    cases: pd.DataFrame
+    manifest: dict[str, Any]
+    computed: int
+    """Cases computed in this run; the others were there already."""
+
+    @property
+    def folder(self) -> Path:
+        return self.plan.folder
+
+    @property
+    def failed(self) -> int:
+        return int((self.cases["outcome"] != "converged").sum())
+
+    def states(self) -> pd.DataFrame | None:
+        """The table of states, if the spec keeps any."""
+        path = self.folder / "states.parquet"
+        return store.read(path).to_pandas() if self.plan.study.states != "none" else None
+
+
+def fingerprint() -> str:
+    """Hash of the program text that tables depend on."""
+    sources = sorted(path for part in ("mechanics", "model", "study") for path in (PACKAGE / part).glob("*.py"))
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:16]
+
+
+def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
+    """Read and resolve a study.
+
+    Raises
+    ------
+    SpecError
+        With every problem of the study file, its manipulator and its cases.
+    """
+    study = load_study(path)
+    cases = resolve(path, study)
+    plan = Plan(Path(path), study, cases, Path(output) / study.name)
+    _check_columns(plan)
+    return plan
+
+
+def _check_columns(plan: Plan) -> None:
+    """Refuse names that plots, comparisons and objectives use but no table has."""
+    study = plan.study
+    fixed = set(blank_row(plan.cases[0], tuple(study.metric), "", ""))
+    duplicates = [q.name for metric in study.metric for q in metric.quantities()]
+    problems = [
+        Problem(f"{plan.path} metric", f"two metrics give the column {name!r}")
+        for name in sorted({name for name in duplicates if duplicates.count(name) > 1})
+    ]
+    columns = fixed | {comparison.name for comparison in study.comparison}
+    used = [(f"plot {p.name}", name) for p in study.plot for name in (p.x, *p.y, p.by, p.style, p.panel, p.vertical)]
+    used += [(f"plot {p.name} where", name) for p in study.plot for name in p.where]
+    used += [("fit", name) for f in study.fit for name in (f.x, f.y, *f.where)]
+    used += [(f"comparison {c.name}", name) for c in study.comparison for name in c.to]
+    stems = {c.name: ([f"{c.of}_x_m", f"{c.of}_y_m"] if c.kind == "distance" else [c.of]) for c in study.comparison}
+    used += [(f"comparison {name}", column) for name, names in stems.items() for column in names]
+    if study.designs:
+        used += [("designs", name) for name in study.designs.factors]
+        used += [("designs.objective", o.metric) for o in study.designs.objective]
+        used += [("designs.objective where", name) for o in study.designs.objective for name in o.where]
+    from prb3r.errors import did_you_mean
+
+    for place, name in used:
+        if name is not None and name not in columns and name not in ("x_m", "y_m"):
+            problems.append(Problem(f"{plan.path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}"))
+    if problems:
+        raise SpecError(*dict.fromkeys(problems))
+
+
+def run_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
+    """Run one study file; tables and manifest are in `<output>/<name>` when it returns.
+
+    Raises
+    ------
+    SpecError
+        Before any work, for anything wrong with the input.
+    EngineError
+        If workers or disk fail; what is already computed stays and the next run goes on from there.
+    """
+    options, progress = options or Options(), progress or Silent()
+    return execute(plan_study(path, options.output), options, progress)
+
+
+def execute(plan: Plan, options: Options, progress: Progress) -> Result:
+    """Run a resolved study."""
+    started = time.perf_counter()
+    store.ensure_writable(plan.folder)
+    before = read_manifest(plan.folder)
+    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
+    parts = store.Parts(plan.folder, plan.key, kinds)
+    if options.fresh:
+        parts.discard()
+    keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
+    todo = {number: chunk for number, chunk in enumerate(plan.chunks) if not parts.has(number, keys[number])}
+    waiting = sum(len(chunk.cases) for chunk in todo.values())
+    provenance = {"study": plan.study.name, "key": plan.key, "engine": fingerprint()}
+    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
+
+    def keep(number: int, pieces: list[Piece]) -> None:
+        tables, failed = tables_of(pieces, plan, provenance)
+        parts.save(number, keys[number], tables)
+        progress.advance(len(plan.chunks[number].cases), failed)
+
+    try:
+        run(solve_chunk, todo, keep, options.workers, split=Chunk.single)
+    finally:
+        progress.end()
+    numbers = sorted(keys)
+    if "states" in kinds:
+        parts.join(numbers, "states")
+    else:
+        (plan.folder / "states.parquet").unlink(missing_ok=True)
+    cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
+    cases = comparisons(cases, plan.study, straight_lengths(plan.cases))
+    columns = {name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases}
+    store.write(store.table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    manifest = {
+        "study": plan.study.model_dump(exclude_none=True, by_alias=True),
+        "manipulator": plan.cases[0].settings["manipulator"],
+        "key": plan.key,
+        "engine": fingerprint(),
+        "cases": len(plan.cases),
+        "outcomes": cases["outcome"].value_counts().to_dict(),
+        "fits": fits(cases, plan.study),
+        **environment(plan.path),
+    }
+    if waiting or before is None or before.get("key") != plan.key:
+        manifest["run"] = {"cases_computed": waiting, "seconds": round(time.perf_counter() - started, 3)}
+        manifest["timing"] = timing(plan.cases) if plan.study.timing else []
+    else:
+        manifest |= {name: before[name] for name in ("run", "timing") if name in before}
+    manifest["changed"] = changes(before, manifest) if before else []
+    write_manifest(plan.folder, manifest)
+    return Result(plan, cases, manifest, waiting)
+
+
+def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
+    """A chunk's tables and how many of its cases have no converged equilibrium."""
+    metrics, rows, states = tuple(plan.study.metric), [], []
+    for piece in pieces:
+        if piece.fate == "done":
+            rows += piece.value[0]
+            states += piece.value[1]
+        else:
+            outcome = CRASHED if piece.fate == "crashed" else FAILED
+            rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    tables = {"cases": store.table(columns, plan.quantities, provenance)}
+    if plan.study.states != "none":
+        tables["states"] = store.table(_stacked(states, plan), plan.quantities, provenance)
+    return tables, sum(row["outcome"] != "converged" for row in rows)
+
+
+def _stacked(states: list[dict], plan: Plan) -> dict[str, Any]:
+    import numpy as np
+
+    names = ["case_id", "step", "disk", "x_m", "y_m", "angle_rad", *(f"cable_{c}_n" for c in plan.chunks[0].cables)]
+    empty = {name: np.zeros(0, np.int64 if name in ("case_id", "step", "disk") else float) for name in names}
+    return {name: np.concatenate([empty[name], *(state[name] for state in states)]) for name in names}
+
+
+def straight_lengths(cases: list[Case]) -> dict[int, float]:
+    """Straight length of each case's manipulator, m."""
+    known: dict[str, float] = {}
+    lengths = {}
+    for case in cases:
+        text = json.dumps(case.settings["manipulator"], sort_keys=True)
+        if text not in known:
+            known[text] = case.manipulator().chain().length
+        lengths[case.number] = known[text]
+    return lengths
