@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Polygon
 from scipy import ndimage
 
 from prb3r.model.manipulator import Manipulator
@@ -170,13 +170,13 @@ class Sheet:
                 if len(group):
                     yield look, self.line(look, key), group
 
-    def handles(self, patch: bool = False) -> list[Any]:
-        """Legend entries of colours and of line styles."""
+    def handles(self, patch: bool = False, solid: bool = False) -> list[Any]:
+        """Legend entries of colours (lines, solid ones, or patches) and of line styles."""
         entries: list[Any] = []
         for value, look in self.looks.items() if self.by else ():
-            text, line = self.text(self.by, value), "-" if self.style else look.line
+            text, line = self.text(self.by, value), "-" if self.style or solid else look.line
             if patch:
-                entries.append(Patch(facecolor=_pale(look.colour), edgecolor=look.colour, hatch=look.hatch, ls=line, label=text))
+                entries.append(Patch(fc=_pale(look.colour), ec=look.colour, hatch=look.hatch, ls=line, label=text))
             else:
                 entries.append(Line2D([], [], color=look.colour, marker=look.marker, ls=line, label=text))
         for value, line in self.dashes.items() if self.style else ():
@@ -202,7 +202,7 @@ def _pale(colour: Any, share: float = 0.25) -> tuple[float, ...]:
 
 # Lines
 
-FAILED = {"color": style.ALARM, "ls": "", "marker": "x", "mew": 1.1, "ms": 4.5}
+FAILED = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 
 
 def lines(sheet: Sheet) -> Figure:
@@ -210,29 +210,38 @@ def lines(sheet: Sheet) -> Figure:
     plot, rows = sheet.plot, sheet.rows
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
     rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
-    fits, points = list(_fits(sheet, x, y)), _published(plot)
-    extra = [*(style_of for _, _, style_of in fits), *points.values(), *_failures(rows)]
     titles, parts = sheet.panels()
-    figure, axes = style.panels(titles, sheet.handles() + [Line2D([], [], **one) for one in extra], 0.68)
-    for one, part in zip(axes, parts, strict=True):
+    fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
+    extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *_failures(rows)]
+    figure, axes = style.panels(titles, sheet.handles() + [_entry(ink) for ink in extra], 0.68)
+    for number, (one, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
-            _line(one, sheet, group, {"color": look.colour, "marker": look.marker, "ls": line}, index)
-        for reach, law, style_of in fits:
-            if len(ends := selected(part, reach)["_at"].dropna().agg(["min", "max"]).to_numpy()) and np.isfinite(ends).all():
-                one.plot(ends, law(ends), **style_of)
+            ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
+            _line(one, sheet, group, ink, index)
+        for reach, law, ink in fits:
+            ends = selected(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
+            if np.isfinite(ends).all():
+                one.plot(ends, law(ends), **ink)
         for point in plot.mark:
             one.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
-        if plot.vertical and part[plot.vertical].notna().any():
-            _vertical(one, sheet, float(part[plot.vertical].median()), x)
+        if bounds and np.isfinite(bounds[number]["at"]):
+            one.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
         if plot.y_from_zero and not (rows["_up"] < 0).any():
             one.set_ylim(bottom=0)
     style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
 
 
+def _entry(ink: Mapping[str, Any]) -> Line2D:
+    """A legend entry drawn as its lines or marks are."""
+    return Line2D([], [], **{key: value for key, value in ink.items() if key != "at"})
+
+
 def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
-    """One line: over a factor sorted, several values at one place as median and band; over a metric in case order."""
-    axes_x = axes.get_xaxis_transform()
+    """One line: over a factor sorted, several values at one place as median and band; over a metric in case order.
+
+    Failed cases are crosses: at their value if they have one, else at the lower edge.
+    """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
     if sheet.plot.x not in {quantity.name for quantity in sheet.scene.quantities}:
         curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
@@ -240,19 +249,37 @@ def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], 
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
     step = 1 if len(curve) <= 12 else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)
-    failed = rows[rows["outcome"] != "converged"]
-    seen = np.isfinite(failed["_up"])
-    axes.plot(failed["_at"][seen], failed["_up"][seen], zorder=3, **FAILED)
-    edge = failed[~seen & np.isfinite(failed["_at"])]
-    axes.plot(edge["_at"], np.full(len(edge), 0.025 + 0.04 * index), transform=axes_x, clip_on=False, **FAILED)
-    if lost := int((~seen & failed["_at"].isna()).sum()):
-        text = f"× {lost} without equilibrium"
-        axes.text(0.99, 0.02 + 0.06 * index, text, transform=axes.transAxes, ha="right", color=ink["color"], fontsize=6.5)
+    cross = FAILED | {"color": ink["color"]}
+    failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna()]
+    seen, edge = failed[failed["_up"].notna()], failed[failed["_up"].isna()]
+    if len(seen):
+        axes.plot(seen["_at"], seen["_up"], zorder=3, **cross)
+    if len(edge):
+        height = np.full(len(edge), 0.03 + 0.05 * index)
+        axes.plot(edge["_at"], height, transform=axes.get_xaxis_transform(), zorder=3, **cross)
 
 
 def _failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    outcomes = rows.loc[rows["outcome"] != "converged", "outcome"].unique()
-    return [{**FAILED, "label": " / ".join(outcomes)}] if len(outcomes) else []
+    """Legend entry of each way in which cases failed, with their number."""
+    failed = rows[rows["outcome"] != "converged"]
+    placed = failed["_at"].notna() if "_at" in failed else failed["outcome"].notna()
+    entries = []
+    for outcome, group in failed.groupby("outcome"):
+        count, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
+        entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{f', {lost} of them without a place' if lost else ''})")
+    return [{**FAILED, "label": text} for text in entries]
+
+
+def _verticals(sheet: Sheet, parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:
+    """The marked value of each panel; its line names it, with the value if all panels have the same."""
+    column = sheet.plot.vertical
+    if column is None:
+        return []
+    values = [float(part[column].median()) * x.factor for part in parts]
+    spread = f" to {style.with_unit(max(values), x.unit)}" if max(values) - min(values) > 1e-3 * abs(max(values)) else ""
+    low = style.number(min(values)) if spread else style.with_unit(min(values), x.unit)
+    ink = {"color": style.INK, "lw": 0.8, "ls": (0, (7, 2)), "zorder": 1.5}
+    return [{**ink, "at": value, "label": f"{sheet.quantity(column).title.lower()}, {low}{spread}"} for value in values]
 
 
 def _published(plot: Plot) -> dict[str, dict[str, Any]]:
@@ -266,14 +293,14 @@ def _fits(sheet: Sheet, x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Ca
     """Which rows each fit of this plot is about, its law in shown units, and its line with the law in words."""
     plot = sheet.plot
     fits = [fit for fit in sheet.scene.fits if plot.fit and fit["x"] == plot.x and fit["y"] in plot.y]
-    for index, fit in enumerate(fits):
+    for index, fit in enumerate(sorted(fits, key=lambda fit: plot.y.index(fit["y"]))):
         reach = dict(fit.get("where") or {}) | ({COLUMN: fit["y"]} if len(plot.y) > 1 else {})
         slope, start = fit["slope"] * y.factor / x.factor, fit["intercept"] * y.factor
         text = law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, x.unit or _symbol(sheet.quantity(plot.x)))
-        if len(fits) > 1:
-            text = ", ".join(sheet.text(column, value) for column, value in reach.items()) + ": " + text
-        line = {"color": style.QUIET, "ls": style.LINES[(index + 1) % 8], "lw": 1.0, "zorder": 1.8, "label": text}
-        yield reach, lambda at, slope=slope, start=start: start + slope * at, line
+        about = [sheet.text(column, value) for column, value in reach.items() if column not in plot.where]
+        text = f"{', '.join(about)}: {text}" if about else text
+        ink = {"color": style.INK, "ls": style.LINES[(index + 1) % 8], "lw": 0.9, "zorder": 1.8, "label": text}
+        yield reach, lambda at, slope=slope, start=start: start + slope * at, ink
 
 
 def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> str:
@@ -292,15 +319,6 @@ def _common(sheet: Sheet, unit: str) -> str:
     same = [words[0] for words in zip(*(title[::-1] for title in titles), strict=False) if len(set(words)) == 1]
     text = " ".join(same[::-1]).capitalize() or "Value"
     return f"{text} ({unit})" if unit else text
-
-
-def _vertical(axes: Axes, sheet: Sheet, value: float, x: Shown) -> None:
-    column = sheet.plot.vertical or ""
-    text = f"{sheet.quantity(column).title.lower()}\n{style.with_unit(value * x.factor, x.unit)}"
-    axes.axvline(value * x.factor, color=style.INK, lw=0.8, ls=(0, (4, 2)), zorder=1.5)
-    right = value * x.factor > np.mean(axes.get_xlim())
-    axes.annotate(text, (value * x.factor, 0.98), xycoords=axes.get_xaxis_transform(), xytext=(-3 if right else 3, 0),
-                  textcoords="offset points", va="top", ha="right" if right else "left", fontsize=6.5)  # fmt: skip
 
 
 # Shapes
@@ -362,6 +380,25 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
 
 def shapes(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
+    drawn = _bodies(sheet)
+    corners = np.concatenate([[[-0.01, 0.0]], *(one.disks.reshape(-1, 2) for one in drawn.values())])
+    strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
+    missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
+    notes = [_not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
+    titles, parts = sheet.panels()
+    figure, axes = style.panels(titles, sheet.handles(solid=True) + _notes(notes), _frame(corners)[2])
+    for one, part in zip(axes, parts, strict=True):
+        for look, line, group in sheet.groups(part):
+            for index in group.index.intersection(list(drawn)):
+                _shape(one, drawn[index], look, line if sheet.style else "-", strongest)
+        _ground(one, drawn)
+        _to_scale(one, corners)
+    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    return figure
+
+
+def _bodies(sheet: Sheet) -> dict[int, Body]:
+    """What can be drawn, by row: the state of that row's step, or the last one of its case."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
     by_case = {number: state for number, state in sheet.states.groupby("case_id")}
@@ -371,19 +408,171 @@ def shapes(sheet: Sheet) -> Figure:
         state = state[state["step"] == (row["step"] if "step" in sheet.rows else state["step"].max())]
         if len(state) and np.isfinite(state[["x_m", "y_m", "angle_rad"]].to_numpy(float)).all():
             drawn[index] = body(sheet.scene.manipulator(int(row["case_id"])), state)
-    corners = np.concatenate([np.zeros((1, 2)), *(one.disks.reshape(-1, 2) for one in drawn.values())])
-    strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
+    return drawn
+
+
+def _not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
+    keys = {sheet.plot.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
+    names = [sheet.text(column, row[key]) for column, key in keys.items() if column]
+    return f"{', '.join(names)}: {what}" if names else what
+
+
+def _notes(texts: list[str], most: int = 6) -> list[Line2D]:
+    """Legend entries for what is not drawn."""
+    more = [f"and {len(texts) - most} more"] if len(texts) > most else []
+    return [_entry({**FAILED, "label": text}) for text in texts[:most] + more]
+
+
+def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:
+    """The wall that holds the base disk."""
+    if drawn:
+        base = 1e3 * next(iter(drawn.values())).disks[0]
+        back, low, high = base[:, 0].min(), base[:, 1].min(), base[:, 1].max()
+        wall = [(back, low), (back - 9, low), (back - 9, high), (back, high)]
+        axes.add_patch(Polygon(wall, facecolor="none", edgecolor=style.QUIET, hatch="/////", lw=0))
+
+
+def straight(manipulator: Manipulator) -> Body:
+    """The manipulator at rest, without tension."""
+    pitch = manipulator.per_plate(segment.length_m for segment in manipulator.segment) + manipulator.disk.thickness_m
+    x = np.concatenate([[0.0], np.cumsum(pitch)]) - manipulator.disk.thickness_m / 2
+    return body(manipulator, pd.DataFrame({"disk": range(len(x)), "x_m": x, "y_m": 0.0, "angle_rad": 0.0}))
+
+
+def _shape(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) -> None:
+    """One manipulator: slack cables grey, tensioned ones in its colour and as thick as their tension."""
+    for cable, tension in zip(drawn.cables, drawn.tensions, strict=True):
+        spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
+        if strongest > 0 and tension[0] > 1e-9 * strongest:
+            widths = 0.35 + 1.1 * tension / strongest
+            axes.add_collection(LineCollection(spans, colors=[look.colour], linewidths=widths, capstyle="round", zorder=2.4))
+        else:
+            axes.add_collection(LineCollection(spans, colors=[style.PALE], linewidths=0.4, zorder=2.0))
+    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[look.colour], linewidths=1.5, zorder=2.6))
+    axes.add_collection(
+        PolyCollection(1e3 * drawn.disks, facecolors=[_pale(look.colour)], edgecolors=[look.colour], linewidths=0.5, zorder=2.5)
+    )
+    tip = 1e3 * drawn.disks[-1].mean(0)
+    if line != "-":
+        axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
+    axes.plot(*tip, marker=look.marker, color=look.colour, mec="white", mew=0.5, ms=5, zorder=3)
+
+
+def _frame(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Limits along x and y with a margin, mm, and height over width; points in m."""
+    low, high = 1e3 * np.nanmin(points, 0), 1e3 * np.nanmax(points, 0)
+    margin = 0.04 * np.max(high - low) + 1e-9
+    x, y = (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin)
+    return x, y, (y[1] - y[0]) / (x[1] - x[0])
+
+
+def _to_scale(axes: Axes, points: np.ndarray) -> None:
+    x, y, _ = _frame(points)
+    axes.set(xlim=x, ylim=y)
+    axes.set_aspect("equal")
+    axes.locator_params(nbins=6, steps=[1, 2, 5, 10])
+
+
+# Workspaces
+
+
+def workspace(sheet: Sheet) -> Figure:
+    """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
+    if sheet.states is None:
+        raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
+    tips = sheet.states[sheet.states["disk"] == sheet.states["disk"].max()]
+    clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in tips.groupby("case_id")}
+    clouds = {number: clouds.get(number, np.zeros((0, 2))) for number in sheet.rows["case_id"].unique()}
+    reached = {number: cloud[np.isfinite(cloud).all(1)] for number, cloud in clouds.items()}
+    notes = []
+    for _, row in sheet.rows.iterrows():
+        count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
+        if good < count or not count:
+            what = f"{count - good:,} of {count:,} loads without equilibrium" if count else str(row["outcome"])
+            notes.append(_not_drawn(sheet, row, what))
     titles, parts = sheet.panels()
-    figure, axes = style.panels(titles, sheet.handles(), _frame(corners)[2])
-    for one, part in zip(axes, parts, strict=True):
-        missing = []
-        for look, line, group in sheet.groups(part):
-            for index, row in group.iterrows():
-                if index in drawn:
-                    _shape(one, drawn[index], look, line, strongest)
-                else:
-                    missing.append(": ".join(filter(None, [sheet.text(sheet.by, row["_by"]) if sheet.by else "", row["outcome"]])))
+    rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
+    corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])
+    figure, axes = style.panels(titles, sheet.handles(patch=True) + _notes(notes), _frame(corners)[2])
+    for one, part, rest in zip(axes, parts, rests, strict=True):
+        _shape(one, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
+        groups = list(sheet.groups(part))
+        for look, line, group in groups:
+            points = np.concatenate([reached[number] for number in group["case_id"]])
+            if len(points) > 2:
+                _region(one, points, look, line, lone=len(groups) == 1)
         _to_scale(one, corners)
-        _note(one, missing)
-    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    style.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
     return figure
+
+
+def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Centres of square cells (m), points in each (x, y), and the region as a smoothed mask: inside above one half.
+
+    Cells are as small as the points allow, about eight in each on average.
+    """
+    low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
+    coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
+    taken = len(np.unique(np.floor((points - low) / coarse), axis=0))
+    side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 250, size / 8)
+    counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
+    edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
+    filled, *_ = np.histogram2d(*points.T, bins=edges)
+    mask = ndimage.binary_closing(filled > 0, ndimage.iterate_structure(ndimage.generate_binary_structure(2, 1), 3))
+    x, y = (edge[:-1] + side / 2 for edge in edges)
+    return x, y, filled, ndimage.gaussian_filter(mask.astype(float), 1.0)
+
+
+def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -> None:
+    x, y, filled, inside = occupancy(points)
+    at = 1e3 * x, 1e3 * y, inside.T
+    if lone:
+        density = np.where(inside > 0.5, ndimage.gaussian_filter(filled, 1.0), np.nan)
+        shades = matplotlib.colors.LinearSegmentedColormap.from_list("", [_pale(look.colour, 0.12), _pale(look.colour, 0.75)])
+        axes.pcolormesh(*at[:2], np.log1p(density).T, cmap=shades, rasterized=True, zorder=1.1)
+    else:
+        hatches = axes.contourf(*at, levels=[0.5, 2.0], colors=[look.colour], alpha=0.10, zorder=1.1)
+        if look.hatch:
+            hatches = axes.contourf(*at, levels=[0.5, 2.0], colors="none", hatches=[look.hatch], zorder=1.2)
+            hatches.set_edgecolor(_pale(look.colour, 0.55))
+            hatches.set_linewidth(0.0)
+    axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.2, zorder=1.6)
+
+
+# Bars
+
+
+def bars(sheet: Sheet) -> Figure:
+    """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
+    plot, rows = sheet.plot, sheet.rows
+    places = _ordered(_values(rows, plot.x))
+    handles = [*sheet.handles(patch=True, solid=True), *(_entry(ink) for ink in _failures(rows))]
+    titles = [sheet.shown(metric).label for metric in plot.y]
+    figure, axes = style.panels(titles if len(titles) > 1 else [""], handles, 0.62, shared=False)
+    groups = list(sheet.groups(rows))
+    width = 0.8 / max(len(groups), 1)
+    for one, metric in zip(axes, plot.y, strict=True):
+        unit = sheet.shown(metric, plot.y_unit if len(plot.y) == 1 else None)
+        for index, (look, line, group) in enumerate(groups):
+            at = np.arange(len(places)) + (index - (len(groups) - 1) / 2) * width
+            values = group.assign(_v=group[metric] * unit.factor).groupby(_values(group, plot.x))["_v"]
+            low, middle, high = (getattr(values, kind)().reindex(places).to_numpy(float) for kind in ("min", "median", "max"))
+            ink = {"facecolor": _pale(look.colour, 0.7), "edgecolor": look.colour, "hatch": look.hatch, "ls": line if sheet.style else "-", "lw": 0.7}
+            one.bar(at, middle, 0.92 * width, **ink)
+            if (high > low).any():
+                one.errorbar(at, middle, [middle - low, high - middle], fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
+            lost = set(_values(group, plot.x)[group["outcome"] != "converged"])
+            one.plot(at[[place in lost for place in places]], [0.03] * len(lost), transform=one.get_xaxis_transform(), **FAILED)
+        one.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
+        one.grid(False, axis="x")
+        if pd.api.types.is_numeric_dtype(rows[plot.x]):
+            one.set_xlabel(sheet.shown(plot.x).label)
+        if len(titles) == 1:
+            one.set_ylabel(unit.label)
+    return figure
+
+
+def _tick(sheet: Sheet, value: Any) -> str:
+    if isinstance(value, (str, bool)):
+        return "\n".join(sheet.text(sheet.plot.x or "", value).rsplit(" ", 1))
+    return style.number(value * sheet.shown(sheet.plot.x or "").factor)

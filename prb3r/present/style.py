@@ -47,7 +47,7 @@ RC = {
     "hatch.linewidth": 0.5,
     "legend.fontsize": 7,
     "legend.frameon": False,
-    "legend.handlelength": 2.6,
+    "legend.handlelength": 3.4,
     "legend.columnspacing": 1.4,
     "legend.handletextpad": 0.6,
     "figure.facecolor": "white",
@@ -69,7 +69,7 @@ LINES: tuple[Any, ...] = (
     (0, (2.4, 1.6)),
     (0, (1, 2.4)),
 )
-HATCHES = ("", "////", "....", "\\\\\\\\", "xxxx", "----", "||||", "++++")
+HATCHES = ("", "////", "\\\\\\\\", "xxxx", "----", "||||", "++++", "//")
 OPEN_MARKERS = ("D", "o", "s", "^", "v", "p", "h", "*")
 RAMP_FROM = 4
 """From this many numbers on, colour is a ramp from dark to light instead of a set of distinct ones."""

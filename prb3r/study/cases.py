@@ -130,9 +130,11 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
     if study.model is not None:
         base["manipulator"]["model"] = study.model
     try:
+        for target, value in study.set.items():
+            put(base, target, value)
         grid = axes(study)
-    except ValueError as error:
-        raise SpecError(Problem(f"{path} factor", str(error))) from None
+    except (KeyError, TypeError, ValueError) as error:
+        raise SpecError(Problem(str(path), str(error.args[0]))) from None
     factors = {factor.name: factor for factor in study.factor}
     cases, found, checked = [], {}, {}
     for number, combination in enumerate(itertools.product(*grid)):

@@ -170,6 +170,8 @@ def _check_columns(plan: Plan) -> None:
         for name in sorted({name for name in duplicates if duplicates.count(name) > 1})
     ]
     columns = fixed | {comparison.name for comparison in study.comparison}
+    if study.states != "none":
+        columns.add("step")
     used = [(f"plot {p.name}", name) for p in study.plot for name in (p.x, *p.y, p.by, p.style, p.panel, p.vertical)]
     used += [(f"plot {p.name} where", name) for p in study.plot for name in p.where]
     used += [("fit", name) for f in study.fit for name in (f.x, f.y, *f.where)]
@@ -183,7 +185,7 @@ def _check_columns(plan: Plan) -> None:
     from prb3r.errors import did_you_mean
 
     for place, name in used:
-        if name is not None and name not in columns and name not in ("x_m", "y_m"):
+        if name is not None and name not in columns:
             problems.append(Problem(f"{plan.path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}"))
     if problems:
         raise SpecError(*dict.fromkeys(problems))
@@ -291,3 +293,19 @@ def straight_lengths(cases: list[Case]) -> dict[int, float]:
             known[text] = case.manipulator().chain().length
         lengths[case.number] = known[text]
     return lengths
+
+
+def forecast(plan: Plan) -> tuple[float, int]:
+    """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
+    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
+    parts = store.Parts(plan.folder, plan.key, kinds)
+    waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
+    cases = [one for chunk in waiting for one in chunk.single()]
+    if not cases:
+        return 0.0, len(plan.cases)
+    solve_chunk(cases[0])  # compiles
+    sample = cases[:: max(1, len(cases) // 3)][:4]
+    begin = time.perf_counter()
+    for one in sample:
+        solve_chunk(one)
+    return (time.perf_counter() - begin) / len(sample) * len(cases), len(plan.cases) - len(cases)

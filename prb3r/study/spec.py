@@ -90,7 +90,7 @@ class Factor(Strict):
                 f"the name {self.name!r} becomes a column and must end in {ending!r}, the unit of {self.path}"
             )
         labels = [level.label for level in self.level or ()]
-        if len(set(labels)) < len(labels):
+        if len(set(labels)) < len(labels) and self.zip is None:
             raise ValueError("labels of levels must differ")
         return self
 
@@ -175,6 +175,7 @@ class Plot(Strict):
     fit: bool = False
     """lines: draw the study's fits of this y over x."""
     y_from_zero: bool = False
+    log_y: bool = False
 
     @model_validator(mode="after")
     def _consistent(self) -> "Plot":
@@ -213,6 +214,8 @@ class Study(Strict):
     manipulator: str
     """Path of the manipulator file, relative to the study file."""
     model: Model | None = None
+    set: dict[str, Any] = {}
+    """Parameter paths of the manipulator and their values, for all cases."""
     seed: int = 1
     states: Literal["none", "final", "path"] = "final"
     state_disks: list[Annotated[int, Field(ge=0)]] | None = None

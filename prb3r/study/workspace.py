@@ -13,9 +13,10 @@ CLOUD_SEED = 20181
 
 
 def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Loads:
-    """`count` independent loads: every cable of `limits` between 0 and its largest tension (N), by a Sobol sequence.
+    """`count` independent loads: every cable of `limits` idle or pulled up to its largest tension (N).
 
-    The same tensions come up for every design, so that areas differ by the design alone.
+    A Sobol sequence gives each cable a share in [-1, 1], negative shares are idle: so every subset of the cables,
+    and with it the rim of the workspace, comes up equally often.  The same shares come up for every design.
     """
     names = sorted(limits)
     tension = np.zeros((count, len(manipulator.cable)))
@@ -23,7 +24,7 @@ def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, flo
         bits = int(np.ceil(np.log2(count)))
         share = qmc.Sobol(len(names), rng=CLOUD_SEED).random_base2(bits)[:count]
         for column, name in enumerate(names):
-            tension[:, manipulator.cable_names.index(name)] = share[:, column] * limits[name]
+            tension[:, manipulator.cable_names.index(name)] = np.maximum(2 * share[:, column] - 1, 0) * limits[name]
     return loads(chain, tension)
 
 

@@ -1,0 +1,215 @@
+"""The command line: the only place that prints.  Progress goes to stderr, one closing summary to stdout."""
+
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from prb3r import __version__
+from prb3r.errors import Prb3rError, Problem, SpecError
+
+DONE, SOME_FAILED, REFUSED, ENGINE, INTERRUPTED = 0, 1, 2, 3, 130
+
+
+class Commands(click.Group):
+    """Errors become messages and exit codes; no traceback reaches a user unless PRB3R_DEBUG is set."""
+
+    def invoke(self, ctx: click.Context):
+        try:
+            return super().invoke(ctx)
+        except Prb3rError as error:
+            for problem in error.problems:
+                click.echo(f"prb3r: {problem}", err=True)
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("prb3r: interrupted; what is computed is kept, run the same command to go on", err=True)
+            ctx.exit(INTERRUPTED)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            ctx.exit(DONE)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            if os.environ.get("PRB3R_DEBUG"):
+                raise
+            click.echo(
+                f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)", err=True
+            )
+            ctx.exit(ENGINE)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__)
+def main() -> None:
+    """Design studies for cable-driven continuum manipulators."""
+
+
+def _existing(_ctx, _param, paths):
+    problems = [Problem(str(path), "no such file or folder") for path in paths if not Path(path).exists()]
+    if problems:
+        raise SpecError(*problems)
+    return paths
+
+
+STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml...", callback=_existing)
+
+
+@main.command()
+@STUDIES
+@click.option("-o", "--output", default="results", show_default=True, help="Folder that receives one folder a study.")
+@click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
+@click.option("--fresh", is_flag=True, help="Compute everything anew instead of resuming.")
+@click.option("--dry-run", is_flag=True, help="Say how many cases, what they cost and where they go.")
+@click.option("--backend", default="loky", show_default=True, help="loky (this machine) or dask.")
+@click.option("--scheduler", default=None, metavar="ADDRESS", help="Dask scheduler, tcp://host:port.")
+@click.pass_context
+def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
+    """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
+    from prb3r.study.engine import Workers
+    from prb3r.study.run import Options, execute, plan_study
+
+    plans, problems = [], []
+    for path in studies:
+        try:
+            plans.append(plan_study(path, output))
+        except SpecError as error:
+            problems += error.problems
+    names = [plan.study.name for plan in plans]
+    for plan in plans:
+        if names.count(plan.study.name) > 1:
+            problems.append(Problem(str(plan.path), f"another study of this run is named {plan.study.name!r} too"))
+    if problems:
+        raise SpecError(*problems)
+    jobs = jobs or os.cpu_count() or 1
+    if dry_run:
+        for plan in plans:
+            click.echo(_forecast(plan, jobs))
+        return
+    from prb3r.present.publish import publish
+    from prb3r.progress import reporter
+
+    options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
+    with reporter() as progress:
+        for plan in plans:
+            result = execute(plan, options, progress)
+            files = publish(result)
+            for change in result.manifest["changed"]:
+                click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
+            failed += result.failed
+            lines.append(_closing(result, files))
+    click.echo("\n".join(lines))
+    ctx.exit(SOME_FAILED if failed else DONE)
+
+
+def _forecast(plan, jobs: int) -> str:
+    from prb3r.study.run import forecast
+
+    seconds, stored = forecast(plan)
+    cost = f"about {seconds / jobs:.2g} s with {jobs} jobs" if seconds else "nothing to compute"
+    return f"{plan.study.name}: {len(plan.cases)} cases, {stored} of them stored, {cost}, into {plan.folder}"
+
+
+def _closing(result, files: list[str]) -> str:
+    plan, cases = result.plan, len(result.cases)
+    what = f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
+    text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    if result.failed:
+        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
+        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
+    return text
+
+
+@main.command()
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.argument("steps", metavar="STEPS")
+@click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
+@click.option("-o", "--output", metavar="MARKERS", help="A .csv or .parquet file instead of CSV on stdout.")
+@click.pass_context
+def solve(ctx, manipulator, steps, model, output) -> None:
+    """Equilibria along each sequence of load steps."""
+    from prb3r.model.manipulator import load_manipulator
+    from prb3r.model.solve import solve as solve_steps
+    from prb3r.model.table import write_table
+
+    table = solve_steps(load_manipulator(manipulator), steps, model)
+    last = table[table["disk"] == table["disk"].max()]
+    failed = int((last["outcome"] != "converged").sum())
+    if output:
+        write_table(table, output)
+        click.echo(f"{len(last)} steps, {failed} without a stable equilibrium, in {output}")
+    else:
+        click.echo(table.to_csv(index=False), nl=False)
+        if failed:
+            click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
+    ctx.exit(SOME_FAILED if failed else DONE)
+
+
+@main.command()
+@click.argument("results", nargs=-1, required=True, metavar="RESULT...", callback=_existing)
+@click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
+def compare(results, output) -> None:
+    """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
+    from prb3r.present.comparison import publish_comparison
+    from prb3r.study.designs import compare_results
+
+    comparison = compare_results([Path(result) for result in results])
+    click.echo(comparison.markdown())
+    if output:
+        files = publish_comparison(comparison, Path(output))
+        click.echo(f"\n{', '.join(files)} in {output}")
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+def check(files) -> None:
+    """Validate specs, manipulators and step tables; all problems at once."""
+    from prb3r.check import check_file
+
+    problems, lines = [], []
+    for path in files:
+        try:
+            lines.append(f"{path}: {check_file(Path(path))}")
+        except Prb3rError as error:
+            problems += error.problems
+    if lines:
+        click.echo("\n".join(lines))
+    if problems:
+        raise SpecError(*problems)
+
+
+@main.command()
+@click.argument("what", type=click.Choice(["study", "manipulator"]))
+def schema(what) -> None:
+    """JSON Schema of a file format, for editors."""
+    from prb3r.model.manipulator import Manipulator
+    from prb3r.study.spec import Study
+
+    kinds = {"study": Study, "manipulator": Manipulator}
+    click.echo(json.dumps(kinds[what].model_json_schema(), indent=1))
+
+
+@main.command()
+@click.option("--json", "as_json", is_flag=True, help="Numbers as JSON.")
+@click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
+def bench(as_json, output) -> None:
+    """Speed and accuracy against the seed's method and the integral model, measured in one run."""
+    from prb3r.bench import markdown, measure
+
+    with _told("measuring, less than a minute"):
+        result = measure()
+    text = markdown(result)
+    folder = Path(output)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "bench.md").write_text(text)
+    (folder / "bench.json").write_text(result.json())
+    click.echo(result.json() if as_json else f"{text}\nin {folder}")
+
+
+@contextlib.contextmanager
+def _told(what: str) -> Iterator[None]:
+    click.echo(f"prb3r: {what}", err=True)
+    yield

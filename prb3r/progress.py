@@ -1,0 +1,82 @@
+"""Progress on stderr: a live bar on a terminal, plain lines elsewhere."""
+
+import contextlib
+import sys
+import time
+from collections.abc import Iterator
+
+PLAIN_EVERY_S = 10.0
+
+
+class Lines:
+    """A line when a study starts, every few seconds, and when it ends."""
+
+    def begin(self, name: str, cases: int, done: int) -> None:
+        self.name, self.cases, self.done, self.failed = name, cases, done, 0
+        self.started = self.said = time.monotonic()
+        self.first = done
+        if done < cases:
+            stored = f", {done} stored already" if done else ""
+            self._say(f"{cases} cases{stored}")
+
+    def advance(self, cases: int, failed: int) -> None:
+        self.done, self.failed = self.done + cases, self.failed + failed
+        now = time.monotonic()
+        if now - self.said > PLAIN_EVERY_S and self.done < self.cases:
+            self.said = now
+            rate = (self.done - self.first) / (now - self.started)
+            self._say(f"{self.done} of {self.cases}, {rate:.3g} a second, {(self.cases - self.done) / rate:.0f} s left")
+
+    def end(self) -> None:
+        if self.done > self.first:
+            failed = f", {self.failed} without a stable equilibrium" if self.failed else ""
+            self._say(f"{self.done} of {self.cases} cases in {time.monotonic() - self.started:.1f} s{failed}")
+
+    def _say(self, what: str) -> None:
+        print(f"{self.name}: {what}", file=sys.stderr, flush=True)
+
+
+class Bar:
+    """A rich progress bar with rate and time left."""
+
+    def __init__(self, progress) -> None:
+        self.progress = progress
+
+    def begin(self, name: str, cases: int, done: int) -> None:
+        self.failed = 0
+        self.task = self.progress.add_task(name, total=cases, completed=done, note="")
+
+    def advance(self, cases: int, failed: int) -> None:
+        self.failed += failed
+        note = f"{self.failed} without a stable equilibrium" if self.failed else ""
+        self.progress.update(self.task, advance=cases, note=note)
+
+    def end(self) -> None:
+        self.progress.stop_task(self.task)
+
+
+@contextlib.contextmanager
+def reporter() -> Iterator[Lines | Bar]:
+    """What suits stderr."""
+    if not sys.stderr.isatty():
+        yield Lines()
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task) -> Text:
+            speed = task.finished_speed or task.speed
+            return Text(f"{speed:.3g}/s" if speed else "")
+
+    columns = [
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        Rate(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+    ]
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        yield Bar(progress)
