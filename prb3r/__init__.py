@@ -20,7 +20,16 @@ _WHERE = {
     "RecordingError": "prb3r.errors",
     "EngineError": "prb3r.errors",
 }
-__all__ = ["EngineError", "Manipulator", "Prb3rError", "RecordingError", "SpecError", "load_manipulator", "run_study", "solve"]
+__all__ = [
+    "EngineError",
+    "Manipulator",
+    "Prb3rError",
+    "RecordingError",
+    "SpecError",
+    "load_manipulator",
+    "run_study",
+    "solve",
+]
 
 
 def __getattr__(name: str):  # compiled kernels and pandas load when they are first needed

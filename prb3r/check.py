@@ -48,4 +48,6 @@ def _check_table(path: Path) -> str:
     if missing:
         raise SpecError(*(Problem(str(path), f"column {key!r} is missing") for key in missing))
     sequences = frame["sequence"].nunique()
-    return f"table of {len(frame)} rows in {sequences} sequences; its columns are checked with the manipulator they load"
+    return (
+        f"table of {len(frame)} rows in {sequences} sequences; its columns are checked with the manipulator they load"
+    )

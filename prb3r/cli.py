@@ -37,7 +37,8 @@ class Commands(click.Group):
             if os.environ.get("PRB3R_DEBUG"):
                 raise
             click.echo(
-                f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)", err=True
+                f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)",
+                err=True,
             )
             ctx.exit(ENGINE)
 
@@ -72,7 +73,8 @@ def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     from prb3r.study.engine import Workers
     from prb3r.study.run import Options, execute, plan_study
 
-    plans, problems = [], []
+    plans = []
+    problems: list[Problem] = []
     for path in studies:
         try:
             plans.append(plan_study(path, output))
@@ -115,7 +117,9 @@ def _forecast(plan, jobs: int) -> str:
 
 def _closing(result, files: list[str]) -> str:
     plan, cases = result.plan, len(result.cases)
-    what = f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
+    what = (
+        f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
+    )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
     if result.failed:
         first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
@@ -169,7 +173,8 @@ def check(files) -> None:
     """Validate specs, manipulators and step tables; all problems at once."""
     from prb3r.check import check_file
 
-    problems, lines = [], []
+    problems: list[Problem] = []
+    lines = []
     for path in files:
         try:
             lines.append(f"{path}: {check_file(Path(path))}")
@@ -188,8 +193,8 @@ def schema(what) -> None:
     from prb3r.model.manipulator import Manipulator
     from prb3r.study.spec import Study
 
-    kinds = {"study": Study, "manipulator": Manipulator}
-    click.echo(json.dumps(kinds[what].model_json_schema(), indent=1))
+    described = Study if what == "study" else Manipulator
+    click.echo(json.dumps(described.model_json_schema(), indent=1))
 
 
 @main.command()

@@ -156,8 +156,9 @@ def blend(of_step, last, s, share, out):
 def follow(packed, loads, dead, from_rest, modes, work, path):
     """Solve every load step of `loads` and write `path`; each from rest, or each from the one before.
 
-    `dead` (s,) tells the steps with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are free).  Where `path.lowest` is not empty the
-    lowest eigenvalue is written for free angles without dead loads, where it is cheap.
+    `dead` (s,) tells the steps with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are
+    free).  Where `path.lowest` is not empty the lowest eigenvalue is written for free angles without dead loads,
+    where it is cheap.
     """
     plates = packed.plate
     steps, n = loads.tension.shape[0], packed.plate[0].q.shape[0]
@@ -271,13 +272,16 @@ def solve(
         for s in np.flatnonzero((outcome == Outcome.CONVERGED) & np.isnan(path.lowest)):
             path.lowest[s] = lowest_under_load(packed, modes, Loads(*(field[s] for field in loads)), path.q[s])
         outcome[path.lowest <= 0] = Outcome.UNSTABLE
+    x, y, angle = np.moveaxis(path.disk, -1, 0)
     return Equilibria(
-        outcome,
-        path.status[:, 1],
-        path.residual,
-        path.q,
-        *np.moveaxis(path.disk, -1, 0),
-        path.tension,
-        path.moment,
-        path.lowest if eigenvalue else None,
+        outcome=outcome,
+        iterations=path.status[:, 1],
+        residual=path.residual,
+        q=path.q,
+        x=x,
+        y=y,
+        angle=angle,
+        tension=path.tension,
+        moment=path.moment,
+        lowest_eigenvalue=path.lowest if eigenvalue else None,
     )

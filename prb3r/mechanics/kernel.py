@@ -9,8 +9,8 @@ import os
 import tempfile
 from pathlib import Path
 
-import numba
 from numba import njit
+from numba.core import config
 
 
 def _cache_folder() -> str:
@@ -36,8 +36,9 @@ def kernel(function):
 
     Divisions follow IEEE rules; NaN and infinity stay visible, so that a failed solve can be told from a good one.
     """
-    folder, numba.config.CACHE_DIR = numba.config.CACHE_DIR, _FOLDER
+    folder = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = _FOLDER  # type: ignore[attr-defined]
     try:
         return _COMPILE(function)
     finally:
-        numba.config.CACHE_DIR = folder
+        config.CACHE_DIR = folder  # type: ignore[attr-defined]

@@ -30,7 +30,8 @@ def segment_modes(chain: Chain) -> np.ndarray:
 def chain_tangent(packed, tension, slip, force, tip, modes, work):
     """``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles, in `work.system`.
 
-    `work` has `c` columns.  Returns the largest unbalanced moment (N m) and the moment of the dead loads about the world origin.
+    `work` has `c` columns.  Returns the largest unbalanced moment and the moment of the dead loads about the world
+    origin, N m.
     """
     model, cable, outer, drift, system = packed.model[0], packed.cable, work.outer, work.drift, work.system
     plates, n, columns = modes.shape

@@ -70,8 +70,8 @@ class Segment(Strict):
 
     def bending_stiffness(self, youngs_modulus_pa: float) -> float:
         """EI of one plate, N m^2 [Eq. 17]."""
-        if self.bending_stiffness_n_m2 is not None:
-            return self.bending_stiffness_n_m2
+        if self.width_m is None or self.thickness_m is None:
+            return self.bending_stiffness_n_m2 or np.nan  # one of both is given
         return youngs_modulus_pa * self.width_m * self.thickness_m**3 / 12
 
     @property

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from prb3r.mechanics.equilibrium import Outcome, solve as equilibria
+from prb3r.mechanics.equilibrium import Outcome
+from prb3r.mechanics.equilibrium import solve as equilibria
 from prb3r.model.manipulator import Manipulator, Model
 from prb3r.model.steps import sequences_of
 

@@ -62,7 +62,9 @@ def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loa
     )
 
 
-def problems_of(manipulator: Manipulator, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")) -> list[Problem]:
+def problems_of(
+    manipulator: Manipulator, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
+) -> list[Problem]:
     """Everything that is wrong with a table of steps."""
     valid = [*keys, *column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
     problems = [Problem(where, f"column {key!r} is missing") for key in keys if key not in frame]
@@ -79,7 +81,9 @@ def problems_of(manipulator: Manipulator, frame: pd.DataFrame, where: str, *, ke
         for key, rows in frame.groupby(list(keys), sort=False).groups.items():
             if len(rows) > 1:
                 at = ", ".join(f"{k} {v}" for k, v in zip(keys, key, strict=True))
-                problems.append(Problem(where, f"{at} stands in {len(rows)} rows (first: rows {rows[0] + 1}, {rows[1] + 1})"))
+                problems.append(
+                    Problem(where, f"{at} stands in {len(rows)} rows (first: rows {rows[0] + 1}, {rows[1] + 1})")
+                )
     return problems
 
 

@@ -19,7 +19,9 @@ def read_table(path: str | Path) -> pd.DataFrame:
     """
     path = Path(path)
     if path.suffix not in SUFFIXES:
-        raise SpecError(Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"))
+        raise SpecError(
+            Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}")
+        )
     try:
         if path.suffix == ".parquet":
             return pd.read_parquet(path)
@@ -44,7 +46,9 @@ def write_table(frame: pd.DataFrame, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix not in SUFFIXES:
-        raise SpecError(Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"))
+        raise SpecError(
+            Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}")
+        )
     try:
         if path.suffix == ".parquet":
             frame.to_parquet(path, index=False)

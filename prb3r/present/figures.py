@@ -1,6 +1,7 @@
 """Figures of a study: its tables and a plot of its spec in, a matplotlib figure out, and the figure onto disk."""
 
 import io
+import itertools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
@@ -21,7 +23,8 @@ from scipy import ndimage
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
 from prb3r.present.style import Look, Shown, shown
-from prb3r.quantities import Quantity, describe
+from prb3r.quantities import Quantity
+from prb3r.study.compare import select
 from prb3r.study.spec import Plot
 
 COLUMN = "_column"
@@ -75,18 +78,6 @@ def write_whole(path: Path, content: bytes) -> Path:
     return path
 
 
-def selected(rows: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
-    """Rows whose columns have the given values, or one of a list of values; numbers up to rounding."""
-    for column, wanted in where.items():
-        wanted = wanted if isinstance(wanted, list) else [wanted]
-        if pd.api.types.is_numeric_dtype(rows[column]):
-            same = np.isclose(rows[column].to_numpy(float)[:, None], np.asarray(wanted, float), rtol=1e-9, atol=1e-12)
-            rows = rows[same.any(1)]
-        else:
-            rows = rows[rows[column].fillna("").isin(wanted)]
-    return rows
-
-
 @dataclass(frozen=True)
 class Sheet:
     """A plot with its data: who is drawn, in which panel, and in which look."""
@@ -99,14 +90,15 @@ class Sheet:
     @cached_property
     def rows(self) -> pd.DataFrame:
         """Selected cases (with their states where the plot names columns of those), with key columns."""
-        plot, rows = self.plot, selected(self.cases, self.plot.where)
+        plot, rows = self.plot, select(self.cases, self.plot.where)
         wanted = [plot.by, plot.style, plot.panel, plot.x, *(plot.y if plot.kind in ("lines", "bars") else ())]
         missing = {column for column in wanted if column and column not in rows}
         if missing and self.states is not None:
             columns = ["case_id", "step", *missing] if plot.kind == "shapes" else self.states.columns
-            rows = rows.merge(self.states[list(dict.fromkeys(columns))].drop_duplicates(), "left", "case_id", suffixes=("", "_state"))
-        if missing - set(rows):
-            raise ValueError(f"plot {plot.name!r}: no column {', '.join(sorted(missing - set(rows)))} in cases or states")
+            states = self.states[list(dict.fromkeys(columns))].drop_duplicates()
+            rows = rows.merge(states, "left", "case_id", suffixes=("", "_state"))
+        if absent := sorted(missing - set(rows)):
+            raise ValueError(f"plot {plot.name!r}: no column {', '.join(absent)} in cases or states")
         if plot.kind == "lines":
             rows = pd.concat([rows.assign(**{COLUMN: y, "_y": rows[y]}) for y in plot.y], ignore_index=True)
         keys = {"_by": self.by, "_style": self.style, "_panel": plot.panel}
@@ -137,11 +129,11 @@ class Sheet:
         return self.dashes[key] if self.style else look.line
 
     def quantity(self, column: str) -> Quantity:
-        return next((q for q in self.scene.quantities if q.name == column), None) or describe(column)
+        return style.quantity_of(column, self.scene.quantities)
 
     def shown(self, column: str, unit: str | None = None) -> Shown:
-        numbers = self.rows[column] if column in self.rows else ()
-        return shown(self.quantity(column), numbers if pd.api.types.is_numeric_dtype(numbers) else (), unit)
+        known = column in self.rows and pd.api.types.is_numeric_dtype(self.rows[column])
+        return shown(self.quantity(column), self.rows[column] if known else (), unit)
 
     def text(self, column: str, value: Any) -> str:
         """A value of a key column as a legend or a panel title says it."""
@@ -150,7 +142,9 @@ class Sheet:
         if column == "broken_cables":
             return f"cable{'s' * (',' in value)} {value} broken" if value else "all cables intact"
         if isinstance(value, (str, bool)):
-            return str(value) or "none"
+            others = [str(other) for other in self.rows[column].unique()]
+            numbered = any(other[:1].isdigit() for other in others) and max(map(len, others)) < 10
+            return f"{self.quantity(column).title}: {value}" if numbered else str(value) or "none"
         quantity, unit = self.quantity(column), self.shown(column)
         if not quantity.symbol:
             return f"{quantity.title} {style.with_unit(value * unit.factor, unit.unit)}"
@@ -213,20 +207,25 @@ def lines(sheet: Sheet) -> Figure:
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *_failures(rows)]
-    figure, axes = style.panels(titles, sheet.handles() + [_entry(ink) for ink in extra], 0.68)
+    figure, axes = style.panels(titles, [*sheet.handles(), *_band(sheet), *map(_entry, extra)], 0.68)
     for number, (one, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
             _line(one, sheet, group, ink, index)
         for reach, law, ink in fits:
-            ends = selected(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
+            ends = select(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
             if np.isfinite(ends).all():
                 one.plot(ends, law(ends), **ink)
         for point in plot.mark:
             one.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
         if bounds and np.isfinite(bounds[number]["at"]):
             one.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
-        if plot.y_from_zero and not (rows["_up"] < 0).any():
+        if _in_order(sheet) and len(axes) == 1:
+            one.set_aspect("equal", adjustable="datalim")
+        if plot.log_y:
+            one.set_yscale("log")
+            one.minorticks_off()
+        elif plot.y_from_zero and not (rows["_up"] < 0).any():
             one.set_ylim(bottom=0)
     style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
@@ -237,13 +236,26 @@ def _entry(ink: Mapping[str, Any]) -> Line2D:
     return Line2D([], [], **{key: value for key, value in ink.items() if key != "at"})
 
 
+def _in_order(sheet: Sheet) -> bool:
+    """Whether the plot is a locus, y positions over x positions, whose lines follow the cases instead of x."""
+    return sheet.plot.x.endswith("x_m") and all(y.endswith("y_m") for y in sheet.plot.y)
+
+
+def _band(sheet: Sheet) -> list[Patch]:
+    """Legend entry of the bands, if cases of one line share a place."""
+    spread = sheet.rows.groupby(["_panel", "_by", "_style", "_at"])["_up"].agg(np.ptp)
+    if _in_order(sheet) or not (spread > 0).any():
+        return []
+    return [Patch(fc=style.PALE, lw=0, label="median and range of cases that differ otherwise")]
+
+
 def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
-    """One line: over a factor sorted, several values at one place as median and band; over a metric in case order.
+    """One line: sorted, several values at one place as median and band; a locus in the order of the cases.
 
     Failed cases are crosses: at their value if they have one, else at the lower edge.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
-    if sheet.plot.x not in {quantity.name for quantity in sheet.scene.quantities}:
+    if not _in_order(sheet):
         curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
         if (curve["max"] > curve["min"]).any():
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
@@ -266,7 +278,8 @@ def _failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
     entries = []
     for outcome, group in failed.groupby("outcome"):
         count, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
-        entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{f', {lost} of them without a place' if lost else ''})")
+        aside = f", {lost} of them without a place" if lost else ""
+        entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{aside})")
     return [{**FAILED, "label": text} for text in entries]
 
 
@@ -276,27 +289,30 @@ def _verticals(sheet: Sheet, parts: list[pd.DataFrame], x: Shown) -> list[dict[s
     if column is None:
         return []
     values = [float(part[column].median()) * x.factor for part in parts]
-    spread = f" to {style.with_unit(max(values), x.unit)}" if max(values) - min(values) > 1e-3 * abs(max(values)) else ""
-    low = style.number(min(values)) if spread else style.with_unit(min(values), x.unit)
-    ink = {"color": style.INK, "lw": 0.8, "ls": (0, (7, 2)), "zorder": 1.5}
-    return [{**ink, "at": value, "label": f"{sheet.quantity(column).title.lower()}, {low}{spread}"} for value in values]
+    ends = dict.fromkeys(style.with_unit(end, x.unit) for end in (np.nanmin(values), np.nanmax(values)))
+    text = f"{sheet.quantity(column).title.lower()}, {' to '.join(ends)}"
+    ink = {"color": style.INK, "lw": 0.8, "ls": (0, (7, 2)), "zorder": 1.5, "label": text}
+    return [{**ink, "at": value} for value in values]
 
 
 def _published(plot: Plot) -> dict[str, dict[str, Any]]:
     """Open symbols, one for each label of published points."""
     labels = dict.fromkeys(point.label for point in plot.mark)
     common = {"color": style.INK, "ls": "", "mfc": "white", "mew": 0.9, "ms": 5.2, "zorder": 4}
-    return {text: {**common, "marker": mark, "label": text} for text, mark in zip(labels, style.OPEN_MARKERS, strict=False)}
+    marks = itertools.cycle(style.OPEN_MARKERS)
+    return {text: {**common, "marker": next(marks), "label": text} for text in labels}
 
 
 def _fits(sheet: Sheet, x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:
     """Which rows each fit of this plot is about, its law in shown units, and its line with the law in words."""
     plot = sheet.plot
-    fits = [fit for fit in sheet.scene.fits if plot.fit and fit["x"] == plot.x and fit["y"] in plot.y]
+    fits = [fit for fit in sheet.scene.fits if fit["x"] == plot.x and fit["y"] in plot.y]
+    fits = [fit for fit in fits if plot.fit and fit["slope"] is not None]
     for index, fit in enumerate(sorted(fits, key=lambda fit: plot.y.index(fit["y"]))):
         reach = dict(fit.get("where") or {}) | ({COLUMN: fit["y"]} if len(plot.y) > 1 else {})
         slope, start = fit["slope"] * y.factor / x.factor, fit["intercept"] * y.factor
-        text = law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, x.unit or _symbol(sheet.quantity(plot.x)))
+        per = x.unit or _symbol(sheet.quantity(plot.x))
+        text = law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, per)
         about = [sheet.text(column, value) for column, value in reach.items() if column not in plot.where]
         text = f"{', '.join(about)}: {text}" if about else text
         ink = {"color": style.INK, "ls": style.LINES[(index + 1) % 8], "lw": 0.9, "zorder": 1.8, "label": text}
@@ -381,7 +397,7 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
 def shapes(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
     drawn = _bodies(sheet)
-    corners = np.concatenate([[[-0.01, 0.0]], *(one.disks.reshape(-1, 2) for one in drawn.values())])
+    corners = np.concatenate([[[-0.016, 0.0]], *(one.disks.reshape(-1, 2) for one in drawn.values())])
     strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
     missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
     notes = [_not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
@@ -401,7 +417,7 @@ def _bodies(sheet: Sheet) -> dict[int, Body]:
     """What can be drawn, by row: the state of that row's step, or the last one of its case."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
-    by_case = {number: state for number, state in sheet.states.groupby("case_id")}
+    by_case = dict(iter(sheet.states.groupby("case_id")))
     drawn: dict[int, Body] = {}
     for index, row in sheet.rows.iterrows():
         state = by_case.get(row["case_id"], sheet.states[:0])
@@ -445,13 +461,12 @@ def _shape(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) -> 
         spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
         if strongest > 0 and tension[0] > 1e-9 * strongest:
             widths = 0.35 + 1.1 * tension / strongest
-            axes.add_collection(LineCollection(spans, colors=[look.colour], linewidths=widths, capstyle="round", zorder=2.4))
+            axes.add_collection(LineCollection(spans, colors=[look.colour], linewidths=widths, zorder=2.4))
         else:
             axes.add_collection(LineCollection(spans, colors=[style.PALE], linewidths=0.4, zorder=2.0))
     axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[look.colour], linewidths=1.5, zorder=2.6))
-    axes.add_collection(
-        PolyCollection(1e3 * drawn.disks, facecolors=[_pale(look.colour)], edgecolors=[look.colour], linewidths=0.5, zorder=2.5)
-    )
+    fill = {"facecolors": [_pale(look.colour)], "edgecolors": [look.colour], "linewidths": 0.5}
+    axes.add_collection(PolyCollection(1e3 * drawn.disks, zorder=2.5, **fill))
     tip = 1e3 * drawn.disks[-1].mean(0)
     if line != "-":
         axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
@@ -514,7 +529,7 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
     coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
     taken = len(np.unique(np.floor((points - low) / coarse), axis=0))
-    side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 250, size / 8)
+    side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 200, size / 8)
     counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
     edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
     filled, *_ = np.histogram2d(*points.T, bins=edges)
@@ -528,15 +543,16 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
     at = 1e3 * x, 1e3 * y, inside.T
     if lone:
         density = np.where(inside > 0.5, ndimage.gaussian_filter(filled, 1.0), np.nan)
-        shades = matplotlib.colors.LinearSegmentedColormap.from_list("", [_pale(look.colour, 0.12), _pale(look.colour, 0.75)])
+        shades = LinearSegmentedColormap.from_list("", [_pale(look.colour, 0.12), _pale(look.colour, 0.75)])
         axes.pcolormesh(*at[:2], np.log1p(density).T, cmap=shades, rasterized=True, zorder=1.1)
     else:
-        hatches = axes.contourf(*at, levels=[0.5, 2.0], colors=[look.colour], alpha=0.10, zorder=1.1)
+        fills = [axes.contourf(*at, levels=[0.5, 2.0], colors=[look.colour], alpha=0.10, zorder=1.1)]
         if look.hatch:
-            hatches = axes.contourf(*at, levels=[0.5, 2.0], colors="none", hatches=[look.hatch], zorder=1.2)
-            hatches.set_edgecolor(_pale(look.colour, 0.55))
-            hatches.set_linewidth(0.0)
-    axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.2, zorder=1.6)
+            fills.append(axes.contourf(*at, levels=[0.5, 2.0], colors="none", hatches=[look.hatch], zorder=1.2))
+            fills[1].set(edgecolor=_pale(look.colour, 0.55), linewidth=0.0)
+        for fill in fills:
+            fill.set_rasterized(True)
+    axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.0, zorder=1.6)
 
 
 # Bars
@@ -545,34 +561,40 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
 def bars(sheet: Sheet) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
-    places = _ordered(_values(rows, plot.x))
     handles = [*sheet.handles(patch=True, solid=True), *(_entry(ink) for ink in _failures(rows))]
-    titles = [sheet.shown(metric).label for metric in plot.y]
-    figure, axes = style.panels(titles if len(titles) > 1 else [""], handles, 0.62, shared=False)
+    units = [sheet.shown(metric, plot.y_unit if len(plot.y) == 1 else None) for metric in plot.y]
+    figure, axes = style.panels([unit.label for unit in units], handles, 0.62, shared=False)
+    places = _ordered(_values(rows, plot.x))
     groups = list(sheet.groups(rows))
     width = 0.8 / max(len(groups), 1)
-    for one, metric in zip(axes, plot.y, strict=True):
-        unit = sheet.shown(metric, plot.y_unit if len(plot.y) == 1 else None)
+    for one, metric, unit in zip(axes, plot.y, units, strict=True):
         for index, (look, line, group) in enumerate(groups):
             at = np.arange(len(places)) + (index - (len(groups) - 1) / 2) * width
-            values = group.assign(_v=group[metric] * unit.factor).groupby(_values(group, plot.x))["_v"]
-            low, middle, high = (getattr(values, kind)().reindex(places).to_numpy(float) for kind in ("min", "median", "max"))
-            ink = {"facecolor": _pale(look.colour, 0.7), "edgecolor": look.colour, "hatch": look.hatch, "ls": line if sheet.style else "-", "lw": 0.7}
-            one.bar(at, middle, 0.92 * width, **ink)
-            if (high > low).any():
-                one.errorbar(at, middle, [middle - low, high - middle], fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
-            lost = set(_values(group, plot.x)[group["outcome"] != "converged"])
-            one.plot(at[[place in lost for place in places]], [0.03] * len(lost), transform=one.get_xaxis_transform(), **FAILED)
+            ink = {"fc": _pale(look.colour, 0.7), "ec": look.colour, "hatch": look.hatch, "width": 0.92 * width}
+            values = group.assign(_x=_values(group, plot.x), _v=group[metric] * unit.factor)
+            _bar(one, at, places, values, ink | ({"ls": line} if sheet.style else {}))
         one.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
         one.grid(False, axis="x")
-        if pd.api.types.is_numeric_dtype(rows[plot.x]):
+        if plot.x != "broken_cables":
             one.set_xlabel(sheet.shown(plot.x).label)
-        if len(titles) == 1:
-            one.set_ylabel(unit.label)
     return figure
 
 
+def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink: Mapping[str, Any]) -> None:
+    """The bars of one group: medians, with whiskers where cases share a bar and crosses where cases failed."""
+    spread = group.groupby("_x")["_v"].agg(["min", "median", "max"]).reindex(places).to_numpy(float)
+    low, middle, high = spread.T
+    axes.bar(at, middle, lw=0.7, **ink)
+    if (high > low).any():
+        whiskers = [middle - low, high - middle]
+        axes.errorbar(at, middle, whiskers, fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
+    failed = at[np.isin(places, group["_x"][group["outcome"] != "converged"])]
+    if len(failed):
+        axes.plot(failed, np.full(len(failed), 0.03), transform=axes.get_xaxis_transform(), **FAILED)
+
+
 def _tick(sheet: Sheet, value: Any) -> str:
-    if isinstance(value, (str, bool)):
-        return "\n".join(sheet.text(sheet.plot.x or "", value).rsplit(" ", 1))
-    return style.number(value * sheet.shown(sheet.plot.x or "").factor)
+    column = sheet.plot.x or ""
+    if column == "broken_cables":
+        return "\n".join(sheet.text(column, value).rsplit(" ", 1))
+    return str(value) if isinstance(value, (str, bool)) else style.number(value * sheet.shown(column).factor)

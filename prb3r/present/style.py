@@ -1,8 +1,8 @@
 """How figures and numbers look: sizes, type, colours that survive grey print, units people read, panels and legends."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import matplotlib
@@ -11,7 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from prb3r.quantities import Quantity, label, scale
+from prb3r.quantities import Quantity, describe, label, scale
 
 MM = 1 / 25.4
 SINGLE, DOUBLE = 88.0, 180.0
@@ -74,6 +74,9 @@ OPEN_MARKERS = ("D", "o", "s", "^", "v", "p", "h", "*")
 RAMP_FROM = 4
 """From this many numbers on, colour is a ramp from dark to light instead of a set of distinct ones."""
 
+SHORT_FOR = {"mu": "friction_coefficient"}
+"""Short names of factors and the quantities of the nomenclature they stand for."""
+
 NATURAL = {
     "m": ((1.0, "mm"),),
     "rad": ((math.inf, "deg"),),
@@ -112,9 +115,19 @@ def looks(values: Sequence[Any]) -> dict[Any, Look]:
     colours: Sequence[Any] = [PALETTE[i % len(PALETTE)] for i in range(len(values))]
     if numeric and len(values) >= RAMP_FROM:
         values = sorted(values)
-        colours = [matplotlib.colors.to_hex(c) for c in matplotlib.colormaps["viridis"](np.linspace(0, 0.87, len(values)))]
+        ramp = matplotlib.colormaps["viridis"](np.linspace(0, 0.84, len(values)))
+        colours = [matplotlib.colors.to_hex(colour) for colour in ramp]
     pick = lambda marks, i: marks[i % len(marks)]  # noqa: E731
     return {v: Look(colours[i], pick(MARKERS, i), pick(LINES, i), pick(HATCHES, i)) for i, v in enumerate(values)}
+
+
+def quantity_of(column: str, given: Iterable[Quantity]) -> Quantity:
+    """The quantity in a column as the study describes it, with the symbol of the nomenclature if it has none."""
+    known = describe(SHORT_FOR.get(column, column))
+    quantity = next((quantity for quantity in given if quantity.name == column), None)
+    if quantity is None or column in SHORT_FOR:
+        return known
+    return quantity if quantity.symbol else replace(quantity, symbol=known.symbol)
 
 
 def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Shown:
@@ -158,7 +171,9 @@ def with_unit(value: float, unit: str) -> str:
     return f"{number(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
 
 
-def panels(titles: Sequence[str], handles: Sequence[Artist], ratio: float, shared: bool = True) -> tuple[Figure, list[Axes]]:
+def panels(
+    titles: Sequence[str], handles: Sequence[Artist], ratio: float, shared: bool = True
+) -> tuple[Figure, list[Axes]]:
     """A figure with a panel for each title and one legend below; a single panel has the width of one column.
 
     Parameters
@@ -170,29 +185,32 @@ def panels(titles: Sequence[str], handles: Sequence[Artist], ratio: float, share
     width = SINGLE if count == 1 else DOUBLE
     columns = count if count <= 3 else 2 if count == 4 else 3
     rows = -(-count // columns)
-    entries = [str(handle.get_label()) for handle in handles]
-    fit = int((width - 6) / (15 + 1.45 * max(map(len, entries), default=1)))
-    beside = max(1, min(len(entries), fit))
-    legend_rows = -(-len(entries) // beside)
-    beside = -(-len(entries) // legend_rows) if entries else 1
+    beside = legend_columns([str(handle.get_label()) for handle in handles], width)
     inner = (width - (14 if shared else 14 * columns)) / columns
-    title = 4 if any(titles) else 1
-    numbers = 9 if shared else 9 * rows
-    height = rows * (ratio * inner + title) + numbers + legend_rows * 4 + 1
+    labels = (9 if shared else 9 * rows) + 4 * -(-len(handles) // beside)
+    height = rows * (ratio * inner + (4 if any(titles) else 1)) + labels + 1
     figure = Figure(figsize=(width * MM, height * MM), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.8 * MM, h_pad=0.8 * MM, wspace=0.02, hspace=0.02)
     grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.remove()
-    for axes, text in zip(grid, titles, strict=False):
+    for index, (axes, text) in enumerate(zip(grid, titles, strict=False)):
         axes.set_title(text, pad=3)
-        if shared:
-            axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
-    for axes in grid[max(count - columns, 0) : count]:
-        axes.tick_params(labelbottom=True)
-    if entries:
+        left, bottom = index % columns == 0, index + columns >= count
+        axes.tick_params(labelleft=left or not shared, labelbottom=bottom or not shared)
+    if handles:
         figure.legend(handles=list(handles), loc="outside lower center", ncols=beside, labelspacing=0.35)
     return figure, list(grid[:count])
+
+
+def legend_columns(entries: Sequence[str], width: float) -> int:
+    """The most columns in which a legend, filled column by column, fits into `width` (mm)."""
+    for columns in range(len(entries), 1, -1):
+        rows = -(-len(entries) // columns)
+        longest = [max(map(len, entries[start : start + rows])) for start in range(0, len(entries), rows)]
+        if sum(14 + 1.4 * length for length in longest) < width - 2:
+            return columns
+    return 1
 
 
 def outer_labels(axes: Sequence[Axes], x: str, y: str) -> None:

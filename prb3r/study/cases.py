@@ -19,7 +19,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.model import toml
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import problems_of
-from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Study
+from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study
 
 MAX_PROBLEMS = 20
 """Problems of cases that are listed; more of them only say the same again."""
@@ -48,9 +48,11 @@ def axis_values(factor: Factor) -> list[Any]:
     if factor.values is not None:
         numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in factor.values)
         return [float(value) for value in factor.values] if numbers else list(factor.values)
-    span = factor.linspace or factor.geomspace
-    spaced = np.linspace if factor.linspace is not None else np.geomspace
-    return spaced(span.start, span.stop, span.count).tolist()
+    if (span := factor.linspace) is not None:
+        return np.linspace(span.start, span.stop, span.count).tolist()
+    if (span := factor.geomspace) is not None:
+        return np.geomspace(span.start, span.stop, span.count).tolist()
+    raise ValueError(f"factor {factor.name!r} is sampled, it has no grid")
 
 
 def axes(study: Study) -> list[list[dict[str, Any]]]:
@@ -79,7 +81,7 @@ def axes(study: Study) -> list[list[dict[str, Any]]]:
     sampled = [factor for factor in study.factor if factor.range is not None]
     if sampled and study.sampling is not None:
         points = qmc.scale(
-            _unit_points(study, len(sampled)),
+            _unit_points(study.sampling, study.seed, len(sampled)),
             [factor.range.low for factor in sampled if factor.range],
             [factor.range.high for factor in sampled if factor.range],
         )
@@ -87,11 +89,11 @@ def axes(study: Study) -> list[list[dict[str, Any]]]:
     return list(grouped.values())
 
 
-def _unit_points(study: Study, dimensions: int) -> np.ndarray:
-    count, seed = study.sampling.count, np.random.default_rng(study.seed)
-    if study.sampling.method == "sobol":
-        return qmc.Sobol(dimensions, rng=seed).random_base2(int(np.ceil(np.log2(count))))[:count]
-    return qmc.LatinHypercube(dimensions, rng=seed).random(count)
+def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    if sampling.method == "sobol":
+        return qmc.Sobol(dimensions, rng=rng).random_base2(int(np.ceil(np.log2(sampling.count))))[: sampling.count]
+    return qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)
 
 
 def count_cases(study: Study) -> int:
@@ -136,7 +138,9 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
     except (KeyError, TypeError, ValueError) as error:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
     factors = {factor.name: factor for factor in study.factor}
-    cases, found, checked = [], {}, {}
+    cases = []
+    found: dict[str, Problem] = {}
+    checked: dict[str, list[str]] = {}
     for number, combination in enumerate(itertools.product(*grid)):
         values = {name: value for entry in combination for name, value in entry.items()}
         values = {name: values[name] for name in factors}
@@ -166,7 +170,7 @@ def _apply(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, A
                 _apply_level(settings, value)
             elif factor.ratio is not None:
                 put(settings, factor.ratio[0], value * fetch(settings, factor.ratio[1]))
-            else:
+            elif factor.path is not None:
                 put(settings, factor.path, value)
         except (KeyError, TypeError) as error:
             yield f"factor {name!r}: {error.args[0]}"
@@ -260,11 +264,12 @@ def _check(settings: Tree) -> Iterator[str]:
 
 def steps_frame(settings: Tree) -> pd.DataFrame:
     """Initial loads and steps as a table: each row keeps what it does not name from the row before."""
-    rows, current = [], {}
+    rows: list[dict[str, float]] = []
     for step in ([settings["initial"]] if settings["initial"] else []) + settings["step"]:
-        for name in step:
-            other = name.removesuffix("_n") + "_kg" if name.endswith("_n") else name.removesuffix("_kg") + "_n"
-            current.pop(other, None)
-        current = current | step
-        rows.append(current)
-    return pd.DataFrame(rows).fillna({name: -1.0 for row in rows for name in row if name.startswith("slip_")}).fillna(0.0)
+        replaced = {
+            name.removesuffix(a) + b for name in step for a, b in (("_n", "_kg"), ("_kg", "_n")) if name.endswith(a)
+        }
+        before = rows[-1] if rows else {}
+        rows.append({name: value for name, value in before.items() if name not in replaced} | step)
+    absent = {name: -1.0 if name.startswith("slip_") else 0.0 for row in rows for name in row}
+    return pd.DataFrame(rows).fillna(absent)

@@ -36,7 +36,7 @@ class Comparison:
 
     @property
     def front(self) -> list[bool]:
-        """Whether a design is on the Pareto front: no other is at least as good in everything and better in something."""
+        """Whether a design is on the Pareto front: none is as good in everything and better in something."""
         scores = self.scores
         better = lambda a, b: np.all(a >= b) and np.any(a > b)  # noqa: E731
         return [not any(better(other, own) for other in scores) for own in scores]
@@ -49,13 +49,18 @@ class Comparison:
 
     def markdown(self) -> str:
         """Table, front and recommendation."""
-        rows = [f"| {o.words} ({o.better} is better) | {' | '.join(self._cells(k))} |" for k, o in enumerate(self.objectives)]
+        rows = [
+            f"| {o.words} ({o.better} is better) | {' | '.join(self._cells(k))} |"
+            for k, o in enumerate(self.objectives)
+        ]
         marks = ["**yes**" if on else "no" for on in self.front]
         head = f"| | {' | '.join(self.values.index)} |"
         rule = "|---|" + "---|" * len(self.values)
         rows.append(f"| on the Pareto front | {' | '.join(marks)} |")
         note = f"Worst value over the {self.shared} cases that all designs share"
-        note += f"; {self.failed} of them left out because a design has no stable equilibrium there" if self.failed else ""
+        note += (
+            f"; {self.failed} of them left out because a design has no stable equilibrium there" if self.failed else ""
+        )
         note += f"; {self.left_out} cases that only some designs have are not used" if self.left_out else ""
         return "\n".join([head, rule, *rows, "", f"{note}. Best values in bold.", "", *recommendation(self)])
 
@@ -79,14 +84,19 @@ def compare_results(folders: list[Path]) -> Comparison:
     SpecError
         If a folder holds no result, or the results do not say what a design is or share nothing.
     """
-    frames, plans, quantities = [], [], {}
+    frames, plans = [], []
+    quantities: dict[str, Quantity] = {}
     for folder in folders:
         manifest = read_manifest(folder)
         if manifest is None:
-            raise SpecError(Problem(str(folder), "holds no result of a study (no manifest.json); give folders under results/"))
+            raise SpecError(
+                Problem(str(folder), "holds no result of a study (no manifest.json); give folders under results/")
+            )
         study = Study.model_validate(manifest["study"])
         if study.designs is None:
-            raise SpecError(Problem(str(folder), "its study has no [designs]: name the factors that tell designs apart"))
+            raise SpecError(
+                Problem(str(folder), "its study has no [designs]: name the factors that tell designs apart")
+            )
         table = store.read(folder / "cases.parquet")
         quantities |= {f.name: _described(f) for f in table.schema}
         frame, label = table.to_pandas(), [describe(name).title for name in study.designs.factors]
@@ -146,7 +156,9 @@ def recommendation(comparison: Comparison) -> list[str]:
     for k, name in enumerate(values.index):
         if not front[k]:
             rival = _dominating(comparison, k)
-            said.append(f"- **{name}** can be dropped: {rival} is at least as good in everything and better in something.")
+            said.append(
+                f"- **{name}** can be dropped: {rival} is at least as good in everything and better in something."
+            )
     kept = [k for k in range(len(values)) if front[k]]
     if len(kept) == 1:
         return [*said, f"**Recommendation:** {values.index[kept[0]]}; it is best in everything that was asked."]
@@ -200,10 +212,8 @@ def _trade(comparison: Comparison, k: int, wins: list[int], kept: list[int]) -> 
     if not prices:
         return best
     worst = sorted(prices, reverse=True)[:2]
-    texts = [
-        f"{objectives[j].words} is {_number(own, comparison.quantities[j])} against {_number(other, comparison.quantities[j])}"
-        for _, j, own, other in worst
-    ]
+    number = lambda value, j: _number(value, comparison.quantities[j])  # noqa: E731
+    texts = [f"{objectives[j].words} is {number(own, j)} against {number(other, j)}" for _, j, own, other in worst]
     return f"{best}; the price: {_listed(texts)}"
 
 

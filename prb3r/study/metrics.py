@@ -19,10 +19,12 @@ from prb3r.mechanics.chain import Chain, Loads, loads, pose
 from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
-from prb3r.mechanics.tangent import segment_modes
 from prb3r.model.manipulator import Manipulator, Positive, Strict
 from prb3r.quantities import Quantity
 from prb3r.study.workspace import area, cloud_loads
+
+CIRCLE_POINTS = 6
+"""Gauss points that integrate a circular arc to rounding error."""
 
 Disk = Annotated[int, Field(ge=0)] | Literal["tip"]
 
@@ -64,14 +66,17 @@ class Solved:
 
     def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps, each reached from the last one of the case."""
-        steps = [Loads(*(np.concatenate([a, b]) for a, b in zip(self.last, load, strict=True))) for load in further]
-        found = [solve(self.chain, step) for step in steps]
-        fields = [field.name for field in dataclasses.fields(Equilibria) if field.name != "lowest_eigenvalue"]
-        return Equilibria(*(np.stack([getattr(one, name)[-1] for one in found]) for name in fields), None)
+        paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
+        found = [solve(self.chain, path) for path in paths]
+        names = [field.name for field in dataclasses.fields(Equilibria) if field.name != "lowest_eigenvalue"]
+        last = {name: np.stack([getattr(one, name)[-1] for one in found]) for name in names}
+        return Equilibria(**last, lowest_eigenvalue=None)
 
 
 class Base(Strict, ABC):
     """A metric; `kind` names it in a study file."""
+
+    kind: str
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
@@ -133,9 +138,11 @@ class Shift(Base):
 
 
 class CurvatureError(Base):
-    """How far disks lie from constant curvature with the same total angle of every segment (Eq. 13, 14; Fig. 9, 10)."""
+    """How far disks lie from constant curvature with the same total angle (Eq. 13, 14; Fig. 9, 10)."""
 
     kind: Literal["curvature-error"]
+    over: Literal["manipulator", "segment"] = "segment"
+    """What has one curvature: every segment, or the whole manipulator where one cable bends it all."""
 
     def quantities(self) -> list[Quantity]:
         return [
@@ -145,16 +152,14 @@ class CurvatureError(Base):
         ]
 
     def values(self, case: Solved) -> Sequence[float]:
-        ends = np.array(case.manipulator.segment_ends)
-        counts = np.diff(ends, prepend=0)
-        bends = np.diff(case.states.angle[-1, ends], prepend=0.0) / counts
-        arcs = case.chain._replace(
-            plate=(plate := gauss_collocation(5)), stiffness=np.broadcast_to(plate.stiffness, (case.chain.plates, 5))
-        )
-        circle = pose(arcs, segment_modes(arcs) @ bends)
-        dx, dy = case.states.x[-1] - circle.x, case.states.y[-1] - circle.y
-        length = case.chain.length
-        return np.hypot(dx, dy).max() / length, np.abs(dy).max() / length, case.states.angle[-1, -1]
+        states, chain = case.states, case.chain
+        ends = np.array(case.manipulator.segment_ends if self.over == "segment" else [chain.plates])
+        plates = np.diff(ends, prepend=0)
+        bends = np.repeat(np.diff(states.angle[-1, ends], prepend=0.0) / plates, plates)
+        arcs = gauss_collocation(CIRCLE_POINTS)
+        circle = pose(chain._replace(plate=arcs), bends[:, None] * arcs.end)
+        dx, dy = states.x[-1] - circle.x, states.y[-1] - circle.y
+        return np.hypot(dx, dy).max() / chain.length, np.abs(dy).max() / chain.length, states.angle[-1, -1]
 
 
 class Coupling(Base):
@@ -229,9 +234,7 @@ class DriveTension(Base):
         return [drive_tension(case.manipulator, case.chain, self.cable, self.segment, self.bend_rad, self.up_to_n)]
 
 
-def drive_tension(
-    manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float
-) -> float:
+def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float) -> float:
     """Tension (N) of `cable` alone at which `segment` (from 1) bends by `bend` (rad); NaN above `up_to`."""
     start, end = [0, *manipulator.segment_ends][segment - 1 : segment + 1]
     column = manipulator.cable_names.index(cable)
@@ -279,7 +282,7 @@ class TipCompliance(Base):
         found = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
         moved = np.array([found.x[:, -1], found.y[:, -1]])
         compliance = (moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n)
-        return [np.linalg.norm(compliance, 2) if np.isfinite(compliance).all() else np.nan]
+        return [float(np.linalg.norm(compliance, 2)) if np.isfinite(compliance).all() else np.nan]
 
 
 class Safety(Base):
@@ -296,10 +299,9 @@ class Safety(Base):
 
     def values(self, case: Solved) -> Sequence[float]:
         strain = peak_strain(case.states, case.manipulator.bending_stiffness, case.manipulator.outer_fibre)
-        strain = float(np.nanmax(strain)) if np.isfinite(strain).any() else np.nan
-        stress = strain * case.manipulator.youngs_modulus_pa
-        with np.errstate(divide="ignore"):
-            return strain, stress, np.divide(case.manipulator.yield_stress_pa or np.nan, stress)
+        peak = float(np.nanmax(strain)) if np.isfinite(strain).any() else np.nan
+        stress = peak * case.manipulator.youngs_modulus_pa
+        return peak, stress, (case.manipulator.yield_stress_pa or np.nan) / stress if stress else np.inf
 
 
 class Stability(Base):
@@ -312,8 +314,9 @@ class Stability(Base):
         return [Quantity("stability_margin", "", "1", self.about)]
 
     def values(self, case: Solved) -> Sequence[float]:
-        blank = Loads(*(np.zeros_like(field) for field in case.last))
-        return [np.nanmin(case.states.lowest_eigenvalue) / solve(case.chain, blank, eigenvalue=True).lowest_eigenvalue[0]]
+        rest = solve(case.chain, Loads(*(np.zeros_like(field) for field in case.last)), eigenvalue=True)
+        loaded, unloaded = case.states.lowest_eigenvalue, rest.lowest_eigenvalue
+        return [float(np.nanmin(loaded) / unloaded[0]) if loaded is not None and unloaded is not None else np.nan]
 
 
 class ChangingPoint(Base):

@@ -96,7 +96,9 @@ class Plan:
     def quantities(self) -> list[Quantity]:
         """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
         metrics = [quantity for metric in self.study.metric for quantity in metric.quantities()]
-        known = [describe_factor(factor.name, factor.path or " / ".join(factor.ratio or ())) for factor in self.study.factor]
+        known = [
+            describe_factor(factor.name, factor.path or " / ".join(factor.ratio or ())) for factor in self.study.factor
+        ]
         compared = [
             Quantity(each.name, "", "1" if each.relative_to_length else describe(each.name).unit, _meaning(each))
             for each in self.study.comparison
@@ -186,7 +188,9 @@ def _check_columns(plan: Plan) -> None:
 
     for place, name in used:
         if name is not None and name not in columns:
-            problems.append(Problem(f"{plan.path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}"))
+            problems.append(
+                Problem(f"{plan.path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}")
+            )
     if problems:
         raise SpecError(*dict.fromkeys(problems))
 
@@ -236,7 +240,9 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
     cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
     cases = comparisons(cases, plan.study, straight_lengths(plan.cases))
-    columns = {name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases}
+    columns = {
+        name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
+    }
     store.write(store.table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),

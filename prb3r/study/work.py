@@ -1,4 +1,4 @@
-"""What a worker does: solve the cases of one chunk and measure them.  It returns records and never raises for a case."""
+"""What a worker does: solve and measure the cases of one chunk.  A case that fails is a record, not an exception."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -74,7 +74,11 @@ def summary(solved: Solved) -> Row:
     if solved.cloud:
         outcome = Outcome.NO_EQUILIBRIUM.label if failed.all() else Outcome.CONVERGED.label
     if failed.any() or unstable.any():
-        counts = [f"{mask.sum()} {word}" for mask, word in ((failed, "without equilibrium"), (unstable, "unstable")) if mask.any()]
+        counts = [
+            f"{mask.sum()} {word}"
+            for mask, word in ((failed, "without equilibrium"), (unstable, "unstable"))
+            if mask.any()
+        ]
         reason = f"of {len(failed)} loads {' and '.join(counts)}"
         if not solved.cloud and last != Outcome.CONVERGED:
             reason = last.sentence

@@ -1,0 +1,254 @@
+"""The report of a study: a short Markdown summary and one self-contained HTML page, from its tables and manifest."""
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from prb3r.present import style
+from prb3r.present.figures import law_in_words, write_whole
+from prb3r.quantities import Quantity
+from prb3r.study.compare import select
+from prb3r.study.spec import Study
+
+WHOLE_TABLE = 40
+"""Up to this many cases are listed one by one."""
+LISTED = 20
+"""Up to this many failed cases are listed."""
+FEW = 8
+"""Up to this many values of a factor are named."""
+ROUNDING = 1e-9
+"""Values smaller than this share of the largest one in their column are shown as zero."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as text."""
+
+    head: list[str]
+    rows: list[list[str]]
+    words: Sequence[int] = (0,)
+    """Columns of words; the others hold numbers."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in the folder of results."""
+
+    name: str
+    caption: str
+    data: str
+    """The smaller of its files as a data address; of a workspace the PNG."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a report is made from."""
+
+    study: Study
+    cases: pd.DataFrame
+    quantities: Sequence[Quantity]
+    manifest: Mapping[str, Any]
+
+    @property
+    def factors(self) -> list[str]:
+        return [factor.name for factor in self.study.factor]
+
+    @property
+    def compared(self) -> list[str]:
+        return [comparison.name for comparison in self.study.comparison]
+
+    @property
+    def measured(self) -> list[str]:
+        """Metric columns."""
+        apart = {*self.factors, *self.compared}
+        return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
+
+    @property
+    def failed(self) -> pd.DataFrame:
+        return self.cases[self.cases["outcome"] != "converged"]
+
+    def quantity(self, column: str) -> Quantity:
+        return style.quantity_of(column, self.quantities)
+
+    def shown(self, column: str) -> style.Shown:
+        numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
+        return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units that plots ask for; the report shows the same."""
+        y_units = {p.y[0]: p.y_unit for p in self.study.plot if p.y_unit and len(p.y) == 1}
+        return y_units | {p.x: p.x_unit for p in self.study.plot if p.x and p.x_unit}
+
+    def cell(self, column: str, value: Any, unit: bool = False) -> str:
+        """One value as text, in the unit its column is shown in."""
+        if value is None or (isinstance(value, float) and np.isnan(value)):
+            return "–"
+        if isinstance(value, (str, bool, np.bool_)):
+            return str(value)
+        shown = self.shown(column)
+        noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
+        value = 0.0 if abs(value) < noise else value * shown.factor
+        return style.with_unit(value, shown.unit) if unit else style.number(value)
+
+    def named(self, column: str, value: Any) -> str:
+        """A factor and its value: `Order: cable 3 first`."""
+        between = ": " if isinstance(value, str) else " "
+        return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
+
+
+def write_report(
+    folder: str | Path,
+    study: Study,
+    cases: pd.DataFrame,
+    quantities: Sequence[Quantity],
+    manifest: Mapping[str, Any],
+    figures: Iterable[tuple[str, str]] = (),
+) -> list[Path]:
+    """Write `summary.md` and `report.html` whole or not at all; figures (name, caption) are in `folder` already.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a figure has neither PNG nor SVG.
+    """
+    folder, source = Path(folder), Source(study, cases, quantities, manifest)
+    kinds = {plot.name: plot.kind for plot in study.plot}
+    content = {
+        "study": study,
+        "figures": [_picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
+        "count": _count(source),
+        "varied": [_varied(source, name) for name in source.factors],
+        "metrics": _ranges(source, source.measured),
+        "comparisons": _ranges(source, source.compared),
+        "every_case": _every_case(source) if len(cases) <= WHOLE_TABLE else None,
+        "fits": list(_fits(source)),
+        "failed": _failed(source),
+        "more_failed": max(0, len(source.failed) - LISTED),
+        "timing": _timing(manifest.get("timing") or ()),
+        "made": _made(source),
+    }
+    pages = jinja2.Environment(
+        loader=jinja2.PackageLoader("prb3r.present"),
+        undefined=jinja2.StrictUndefined,
+        autoescape=jinja2.select_autoescape(["html.j2"]),
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    pages.filters["md"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
+    return [
+        write_whole(folder / name, pages.get_template(f"{name}.j2").render(content).encode())
+        for name in ("summary.md", "report.html")
+    ]
+
+
+def _picture(folder: Path, name: str, caption: str, kind: str) -> Picture:
+    types = {".png": "image/png", ".svg": "image/svg+xml"}
+    files = [path for path in (folder / f"{name}.png", folder / f"{name}.svg") if path.exists()]
+    if not files:
+        raise FileNotFoundError(f"{folder / name}.png: the figure of plot {name!r} is missing")
+    chosen = files[0] if kind == "workspace" else min(files, key=lambda path: path.stat().st_size)
+    data = base64.b64encode(chosen.read_bytes()).decode()
+    return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}")
+
+
+def _count(source: Source) -> str:
+    total, failed = len(source.cases), len(source.failed)
+    cases = f"{total:,} case{'s' * (total != 1)}"
+    return f"{cases}, all in stable equilibrium" if not failed else f"{cases}, {failed:,} of them without one"
+
+
+def _varied(source: Source, name: str) -> tuple[str, str, str]:
+    """A factor: its name in words, what it sets, the values it takes."""
+    factor = next(factor for factor in source.study.factor if factor.name == name)
+    target = factor.path or (" relative to ".join(factor.ratio) if factor.ratio else "")
+    values = source.cases[name].drop_duplicates()
+    if len(values) > FEW and pd.api.types.is_numeric_dtype(values):
+        ends = [source.cell(name, value, unit=True) for value in (values.min(), values.max())]
+        return source.quantity(name).title, target, f"{len(values)} values from {ends[0]} to {ends[1]}"
+    listed = [source.cell(name, value, unit=True) for value in values[:LISTED]]
+    more = [f"and {len(values) - LISTED} more"] if len(values) > LISTED else []
+    return source.quantity(name).title, target, "; ".join(listed + more)
+
+
+def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
+    """Least, median and greatest value of each column over all cases that have one and are not compared with themselves."""
+    rows = []
+    for column in columns:
+        base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
+        others = source.cases.drop(select(source.cases, base).index) if base else source.cases
+        values = others[column].dropna()
+        ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
+        numbers = [source.cell(column, float(value)) for value in ends]
+        rows.append([source.shown(column).label, *numbers, source.quantity(column).meaning])
+    return Table(["", "least", "median", "greatest", "meaning"], rows, (0, 4)) if rows else None
+
+
+def _every_case(source: Source) -> Table:
+    columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
+    words_first = sorted(columns, key=lambda name: name not in source.factors)
+    rows = [
+        [*(source.cell(name, row[name]) for name in words_first), str(row["outcome"])]
+        for row in source.cases.to_dict("records")
+    ]
+    return Table(
+        [*(source.shown(name).label for name in words_first), "Outcome"],
+        rows,
+        (*range(len(source.factors)), len(words_first)),
+    )
+
+
+def _fits(source: Source) -> Iterable[str]:
+    """`Tip shift: 275 mm per unit μ, within 4.7 mm (7 cases; order = cable 3 first)`."""
+    for fit in source.manifest.get("fits") or ():
+        x, y = source.shown(fit["x"]), source.shown(fit["y"])
+        quantity = source.quantity(fit["x"])
+        about = [source.named(name, value) for name, value in fit.get("where", {}).items()]
+        over = "; ".join([f"{fit['points']} cases"] * ("points" in fit) + about)
+        law = "too few cases for a line"
+        if fit["slope"] is not None:
+            per = x.unit or f"unit {quantity.symbol or quantity.title.lower()}"
+            law = law_in_words(fit["slope"] * y.factor / x.factor, fit["largest_deviation"] * y.factor, y.unit, per)
+            law += f", {style.with_unit(fit['intercept'] * y.factor, y.unit)} at {quantity.symbol or 'zero'}"
+            law += " = 0" * bool(quantity.symbol)
+        yield f"{source.quantity(fit['y']).title}: {law}" + (f" ({over})" if over else "")
+
+
+def _failed(source: Source) -> Table | None:
+    rows = []
+    for row in source.failed.head(LISTED).to_dict("records"):
+        case = ", ".join(source.named(name, row[name]) for name in source.factors)
+        rows.append([str(row["case_id"]), case, str(row["outcome"]), str(row.get("reason") or "")])
+    return Table(["Case", "With", "Outcome", "Reason"], rows, range(4)) if rows else None
+
+
+def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:
+    lines = [[str(row["model"]), style.number(float(row["microseconds_per_equilibrium"]))] for row in rows]
+    return Table(["Model", "µs per equilibrium, one core, in bulk"], lines) if lines else None
+
+
+def _made(source: Source) -> list[tuple[str, str]]:
+    """How it was computed, for those who want to repeat it."""
+    manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
+    revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
+    versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())
+    seconds = f"{style.number(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
+    lines = {
+        "Study file": manifest.get("spec", ""),
+        "Manipulator": source.study.manipulator,
+        "Hash of cases and engine": str(manifest.get("key", ""))[:16],
+        "Seed": str(source.study.seed),
+        "Revision": revision,
+        "Versions": versions,
+        "Platform": manifest.get("platform", ""),
+        "Run time": seconds,
+        "Written": manifest.get("written", ""),
+    }
+    return [(name, str(text)) for name, text in lines.items() if text]

@@ -1,0 +1,135 @@
+"""Every shipped study, run in small, asserts one of its numbers."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from prb3r.study.cases import count_cases
+from prb3r.study.designs import compare_results
+from prb3r.study.run import Options, Workers, plan_study, run_study
+from prb3r.study.work import solve_chunk
+
+STUDIES = Path(__file__).parents[2] / "studies"
+
+
+def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
+    """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process."""
+    from prb3r.study.compare import comparisons
+    from prb3r.study.run import straight_lengths
+
+    plan = plan_study(STUDIES / f"{name}.toml")
+    metrics = tuple(
+        metric.model_copy(update={"count": cloud}) if cloud and metric.kind == "workspace" else metric
+        for metric in plan.study.metric
+    )
+    cases = []
+    for case in plan.cases:
+        if all(np.any([_same(case.factors[factor], value) for value in values]) for factor, values in keep.items()):
+            if cloud and case.settings["cloud"]:
+                case.settings["cloud"]["count"] = cloud
+            cases.append(case)
+    assert cases
+    chunk = plan.chunks[0]
+    rows, _ = solve_chunk(type(chunk)(tuple(cases), metrics, "none", None, chunk.cables))
+    frame = pd.DataFrame(rows)
+    assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()
+    return comparisons(frame, plan.study, straight_lengths(cases))
+
+
+def _same(a, b) -> bool:
+    return np.isclose(a, b, rtol=1e-9) if isinstance(b, (int, float)) else a == b
+
+
+def test_model_accuracy_meets_the_published_error():
+    frame = small("model-accuracy", cable_1_n=[50.0, 120.0, 200.0], model=["elastica", "PRB 3R (Chen)", "PRB 1R"])
+    error = frame.groupby("model")["tip_error"].max()
+    assert error["PRB 3R (Chen)"] == pytest.approx(0.00077, abs=5e-5)  # Table 2: 0.081 %
+    assert 0.02 < error["PRB 1R"] < 0.05
+
+
+def test_bending_curvature_friction_breaks_constant_curvature_well_before_90_degrees():
+    frame = small("bending-curvature", cable_1_n=[0.0, 40.0, 60.0])
+    error = frame.pivot_table(index="cable_1_n", columns="statics", values="curvature_error_y")
+    angle = frame.pivot_table(index="cable_1_n", columns="statics", values="total_angle_rad")
+    assert error["no friction"].max() < 1e-4
+    assert error.loc[60.0, "friction 0.3"] > 0.02
+    assert angle.loc[60.0, "friction 0.3"] < np.radians(90)
+
+
+def test_friction_direction_reproduces_fig_12():
+    frame = small("friction-direction", mu=[0.1, 0.3, 0.5]).query("order == 'cable 3 first'")
+    assert (frame["disk7_order_shift_m"] * 1e3).tolist() == pytest.approx([5.6, 16.9, 29.0], abs=0.06)
+    assert (frame["tip_order_shift_m"] * 1e3).tolist() == pytest.approx([26.2, 79.9, 137.7], abs=0.06)
+
+
+def test_initial_configuration_has_its_changing_point_where_segment_1_is_straight():
+    frame = small("initial-configuration", cable_2_n=[0.0, 40.0, 60.0, 70.0, 100.0, 120.0])
+    assert frame["changing_point_n"].tolist() == pytest.approx([50 * 0.0255 / 0.021] * len(frame), abs=1e-6)
+    rubbing = frame[frame["mu"] == 0.3].set_index("cable_2_n")["disk7_shift_m"] * 1e3
+    assert rubbing.loc[[0, 40, 60]].tolist() == pytest.approx([59.5] * 3, abs=0.11)
+    assert rubbing.loc[[70, 100, 120]].tolist() == pytest.approx([57.2, 47.0, 37.7], abs=0.06)
+    assert np.ptp(frame[frame["mu"] == 0]["disk7_shift_m"]) < 1.2e-3
+
+
+def test_stiffness_coupling_reproduces_fig_15():
+    frame = small("stiffness-coupling", thickness_ratio=[1.0, 2.0])
+    angle = np.degrees(frame.set_index(["thickness_ratio", "cable_1_n"])["disk7_angle_rad"])
+    assert angle.loc[1.0].tolist() == pytest.approx([11.7, 22.8, 33.3], abs=0.06)
+    assert angle.loc[2.0].tolist() == pytest.approx([1.5, 3.0, 4.4], abs=0.06)
+
+
+def test_workspace_shrinks_with_stiffness_at_equal_tension_and_converges():
+    frame = small("workspace", cloud=8192, thickness_ratio=[1.0, 2.0]).set_index(["limit", "thickness_ratio"])
+    area = frame["workspace_area_m2"]
+    assert area["equal tension", 1.0] > 3 * area["equal tension", 2.0]
+    assert area["equal bend", 2.0] > 5 * area["equal tension", 2.0]
+    many = small("workspace", cloud=32768, thickness_ratio=[2.0])
+    assert (many["workspace_area_half_m2"] / many["workspace_area_m2"]).between(0.95, 1.0).all()
+    assert (many["workspace_area_m2"].to_numpy() >= frame.query("thickness_ratio == 2")["workspace_area_m2"]).all()
+
+
+def test_broken_cables_never_add_to_the_workspace():
+    frame = small("broken-cables", cloud=8192, thickness_ratio=[1.0, 2.0])
+    retained = frame.set_index(["thickness_ratio", "broken"])["area_retained"]
+    assert retained.max() <= 1
+    assert retained[1.0, "2 and 3"] < 0.35
+    mirrored = frame.set_index(["thickness_ratio", "broken"])["workspace_area_m2"]
+    assert mirrored[1.0, "1"] == pytest.approx(mirrored[1.0, "4"], rel=0.05)
+
+
+def test_experiments_bend_as_far_as_the_statics_without_a_tip_load_say():
+    frame = small("experiments").set_index("experiment")
+    one = frame[frame["setup"] == "one cable"]
+    assert one["tip_y_m"].is_monotonic_increasing
+    shift = frame.loc["order: 2.5 kg on cable 1, then 10 kg on cable 3", ["tip_x_m", "tip_y_m"]].to_numpy(float)
+    first = frame.loc["2: case 1, 10 kg on cable 3, then 2.5 kg on cable 1", ["tip_x_m", "tip_y_m"]].to_numpy(float)
+    assert np.hypot(*(shift - first)) == pytest.approx(0.0799, abs=6e-5)  # Fig. 11, at the disk's centre
+
+
+def test_stiffness_designs_trade_coupling_for_tension(tmp_path):
+    spec = (STUDIES / "stiffness-designs.toml").read_text()
+    spec = spec.replace("manipulators/", f"{STUDIES}/manipulators/").replace("count = 8192", "count = 256")
+    spec = spec.replace("values = [0.0, 0.15, 0.3]", "values = [0.3]").replace("[1.0, 1.26, 1.587, 2.0]", "[1.0, 2.0]")
+    (tmp_path / "small.toml").write_text(spec)
+    result = run_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
+    assert result.failed == 0
+    comparison = compare_results([result.folder])
+    worth = comparison.values
+    assert (
+        worth.loc["Thickness ratio 2", "coupling_m_per_n"] < 0.15 * worth.loc["Thickness ratio 1", "coupling_m_per_n"]
+    )
+    assert worth["drive_tension_n"].iloc[1] == pytest.approx(8 * worth["drive_tension_n"].iloc[0], rel=0.01)
+    assert comparison.front == [True, True]
+    assert "Recommendation" in comparison.markdown()
+
+
+def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies():
+    names = {path.stem for path in STUDIES.glob("*.toml")}
+    plans = {name: plan_study(STUDIES / f"{name}.toml") for name in names}
+    assert len(names) >= 9
+    assert all(plan.study.name == name for name, plan in plans.items())
+    assert all(count_cases(plan.study) == len(plan.cases) for plan in plans.values())
+    for name in ("workspace", "broken-cables"):
+        assert all(case.settings["cloud"]["count"] >= 100_000 for case in plans[name].cases)
