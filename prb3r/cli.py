@@ -115,7 +115,7 @@ def _forecast(plan, jobs: int) -> str:
     return f"{plan.study.name}: {len(plan.cases)} cases, {stored} of them stored, {cost}, into {plan.folder}"
 
 
-def _closing(result, files: list[str]) -> str:
+def _closing(result, files: list[Path]) -> str:
     plan, cases = result.plan, len(result.cases)
     what = (
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"

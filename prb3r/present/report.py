@@ -12,17 +12,14 @@ import numpy as np
 import pandas as pd
 
 from prb3r.present import style
-from prb3r.present.figures import law_in_words, write_whole
+from prb3r.present.figures import write_whole
+from prb3r.present.lines import law_in_words
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
 
-WHOLE_TABLE = 40
-"""Up to this many cases are listed one by one."""
-LISTED = 20
-"""Up to this many failed cases are listed."""
-FEW = 8
-"""Up to this many values of a factor are named."""
+WHOLE_TABLE, LISTED, FEW = 40, 20, 8
+"""Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""
 ROUNDING = 1e-9
 """Values smaller than this share of the largest one in their column are shown as zero."""
 
@@ -161,8 +158,8 @@ def _picture(folder: Path, name: str, caption: str, kind: str) -> Picture:
 
 def _count(source: Source) -> str:
     total, failed = len(source.cases), len(source.failed)
-    cases = f"{total:,} case{'s' * (total != 1)}"
-    return f"{cases}, all in stable equilibrium" if not failed else f"{cases}, {failed:,} of them without one"
+    which = f"{failed:,} of them without a stable equilibrium" if failed else "all in stable equilibrium"
+    return f"{total:,} case{'s' * (total != 1)}, {which}"
 
 
 def _varied(source: Source, name: str) -> tuple[str, str, str]:
@@ -179,7 +176,7 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
 
 
 def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
-    """Least, median and greatest value of each column over all cases that have one and are not compared with themselves."""
+    """Least, median and greatest value of each column; cases compared with themselves do not count."""
     rows = []
     for column in columns:
         base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
@@ -193,15 +190,12 @@ def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
 
 def _every_case(source: Source) -> Table:
     columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
-    words_first = sorted(columns, key=lambda name: name not in source.factors)
-    rows = [
-        [*(source.cell(name, row[name]) for name in words_first), str(row["outcome"])]
-        for row in source.cases.to_dict("records")
-    ]
+    records = source.cases.to_dict("records")
+    rows = [[*(source.cell(name, row[name]) for name in columns), str(row["outcome"])] for row in records]
     return Table(
-        [*(source.shown(name).label for name in words_first), "Outcome"],
+        [*(source.shown(name).label for name in columns), "Outcome"],
         rows,
-        (*range(len(source.factors)), len(words_first)),
+        (*range(len(source.factors)), len(columns)),
     )
 
 
@@ -211,21 +205,23 @@ def _fits(source: Source) -> Iterable[str]:
         x, y = source.shown(fit["x"]), source.shown(fit["y"])
         quantity = source.quantity(fit["x"])
         about = [source.named(name, value) for name, value in fit.get("where", {}).items()]
-        over = "; ".join([f"{fit['points']} cases"] * ("points" in fit) + about)
+        counted = [f"{fit['points']} cases"] if "points" in fit else []
+        over = "; ".join(counted + about)
         law = "too few cases for a line"
         if fit["slope"] is not None:
             per = x.unit or f"unit {quantity.symbol or quantity.title.lower()}"
             law = law_in_words(fit["slope"] * y.factor / x.factor, fit["largest_deviation"] * y.factor, y.unit, per)
-            law += f", {style.with_unit(fit['intercept'] * y.factor, y.unit)} at {quantity.symbol or 'zero'}"
-            law += " = 0" * bool(quantity.symbol)
+            origin = f"{quantity.symbol} = 0" if quantity.symbol else "zero"
+            law += f", {style.with_unit(fit['intercept'] * y.factor, y.unit)} at {origin}"
         yield f"{source.quantity(fit['y']).title}: {law}" + (f" ({over})" if over else "")
 
 
 def _failed(source: Source) -> Table | None:
-    rows = []
-    for row in source.failed.head(LISTED).to_dict("records"):
-        case = ", ".join(source.named(name, row[name]) for name in source.factors)
-        rows.append([str(row["case_id"]), case, str(row["outcome"]), str(row.get("reason") or "")])
+    def case(row):
+        return ", ".join(source.named(name, row[name]) for name in source.factors)
+
+    records = source.failed.head(LISTED).to_dict("records")
+    rows = [[str(row["case_id"]), case(row), row["outcome"], row.get("reason") or ""] for row in records]
     return Table(["Case", "With", "Outcome", "Reason"], rows, range(4)) if rows else None
 
 

@@ -206,8 +206,7 @@ def panels(
 def legend_columns(entries: Sequence[str], width: float) -> int:
     """The most columns in which a legend, filled column by column, fits into `width` (mm)."""
     for columns in range(len(entries), 1, -1):
-        rows = -(-len(entries) // columns)
-        longest = [max(map(len, entries[start : start + rows])) for start in range(0, len(entries), rows)]
+        longest = [max(map(len, column)) for column in np.array_split(entries, columns)]
         if sum(14 + 1.4 * length for length in longest) < width - 2:
             return columns
     return 1

@@ -13,12 +13,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
 import pandas as pd
 
-from prb3r.errors import Problem, SpecError
-from prb3r.quantities import Quantity, describe
+from prb3r.quantities import Quantity
 from prb3r.study import store
 from prb3r.study.cases import Case, resolve
+from prb3r.study.columns import check_columns, described
 from prb3r.study.compare import comparisons, fits
 from prb3r.study.engine import Piece, Workers, run
 from prb3r.study.manifest import changes, environment, read_manifest, timing, write_manifest
@@ -93,28 +94,16 @@ class Plan:
         return store.content_hash([cases, metrics, chunk.states, chunk.state_disks])
 
     @property
+    def columns(self) -> set[str]:
+        """Columns that plots and comparisons may name."""
+        fixed = set(blank_row(self.cases[0], tuple(self.study.metric), "", ""))
+        compared = {comparison.name for comparison in self.study.comparison}
+        return fixed | compared | ({"step"} if self.study.states != "none" else set())
+
+    @property
     def quantities(self) -> list[Quantity]:
         """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
-        metrics = [quantity for metric in self.study.metric for quantity in metric.quantities()]
-        known = [
-            describe_factor(factor.name, factor.path or " / ".join(factor.ratio or ())) for factor in self.study.factor
-        ]
-        compared = [
-            Quantity(each.name, "", "1" if each.relative_to_length else describe(each.name).unit, _meaning(each))
-            for each in self.study.comparison
-        ]
-        return [*known, *metrics, *compared]
-
-
-def describe_factor(name: str, path: str) -> Quantity:
-    """A factor's column."""
-    unit = describe(name).unit if path else ""
-    return Quantity(name, "", unit, f"factor: {path}" if path else "factor: named alternatives")
-
-
-def _meaning(comparison) -> str:
-    to = ", ".join(f"{name} = {value}" for name, value in comparison.to.items())
-    return f"{comparison.kind} of {comparison.of} to the case with {to}"
+        return described(self.study)
 
 
 @dataclass(frozen=True)
@@ -158,41 +147,8 @@ def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
     study = load_study(path)
     cases = resolve(path, study)
     plan = Plan(Path(path), study, cases, Path(output) / study.name)
-    _check_columns(plan)
+    check_columns(plan.path, study, plan.columns, plan.quantities)
     return plan
-
-
-def _check_columns(plan: Plan) -> None:
-    """Refuse names that plots, comparisons and objectives use but no table has."""
-    study = plan.study
-    fixed = set(blank_row(plan.cases[0], tuple(study.metric), "", ""))
-    duplicates = [q.name for metric in study.metric for q in metric.quantities()]
-    problems = [
-        Problem(f"{plan.path} metric", f"two metrics give the column {name!r}")
-        for name in sorted({name for name in duplicates if duplicates.count(name) > 1})
-    ]
-    columns = fixed | {comparison.name for comparison in study.comparison}
-    if study.states != "none":
-        columns.add("step")
-    used = [(f"plot {p.name}", name) for p in study.plot for name in (p.x, *p.y, p.by, p.style, p.panel, p.vertical)]
-    used += [(f"plot {p.name} where", name) for p in study.plot for name in p.where]
-    used += [("fit", name) for f in study.fit for name in (f.x, f.y, *f.where)]
-    used += [(f"comparison {c.name}", name) for c in study.comparison for name in c.to]
-    stems = {c.name: ([f"{c.of}_x_m", f"{c.of}_y_m"] if c.kind == "distance" else [c.of]) for c in study.comparison}
-    used += [(f"comparison {name}", column) for name, names in stems.items() for column in names]
-    if study.designs:
-        used += [("designs", name) for name in study.designs.factors]
-        used += [("designs.objective", o.metric) for o in study.designs.objective]
-        used += [("designs.objective where", name) for o in study.designs.objective for name in o.where]
-    from prb3r.errors import did_you_mean
-
-    for place, name in used:
-        if name is not None and name not in columns:
-            problems.append(
-                Problem(f"{plan.path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}")
-            )
-    if problems:
-        raise SpecError(*dict.fromkeys(problems))
 
 
 def run_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
@@ -282,8 +238,6 @@ def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) ->
 
 
 def _stacked(states: list[dict], plan: Plan) -> dict[str, Any]:
-    import numpy as np
-
     names = ["case_id", "step", "disk", "x_m", "y_m", "angle_rad", *(f"cable_{c}_n" for c in plan.chunks[0].cables)]
     empty = {name: np.zeros(0, np.int64 if name in ("case_id", "step", "disk") else float) for name in names}
     return {name: np.concatenate([empty[name], *(state[name] for state in states)]) for name in names}

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from prb3r.model import toml
 from prb3r.model.manipulator import Model, Positive, Strict
-from prb3r.quantities import SHOWN, unit_ending
+from prb3r.quantities import unit_ending
 from prb3r.study.metrics import Metric
 
 Scalar = float | int | str | bool
@@ -141,7 +141,7 @@ class Fit(Strict):
 
 
 class Point(Strict):
-    """A published value laid over a plot."""
+    """A published value laid over a plot, in SI units as the columns are."""
 
     x: float
     y: float
@@ -181,9 +181,8 @@ class Plot(Strict):
     def _consistent(self) -> "Plot":
         if self.kind in ("lines", "bars") and (not self.y or self.x is None):
             raise ValueError(f"a plot of {self.kind} needs x and y")
-        for unit in (self.x_unit, self.y_unit):
-            if unit is not None and any(part not in SHOWN for part in unit.split("/")[:1]):
-                raise ValueError(f"unknown unit {unit!r}; valid: {', '.join(SHOWN)}")
+        if self.log_y and self.y_from_zero:
+            raise ValueError("log_y and y_from_zero exclude each other")
         return self
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from prototype import cantilever, prototype, row, shift, tip_face
 
-from prb3r.mechanics.chain import Chain, Loads, loads, pose
-from prb3r.mechanics.plate import gauss_collocation, plate_model
+from prb3r.mechanics.chain import Loads, loads, pose
+from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.reference import (
     constant_curvature_pose,
     elastica_shooting,
@@ -18,46 +19,9 @@ G = 9.785
 RAMP = np.linspace(0.25, 1, 4)[:, None]
 
 
-def prototype(mu=0.3, first_segment=1.0, plate=plate_model("prb3r")):  # noqa: B008
-    """Section IV and Table 3; `first_segment` multiplies the stiffness of Segment 1."""
-    rigidity, arc = 187e9 * 0.030 * 0.0008**3 / 12, 0.014
-    return Chain(
-        plate=plate,
-        arc=np.full(14, arc),
-        clamp=np.full(14, 0.008),
-        disk=0.004,
-        stiffness=np.repeat([first_segment, 1], 7)[:, None] * rigidity / arc * plate.stiffness,
-        rest=np.zeros((14, len(plate.stiffness))),
-        offset=np.tile([0.0255, 0.021, -0.021, -0.0255], (14, 1)),
-        reach=np.array([14, 7, 7, 14]),
-        friction=np.full((14, 4), mu),
-        segment=np.repeat([0, 1], 7),
-    )
-
-
-def cantilever():
-    plate = plate_model("elastica")
-    none = np.zeros((1, 0))
-    one, zero, bending = np.ones(1), np.zeros(1), plate.stiffness[None]
-    return Chain(plate, one, zero, 0.0, bending, 0 * bending, none, np.zeros(0, int), none, np.zeros(1, int))
-
-
-def row(steps, index=-1):
-    return Loads(*(field[index] for field in steps))
-
-
-def tip_face(chain, pose):
-    """Centre of the tip disk's distal face, complex."""
-    return pose.x[..., -1] + 1j * pose.y[..., -1] + chain.disk / 2 * np.exp(1j * pose.angle[..., -1])
-
-
 def spring_pose(chain, tension, slip=-1.0):
     """The chain of springs under `tension` reached in four equal steps."""
     return pose(chain, seed_fsolve(chain, loads(chain, RAMP * np.asarray(tension, float), slip))[0][-1])
-
-
-def shift(a, b, disk):
-    return np.hypot(a.x[disk] - b.x[disk], a.y[disk] - b.y[disk])
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,170 @@
+"""What a figure is drawn from: the plot, the rows it shows, the looks of their groups, the notes in its legend."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import matplotlib
+import pandas as pd
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from prb3r.model.manipulator import Manipulator
+from prb3r.present import style
+from prb3r.present.style import Look, Shown, shown
+from prb3r.quantities import Quantity
+from prb3r.study.compare import select
+from prb3r.study.spec import Plot
+
+FAILED = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
+
+COLUMN = "_column"
+"""Key column of a plot with several y: which of them a row is about."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a drawing needs beyond the tables."""
+
+    manipulator: Callable[[int], Manipulator]
+    """From `case_id`."""
+    quantities: tuple[Quantity, ...] = ()
+    """Of metric columns; others are described by their names."""
+    fits: tuple[Mapping[str, Any], ...] = ()
+    """`x, y, slope, intercept, largest_deviation, where`, all in SI."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A plot with its data: who is drawn, in which panel, and in which look."""
+
+    plot: Plot
+    cases: pd.DataFrame
+    states: pd.DataFrame | None
+    scene: Scene
+
+    @cached_property
+    def rows(self) -> pd.DataFrame:
+        """Selected cases (with their states where the plot names columns of those), with key columns."""
+        plot, rows = self.plot, select(self.cases, self.plot.where)
+        if rows.empty:
+            raise ValueError(f"plot {plot.name!r}: no case has {plot.where}")
+        wanted = [plot.by, plot.style, plot.panel, plot.x, *(plot.y if plot.kind in ("lines", "bars") else ())]
+        missing = {column for column in wanted if column and column not in rows}
+        if missing and self.states is not None:
+            columns = ["case_id", "step", *missing] if plot.kind == "shapes" else self.states.columns
+            states = self.states[list(dict.fromkeys(columns))].drop_duplicates()
+            rows = rows.merge(states, "left", "case_id", suffixes=("", "_state"))
+        if absent := sorted(missing - set(rows)):
+            raise ValueError(f"plot {plot.name!r}: no column {', '.join(absent)} in cases or states")
+        if plot.kind == "lines":
+            rows = pd.concat([rows.assign(**{COLUMN: y, "_y": rows[y]}) for y in plot.y], ignore_index=True)
+        keys = {"_by": self.by, "_style": self.style, "_panel": plot.panel}
+        return rows.assign(**{key: values_of(rows, column) for key, column in keys.items()})
+
+    @property
+    def by(self) -> str | None:
+        return self.plot.by or (COLUMN if self.plot.kind == "lines" and len(self.plot.y) > 1 else None)
+
+    @property
+    def style(self) -> str | None:
+        several = self.plot.kind == "lines" and len(self.plot.y) > 1 and self.plot.by is not None
+        return self.plot.style or (COLUMN if several else None)
+
+    @cached_property
+    def looks(self) -> dict[Any, Look]:
+        """Look of each value of `by`: texts keep theirs whichever of them a plot selects."""
+        present = ordered(self.rows["_by"])
+        known = ordered(values_of(self.cases, self.by)) if self.by in self.cases else present
+        fixed = not pd.api.types.is_numeric_dtype(self.rows["_by"]) and len(known) <= len(style.PALETTE)
+        return {value: look for value, look in style.looks(known if fixed else present).items() if value in present}
+
+    @cached_property
+    def dashes(self) -> dict[Any, Any]:
+        return {value: style.LINES[i % len(style.LINES)] for i, value in enumerate(ordered(self.rows["_style"]))}
+
+    def line(self, look: Look, key: Any) -> Any:
+        return self.dashes[key] if self.style else look.line
+
+    def quantity(self, column: str) -> Quantity:
+        return style.quantity_of(column, self.scene.quantities)
+
+    def shown(self, column: str, unit: str | None = None) -> Shown:
+        known = column in self.rows and pd.api.types.is_numeric_dtype(self.rows[column])
+        return shown(self.quantity(column), self.rows[column] if known else (), unit)
+
+    def text(self, column: str, value: Any) -> str:
+        """A value of a key column as a legend or a panel title says it."""
+        if column == COLUMN:
+            return self.quantity(value).title
+        if column == "broken_cables":
+            return f"cable{'s' * (',' in value)} {value} broken" if value else "all cables intact"
+        if isinstance(value, (str, bool)):
+            others = [str(other) for other in self.rows[column].unique()]
+            numbered = any(other[:1].isdigit() for other in others) and max(map(len, others)) < 10
+            return f"{self.quantity(column).title}: {value}" if numbered else str(value) or "none"
+        quantity, unit = self.quantity(column), self.shown(column)
+        if not quantity.symbol:
+            return f"{quantity.title} {style.with_unit(value * unit.factor, unit.unit)}"
+        return f"${quantity.symbol}$ = {style.with_unit(value * unit.factor, unit.unit)}"
+
+    def panels(self) -> tuple[list[str], list[pd.DataFrame]]:
+        """Title and rows of each panel."""
+        values = ordered(self.rows["_panel"])
+        titles = [self.text(self.plot.panel, value) if self.plot.panel else "" for value in values]
+        return titles, [self.rows[self.rows["_panel"] == value] for value in values]
+
+    def groups(self, rows: pd.DataFrame) -> Iterator[tuple[Look, Any, pd.DataFrame]]:
+        """Look, line style and rows of each group of a panel."""
+        for value, look in self.looks.items():
+            for key in self.dashes:
+                group = rows[(rows["_by"] == value) & (rows["_style"] == key)]
+                if len(group):
+                    yield look, self.line(look, key), group
+
+    def handles(self, patch: bool = False, solid: bool = False) -> list[Any]:
+        """Legend entries of colours (lines, solid ones, or patches) and of line styles."""
+        entries: list[Any] = []
+        for value, look in self.looks.items() if self.by else ():
+            text, line = self.text(self.by, value), "-" if self.style or solid else look.line
+            if patch:
+                entries.append(Patch(fc=pale(look.colour), ec=look.colour, hatch=look.hatch, ls=line, label=text))
+            else:
+                entries.append(Line2D([], [], color=look.colour, marker=look.marker, ls=line, label=text))
+        for value, line in self.dashes.items() if self.style else ():
+            entries.append(Line2D([], [], color=style.QUIET, ls=line, label=self.text(self.style, value)))
+        return entries
+
+
+def values_of(rows: pd.DataFrame, column: str | None) -> pd.Series:
+    if column is None:
+        return pd.Series("", rows.index)
+    return rows[column] if pd.api.types.is_numeric_dtype(rows[column]) else rows[column].fillna("")
+
+
+def ordered(values: pd.Series) -> list[Any]:
+    """Distinct values: numbers sorted, texts as they come."""
+    distinct = values.dropna().drop_duplicates()
+    return (distinct.sort_values() if pd.api.types.is_numeric_dtype(values) else distinct).tolist()
+
+
+def pale(colour: Any, share: float = 0.25) -> tuple[float, ...]:
+    return tuple(1 - share * (1 - part) for part in matplotlib.colors.to_rgb(colour))
+
+
+def entry(ink: Mapping[str, Any]) -> Line2D:
+    """A legend entry drawn as its lines or marks are."""
+    return Line2D([], [], **{key: value for key, value in ink.items() if key != "at"})
+
+
+def failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
+    """Legend entry of each way in which cases failed, with their number."""
+    failed = rows[rows["outcome"] != "converged"]
+    placed = failed["_at"].notna() if "_at" in failed else failed["outcome"].notna()
+    entries = []
+    for outcome, group in failed.groupby("outcome"):
+        count, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
+        aside = f", {lost} of them without a place" if lost else ""
+        entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{aside})")
+    return [{**FAILED, "label": text} for text in entries]

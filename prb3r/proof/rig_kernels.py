@@ -1,0 +1,256 @@
+"""Compiled inner loops of the rig: one plate by shooting, and the balance of all plates.
+
+Unknowns are the end poses of the plates: `e_i = (X, Y, b)`, centre of disk `i`'s proximal face and bend of plate `i`,
+both in the frame of the disk before it (origin at its distal face's centre, x along its axis).  They give every cable
+span, hence every turning angle, tension and load on the plate; the plate's shape equation, stepped along the arc from
+its proximal end, answers with an end pose; equilibrium is where the answer is the question.
+
+    e_i = shape(w_i(e)),    theta' = kappa0 + k(M(s)),    M(s) = m - (P(s) - P_0) x f,    w_i = (m, f_x, f_y)
+
+`w`: moment about the arc's start `P_0` and force which the distal part exerts on the plate.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+LINEAR, CUBIC, BILINEAR = 0, 1, 2
+"""Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee."""
+CLEARANCE_BEND = 0.005
+"""Bend over which a cable changes over to the other side of its holes, rad."""
+
+
+class Rig(NamedTuple):
+    """A manipulator in arrays: `n` plates, `m` cables.  SI units."""
+
+    arc: np.ndarray  # (n,) flexible length
+    clamp: np.ndarray  # (n,)
+    disk: float  # thickness
+    rigidity: np.ndarray  # (n,) EI
+    rest: np.ndarray  # (n,) stress-free curvature
+    law: int  # of every plate: one of the three above
+    law_first: float  # c, or the knee
+    law_second: float  # ratio
+    compliance: float  # of the hinge at each end of each arc
+    contact_angle: float
+    contact_stiffness: float
+    offset: np.ndarray  # (n, m) of each plate's span
+    clearance: float
+    reach: np.ndarray  # (m,) plates that a cable crosses; 0 if dead
+    friction: np.ndarray  # (n, m) coefficient at the hole before plate i
+    pulley: np.ndarray  # (m,) -ln(efficiency)
+    edges: bool  # turning counted at both edges of a hole
+    presliding: float  # infinite: declared slip
+
+
+class Memory(NamedTuple):
+    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
+
+    slip: np.ndarray
+    beyond: np.ndarray
+
+
+class Forces(NamedTuple):
+    """Loads at one instant: tension entering the base holes (before pulley friction), dead loads on disks and tip."""
+
+    tension: np.ndarray  # (m,)
+    disk: np.ndarray  # (n, 2) at the disks' centres
+    tip: np.ndarray  # (2,) at the centre of the last disk's distal face
+
+
+@njit(cache=True)
+def curvature(rig, plate, moment):
+    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
+    bare = moment / rig.rigidity[plate]
+    if rig.law == CUBIC and rig.law_first != 0:
+        root = np.sqrt(3 * abs(rig.law_first))
+        if rig.law_first > 0:
+            k = 2 / root * np.sinh(np.arcsinh(1.5 * root * bare) / 3)
+        elif abs(1.5 * root * bare) < 1:
+            k = 2 / root * np.sin(np.arcsin(1.5 * root * bare) / 3)
+        else:
+            k = np.nan
+        return k, 1 / (rig.rigidity[plate] * (1 + 3 * rig.law_first * k**2))
+    excess = abs(bare) - rig.law_first
+    if rig.law == BILINEAR and excess > 0:
+        return np.sign(bare) * (rig.law_first + excess / rig.law_second), 1 / (rig.law_second * rig.rigidity[plate])
+    return bare, 1 / rig.rigidity[plate]
+
+
+@njit(cache=True)
+def _along(rig, plate, wrench, z, rate):
+    """d/ds of (x, y, theta) and of their derivatives with respect to the wrench, stored as z[3:].reshape(3, 3)."""
+    moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
+    arm_x, arm_y = z[0] - rig.clamp[plate], z[1]
+    k, softness = curvature(rig, plate, moment - arm_x * force_y + arm_y * force_x)
+    cos, sin = np.cos(z[2]), np.sin(z[2])
+    rate[0], rate[1], rate[2] = cos, sin, rig.rest[plate] + k
+    direct = (1.0, arm_y, -arm_x)
+    for p in range(3):
+        rate[3 + p], rate[6 + p] = -sin * z[9 + p], cos * z[9 + p]
+        rate[9 + p] = softness * (direct[p] - z[3 + p] * force_y + z[6 + p] * force_x)
+
+
+@njit(cache=True)
+def shape(rig, plate, wrench, elements):
+    """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent.
+
+    Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
+    """
+    z, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12)
+    moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
+    clamp, hinge, h = rig.clamp[plate], rig.compliance, rig.arc[plate] / elements
+    z[0], z[2], z[9] = clamp, hinge * moment, hinge
+    for _ in range(elements):
+        _along(rig, plate, wrench, z, rate)
+        mean[:] = rate / 6
+        for fraction, weight in ((0.5, 1 / 3), (0.5, 1 / 3), (1.0, 1 / 6)):
+            _along(rig, plate, wrench, z + fraction * h * rate, rate)
+            mean += weight * rate
+        z += h * mean
+    arm_x, arm_y = z[0] - clamp, z[1]
+    direct = (1.0, arm_y, -arm_x)
+    for p in range(3):
+        z[9 + p] += hinge * (direct[p] - z[3 + p] * force_y + z[6 + p] * force_x)
+    z[2] += hinge * (moment - arm_x * force_y + arm_y * force_x)
+    cos, sin = clamp * np.cos(z[2]), clamp * np.sin(z[2])
+    z[3:6] -= sin * z[9:]
+    z[6:9] += cos * z[9:]
+    return np.array([z[0] + cos, z[1] + sin, z[2]]), z[3:].copy().reshape(3, 3)
+
+
+@njit(cache=True)
+def _magnitude(turn, soft):
+    """|turn| and its derivative; `soft` rounds the corner."""
+    size = np.sqrt(turn**2 + (0.01 * soft) ** 2)
+    return size - 0.01 * soft, turn / size if size > 0 else 0.0
+
+
+@njit(cache=True)
+def _clip(slip, soft):
+    """`slip` held between -1 and 1, and the derivative; `soft` rounds the corners."""
+    if soft == 0:
+        return min(max(slip, -1.0), 1.0), 1.0 if abs(slip) < 1 else 0.0
+    up, down = np.sqrt((slip + 1) ** 2 + soft**2), np.sqrt((slip - 1) ** 2 + soft**2)
+    return (up - down) / 2, ((slip + 1) / up - (slip - 1) / down) / 2
+
+
+@njit(cache=True)
+def span(rig, plate, cable, end):
+    """Length and direction (against the proximal disk's axis) of a span, its offset, and their derivatives by `end`."""
+    b = end[2]
+    side = np.tanh(b / CLEARANCE_BEND)
+    o, o_b = rig.offset[plate, cable] + rig.clearance * side, rig.clearance * (1 - side**2) / CLEARANCE_BEND
+    cos, sin = np.cos(b), np.sin(b)
+    v_x, v_y = end[0] - o * sin, end[1] + o * cos - o
+    by_b = (-o * cos - o_b * sin, -o * sin + o_b * (cos - 1))
+    length = np.hypot(v_x, v_y)
+    d_length = np.array([v_x, v_y, v_x * by_b[0] + v_y * by_b[1]]) / length
+    d_angle = np.array([-v_y, v_x, v_x * by_b[1] - v_y * by_b[0]]) / length**2
+    return length, np.arctan2(v_y, v_x), o, d_length, d_angle, o_b
+
+
+@njit(cache=True)
+def pull_cable(rig, j, tension, memory, ends, soft, wrench, d_wrench, slip, beyond, tensions):
+    """Add what cable `j` does to every plate's wrench and tangent; note its slip, lengths and span tensions."""
+    reach, n = rig.reach[j], len(ends)
+    angle, offset, d_offset = np.zeros(n), np.zeros(n), np.zeros(n)
+    d_length, d_angle = np.zeros((n, 3)), np.zeros((n, 3))
+    for i in range(reach - 1, -1, -1):
+        length, angle[i], offset[i], d_length[i], d_angle[i], d_offset[i] = span(rig, i, j, ends[i])
+        beyond[i, j] = length + (beyond[i + 1, j] if i + 1 < reach else 0.0)
+    log, d_log = 0.0, np.zeros((n, 3))
+    for i in range(reach):
+        slide = (beyond[i, j] - memory.beyond[i, j]) / rig.presliding
+        state, sticking = _clip(memory.slip[i, j] + slide, soft if np.isfinite(rig.presliding) else 0.0)
+        before = angle[i - 1] - ends[i - 1, 2] if i else 0.0
+        if rig.edges:
+            (enter, enter_sign), (leave, leave_sign) = _magnitude(before, soft), _magnitude(angle[i], soft)
+            turn = enter + leave
+        else:
+            turn, leave_sign = _magnitude(angle[i] - before, soft)
+            enter_sign = -leave_sign
+        grip = rig.friction[i, j] * turn + (rig.pulley[j] if i == 0 else 0.0)
+        log += state * grip
+        d_log[i:reach] += grip * sticking / rig.presliding * d_length[i:reach]
+        d_log[i] += state * rig.friction[i, j] * leave_sign * d_angle[i]
+        if i:
+            d_log[i - 1] += state * rig.friction[i, j] * enter_sign * d_angle[i - 1]
+            d_log[i - 1, 2] -= state * rig.friction[i, j] * enter_sign
+        pull = tension * np.exp(log)
+        cos, sin = np.cos(angle[i]), np.sin(angle[i])
+        unit = pull * np.array([rig.clamp[i] * sin + offset[i] * cos, -cos, -sin])
+        by_angle = pull * np.array([rig.clamp[i] * cos - offset[i] * sin, sin, -cos])
+        wrench[i] += unit
+        d_wrench[i, 0, i, 2] += pull * cos * d_offset[i]
+        for c in range(3):
+            d_wrench[i, c] += unit[c] * d_log
+            d_wrench[i, c, i] += by_angle[c] * d_angle[i]
+        slip[i, j], tensions[i, j] = state, pull
+
+
+@njit(cache=True)
+def poses(rig, ends):
+    """(n + 1, 3) centres and angles of the disks, from the base."""
+    out = np.zeros((len(ends) + 1, 3))
+    out[0, 0] = -rig.disk / 2
+    for i in range(len(ends)):
+        x, y, a = out[i, 0], out[i, 1], out[i, 2]
+        cos, sin, along = np.cos(a), np.sin(a), rig.disk / 2 + ends[i, 0]
+        b = a + ends[i, 2]
+        out[i + 1, 0] = x + cos * along - sin * ends[i, 1] + rig.disk / 2 * np.cos(b)
+        out[i + 1, 1] = y + sin * along + cos * ends[i, 1] + rig.disk / 2 * np.sin(b)
+        out[i + 1, 2] = b
+    return out
+
+
+@njit(cache=True)
+def add_dead_loads(rig, forces, ends, wrench, d_wrench):
+    """Add the dead loads beyond each plate to its wrench and tangent."""
+    n, where = len(ends), poses(rig, ends)
+    total, torque, virial = np.zeros((n, 2)), np.zeros(n), np.zeros(n)  # about the origin, of all loads beyond plate i
+    for i in range(n - 1, -1, -1):
+        if i + 1 < n:
+            total[i], torque[i], virial[i] = total[i + 1], torque[i + 1], virial[i + 1]
+        x, y, a = where[i + 1, 0], where[i + 1, 1], where[i + 1, 2]
+        tip_x, tip_y = x + rig.disk / 2 * np.cos(a), y + rig.disk / 2 * np.sin(a)
+        for s_x, s_y, f in ((x, y, forces.disk[i]), (tip_x, tip_y, forces.tip if i + 1 == n else np.zeros(2))):
+            total[i] += f
+            torque[i] += s_x * f[1] - s_y * f[0]
+            virial[i] += s_x * f[0] + s_y * f[1]
+    for i in range(n):
+        x, y, a = where[i, 0], where[i, 1], where[i, 2]
+        cos, sin = np.cos(a), np.sin(a)
+        p_x, p_y = x + (rig.disk / 2 + rig.clamp[i]) * cos, y + (rig.disk / 2 + rig.clamp[i]) * sin
+        f_x, f_y = cos * total[i, 0] + sin * total[i, 1], -sin * total[i, 0] + cos * total[i, 1]
+        wrench[i] += np.array([torque[i] - p_x * total[i, 1] + p_y * total[i, 0], f_x, f_y])
+        d_wrench[i, 0, :i, 2] += p_x * total[i, 0] + p_y * total[i, 1] - virial[i]
+        d_wrench[i, 1, :i, 2] += f_y
+        d_wrench[i, 2, :i, 2] -= f_x
+        c_x = x + rig.disk / 2 * cos + cos * ends[i, 0] - sin * ends[i, 1]  # the next disk's proximal face
+        c_y = y + rig.disk / 2 * sin + sin * ends[i, 0] + cos * ends[i, 1]
+        d_wrench[: i + 1, 0, i, 0] += f_y
+        d_wrench[: i + 1, 0, i, 1] -= f_x
+        d_wrench[: i + 1, 0, i, 2] += c_x * total[i, 0] + c_y * total[i, 1] - virial[i]
+
+
+@njit(cache=True)
+def imbalance(rig, forces, memory, ends, soft, elements):
+    """Answer minus question (n, 3), its tangent (3n, 3n), and the cables: slip, lengths beyond, tensions (n, m) each."""
+    n, m = rig.offset.shape
+    wrench, d_wrench = np.zeros((n, 3)), np.zeros((n, 3, n, 3))
+    slip, beyond, tensions = memory.slip.copy(), np.zeros((n, m)), np.zeros((n, m))
+    for j in range(m):
+        pull_cable(rig, j, forces.tension[j], memory, ends, soft, wrench, d_wrench, slip, beyond, tensions)
+    add_dead_loads(rig, forces, ends, wrench, d_wrench)
+    gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
+    for i in range(n):
+        excess = abs(ends[i, 2]) - rig.contact_angle
+        if excess > 0:  # the touching disks carry this part past plate and hinges
+            wrench[i, 0] -= rig.contact_stiffness * excess * np.sign(ends[i, 2])
+            d_wrench[i, 0, i, 2] -= rig.contact_stiffness
+        answer, softness = shape(rig, i, wrench[i], elements)
+        gap[i] = answer - ends[i]
+        tangent[3 * i : 3 * i + 3] = softness @ d_wrench[i].reshape(3, 3 * n)
+    return gap, tangent - np.eye(3 * n), slip, beyond, tensions

@@ -1,0 +1,85 @@
+"""What the columns of a study mean, and whether plots and comparisons name columns that exist."""
+
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
+from pathlib import Path
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.quantities import Quantity, describe, scale
+from prb3r.study.spec import Comparison, Factor, Study
+
+
+def described(study: Study) -> list[Quantity]:
+    """Quantities beyond the nomenclature: factors, metrics, comparisons."""
+    metrics = [quantity for metric in study.metric for quantity in metric.quantities()]
+    return [*map(_factor, study.factor), *metrics, *map(_comparison, study.comparison)]
+
+
+def _factor(factor: Factor) -> Quantity:
+    if factor.ratio is not None:
+        return Quantity(factor.name, "", "1", f"factor: {factor.ratio[0]} over {factor.ratio[1]}")
+    if factor.path is None or factor.path == "model":
+        return Quantity(factor.name, "", "", "factor: named alternatives")
+    known = describe(factor.name)
+    return replace(known, meaning=f"factor: {factor.path}")
+
+
+def _comparison(comparison: Comparison) -> Quantity:
+    unit = "1" if comparison.relative_to_length or comparison.kind == "ratio" else describe(comparison.name).unit
+    to = " and ".join(
+        f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
+        for name, value in comparison.to.items()
+    )
+    of = f"the position of {comparison.of}" if comparison.kind == "distance" else comparison.of
+    return Quantity(comparison.name, "", unit, f"{comparison.kind} of {of} to the case with {to}")
+
+
+def _named(study: Study) -> Iterator[tuple[str, str | None]]:
+    """Every column that the spec names, with the place where it does."""
+    for plot in study.plot:
+        for name in (plot.x, *plot.y, plot.by, plot.style, plot.panel, plot.vertical, *plot.where):
+            yield f"plot {plot.name}", name
+    for fit in study.fit:
+        yield from (("fit", name) for name in (fit.x, fit.y, *fit.where))
+    for comparison in study.comparison:
+        of = [f"{comparison.of}_x_m", f"{comparison.of}_y_m"] if comparison.kind == "distance" else [comparison.of]
+        yield from ((f"comparison {comparison.name}", name) for name in (*of, *comparison.to))
+    if study.designs is not None:
+        yield from (("designs", name) for name in study.designs.factors)
+        for objective in study.designs.objective:
+            yield from (("designs.objective", name) for name in (objective.metric, *objective.where))
+
+
+def check_columns(path: Path, study: Study, columns: Set[str], quantities: Sequence[Quantity]) -> None:
+    """Refuse two columns of one name, names without a column, units that do not fit and plots without states.
+
+    Raises
+    ------
+    SpecError
+        With all of them.
+    """
+    names = [quantity.name for metric in study.metric for quantity in metric.quantities()]
+    problems = [
+        Problem(f"{path} metric", f"two metrics give the column {name!r}")
+        for name in sorted({name for name in names if names.count(name) > 1})
+    ]
+    for place, name in _named(study):
+        if name is not None and name not in columns:
+            problems.append(Problem(f"{path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}"))
+    known = {quantity.name: quantity for quantity in quantities}
+    for plot in study.plot:
+        place = f"{path} plot {plot.name}"
+        for unit, column in ((plot.x_unit, plot.x), *((plot.y_unit, name) for name in plot.y)):
+            try:
+                if unit is not None and column is not None:
+                    scale(known.get(column, column), unit)
+            except ValueError as error:
+                problems.append(Problem(place, str(error)))
+        if plot.kind in ("shapes", "workspace") and study.states == "none":
+            problems.append(Problem(place, f"a plot of {plot.kind} needs states = 'final' or 'path'"))
+        if plot.kind == "shapes" and study.state_disks is not None:
+            problems.append(Problem(place, "a plot of shapes needs the states of all disks; leave out state_disks"))
+        if plot.fit and not any(fit.x == plot.x and fit.y in plot.y for fit in study.fit):
+            problems.append(Problem(place, "fit = true needs a [[fit]] of its y over its x"))
+    if problems:
+        raise SpecError(*dict.fromkeys(problems))

@@ -1,0 +1,232 @@
+import io
+import itertools
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.contour import QuadContourSet
+
+from prb3r import load_manipulator
+from prb3r.mechanics.chain import loads
+from prb3r.mechanics.equilibrium import solve
+from prb3r.present import style
+from prb3r.present.figures import draw, save
+from prb3r.present.shapes import body, straight
+from prb3r.present.sheet import Scene
+from prb3r.present.workspace import occupancy
+from prb3r.quantities import Quantity
+from prb3r.study.spec import Plot
+
+MANIPULATOR = load_manipulator("studies/manipulators/two-segment.toml")
+SCENE = Scene(lambda case_id: MANIPULATOR, (Quantity("tip_shift_m", "", "m", "shift of the tip"),))
+
+
+def states_of(tensions, first_case: int = 0) -> pd.DataFrame:
+    """The states of one case for each row of tensions."""
+    chain = MANIPULATOR.chain()
+    applied = loads(chain, tensions)
+    found = solve(chain, applied, from_rest=True)
+    tension = np.concatenate([applied.tension[:, None], found.tension], 1)
+    cases, disks = found.x.shape
+    columns = {"case_id": first_case + np.repeat(np.arange(cases), disks), "step": 0}
+    columns |= {"disk": np.tile(np.arange(disks), cases), "x_m": found.x.ravel(), "y_m": found.y.ravel()}
+    columns |= {"angle_rad": found.angle.ravel()}
+    names = {f"cable_{name}_n": tension[:, :, j].ravel() for j, name in enumerate(MANIPULATOR.cable_names)}
+    return pd.DataFrame(columns | names)
+
+
+def cases_of(**columns) -> pd.DataFrame:
+    table = pd.DataFrame(columns)
+    return table.assign(case_id=range(len(table)), broken_cables="", outcome="converged", reason="")
+
+
+@pytest.fixture
+def coupling() -> pd.DataFrame:
+    rows = list(itertools.product([0.0, 0.3], ["thin", "thick"], np.linspace(0, 100, 6)))
+    mu, design, tension = zip(*rows, strict=True)
+    table = cases_of(friction_coefficient=mu, design=design, cable_2_n=tension)
+    return table.assign(tip_shift_m=0.05 + 0.0002 * table["cable_2_n"], changing_point_n=60.7)
+
+
+def texts(figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def curves(axes) -> list:
+    """Drawn lines with a mark or a dash, without crosses of failed cases."""
+    return [line for line in axes.lines if line.get_marker() != "x" and len(line.get_xdata()) > 2]
+
+
+def test_every_group_is_a_line_and_axes_say_units(coupling):
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", panel="friction_coefficient")
+    figure = draw(plot, coupling, None, SCENE)
+    assert [len(curves(axes)) for axes in figure.axes] == [2, 2]
+    assert figure.axes[0].get_ylabel() == "Tip shift (mm)"
+    assert all(axes.get_xlabel() == "Cable 2 (N)" for axes in figure.axes)
+    assert curves(figure.axes[0])[0].get_ydata()[0] == pytest.approx(50.0)
+    assert texts(figure) == ["thin", "thick"]
+
+
+def test_groups_differ_without_colour():
+    looks = list(style.looks([f"design {i}" for i in range(8)]).values())
+    for one, other in itertools.combinations(looks, 2):
+        assert one.marker != other.marker
+        assert one.line != other.line
+        assert one.hatch != other.hatch
+    weights = np.array([0.299, 0.587, 0.114])
+    lightness = [weights @ matplotlib.colors.to_rgb(look.colour) for look in looks]
+    assert np.abs(np.diff(lightness)).min() > 0.08
+    ramp = [weights @ matplotlib.colors.to_rgb(look.colour) for look in style.looks([0.1, 0.2, 0.3, 0.4, 0.5]).values()]
+    assert np.diff(ramp).min() > 0.08
+
+
+def test_style_is_a_second_distinction(coupling):
+    plot = Plot(
+        name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", style="friction_coefficient", y_unit="cm"
+    )
+    drawn = curves(draw(plot, coupling, None, SCENE).axes[0])
+    assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == 4
+
+
+def test_failed_cases_are_crosses(coupling):
+    coupling.loc[3, ["outcome", "tip_shift_m"]] = ["no equilibrium", np.nan]
+    coupling.loc[5, "outcome"] = "unstable"
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    figure = draw(plot, coupling, None, SCENE)
+    crosses = {float(x) for line in figure.axes[0].lines if line.get_marker() == "x" for x in line.get_xdata()}
+    assert crosses == {60.0, 100.0}
+    assert {"no equilibrium (1 case)", "unstable (1 case)"} <= set(texts(figure))
+
+
+def test_fit_vertical_and_published_points_are_named(coupling):
+    law = {"slope": 2e-4, "intercept": 0.05, "largest_deviation": 1.1e-3, "where": {"design": "thin"}}
+    scene = Scene(SCENE.manipulator, SCENE.quantities, ({"x": "cable_2_n", "y": "tip_shift_m", **law},))
+    plot = Plot(
+        name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", fit=True, vertical="changing_point_n",
+        mark=[{"x": 50.0, "y": 0.06, "label": "published"}],
+    )  # fmt: skip
+    figure = draw(plot, coupling, None, scene)
+    assert {"thin: 0.2 mm per N, within 1.1 mm", "changing point, 60.7 N", "published"} <= set(texts(figure))
+    point = next(line for line in figure.axes[0].lines if line.get_markerfacecolor() == "white")
+    assert (point.get_xdata()[0], point.get_ydata()[0]) == pytest.approx((50.0, 60.0))
+
+
+def test_disks_and_holes_are_drawn_where_they_are():
+    state = states_of([[60.0, 0, 0, 0]])
+    drawn = body(MANIPULATOR, state)
+    np.testing.assert_allclose(drawn.disks.mean(1), state[["x_m", "y_m"]], atol=1e-12)
+    first, outer = drawn.cables[1], drawn.cables[0]
+    assert (len(first), len(outer)) == (2 * 7 + 2, 2 * 14 + 2)
+    np.testing.assert_allclose(outer[1], [0.0, 0.0255], atol=1e-12)
+    centre = state[["x_m", "y_m"]].to_numpy()
+    distance = np.hypot(*(outer[2::2] - centre[1:]).T)
+    np.testing.assert_allclose(distance, np.hypot(0.0255, 0.002), rtol=1e-9)
+    assert np.all(np.diff(drawn.tensions[0]) <= 0)
+    assert drawn.tensions[0][0] == 60.0
+
+
+def test_plates_are_as_long_as_they_are():
+    bent = body(MANIPULATOR, states_of([[100.0, 0, 0, 0]]))
+    for drawn in (bent, straight(MANIPULATOR)):
+        length = np.hypot(*np.moveaxis(np.diff(drawn.plates, axis=1), -1, 0)).sum(1)
+        np.testing.assert_allclose(length, 0.030, rtol=2e-3)
+
+
+def test_shapes_show_every_case_to_scale():
+    cases, states = cases_of(cable_1_n=[20.0, 60.0, 100.0]), states_of([[20.0, 0, 0, 0], [60.0, 0, 0, 0]])
+    cases.loc[2, "outcome"] = "no equilibrium"
+    figure = draw(Plot(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
+    axes = figure.axes[0]
+    disks = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    assert [len(one.get_paths()) for one in disks] == [15, 15]
+    assert any(isinstance(one, LineCollection) for one in axes.collections)
+    assert axes.get_aspect() == 1.0
+    assert axes.get_ylabel() == "$y$ (mm)"
+    assert any("no equilibrium" in text for text in texts(figure))
+
+
+def test_shapes_need_all_disks():
+    states = states_of([[20.0, 0, 0, 0]])
+    with pytest.raises(ValueError, match="all its disks, 0 to 14"):
+        draw(Plot(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
+
+
+def test_occupancy_has_the_area_of_its_region():
+    rng = np.random.default_rng(3)
+    radius, angle = np.sqrt(rng.uniform(0.5, 1, 40_000)), rng.uniform(0, 2 * np.pi, 40_000)
+    x, y, _, inside = occupancy(np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1))
+    area = (inside > 0.5).sum() * (x[1] - x[0]) * (y[1] - y[0])
+    assert area == pytest.approx(np.pi / 2, rel=0.05)
+
+
+def test_workspaces_are_told_apart_and_small(tmp_path):
+    rng = np.random.default_rng(2)
+    tips = [
+        pd.DataFrame({"case_id": case, "step": range(20_000), "disk": 14, "x_m": x, "y_m": y})
+        for case in range(3)
+        for x, y in [rng.uniform([[0.1 * case], [-0.3]], [[0.4], [0.3]], (2, 20_000))]
+    ]
+    states = pd.concat(tips)
+    states.iloc[:7, 3:] = np.nan
+    cases = cases_of(design=["a", "b", "c"])
+    overlaid = draw(Plot(name="w", kind="workspace", by="design"), cases, states, SCENE)
+    panels = draw(Plot(name="w", kind="workspace", panel="design"), cases, states, SCENE)
+    assert "a: 7 of 20,000 loads without equilibrium" in texts(overlaid)
+    outlines = [one for one in overlaid.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
+    assert len({str(one.get_linestyle()) for one in outlines}) == 3
+    assert len({patch.get_hatch() for patch in overlaid.legends[0].get_patches()}) == 3
+    assert len(panels.axes) == 3
+    for name, figure in (("overlaid", overlaid), ("panels", panels)):
+        assert save(figure, tmp_path, name)[1].stat().st_size < 400_000
+
+
+def test_bars_have_a_panel_and_a_unit_for_each_metric():
+    cases = cases_of(design=["a", "a", "b", "b"], ratio=[1.0, 2.0, 1.0, 2.0], area_m2=[0.3, 0.2, 0.1, np.nan])
+    cases = cases.assign(peak_stress_pa=[5e8, 4e8, 3e8, 2e8])
+    cases.loc[3, "outcome"] = "no equilibrium"
+    figure = draw(
+        Plot(name="b", kind="bars", x="ratio", y=["area_m2", "peak_stress_pa"], by="design"), cases, None, SCENE
+    )
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["Area (m²)", "Peak stress (MPa)"]
+    assert [len(axes.patches) for axes in figure.axes] == [4, 4]
+    assert figure.axes[1].patches[0].get_height() == pytest.approx(500.0)
+    assert any(line.get_marker() == "x" for line in figure.axes[0].lines)
+
+
+def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    first = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
+    again = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
+    assert first == again
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
+
+
+def test_legend_fits_the_figure(coupling):
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    coupling["design"] = coupling["design"] + " plates at the base, cables sound"
+    figure = draw(plot, coupling, None, SCENE)
+    figure.savefig(io.BytesIO())
+    assert figure.legends[0].get_window_extent().width < figure.bbox.width
+
+
+def test_unknown_column_is_named(coupling):
+    with pytest.raises(ValueError, match="no column colour"):
+        draw(Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="colour"), coupling, None, SCENE)
+
+
+def test_selecting_no_case_is_an_error(coupling):
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], where={"design": "none such"})
+    with pytest.raises(ValueError, match="no case has"):
+        draw(plot, coupling, None, SCENE)
+
+
+@pytest.mark.parametrize("kind", ["lines", "shapes", "workspace", "bars"])
+def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
+    cases = cases_of(cable_1_n=[20.0, 60.0]).assign(outcome="crashed", tip_shift_m=np.nan, limit_n=np.nan)
+    states = states_of([[20.0, 0, 0, 0]])[:0]
+    plot = Plot(name="a", kind=kind, x="cable_1_n", y=["tip_shift_m"], by="cable_1_n", vertical="limit_n")
+    figure = draw(plot, cases, states, SCENE)
+    assert any("crashed" in text for text in texts(figure))
+    assert len(save(figure, tmp_path, "a")) == 2

@@ -1,0 +1,116 @@
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from prb3r.present import style
+from prb3r.present.report import write_report
+from prb3r.quantities import Quantity
+from prb3r.study.spec import Study
+
+STUDY = Study.model_validate(
+    {
+        "name": "small",
+        "title": "Shift <over> friction",
+        "question": "How far?",
+        "manipulator": "m.toml",
+        "factor": [
+            {"name": "friction_coefficient", "path": "friction.coefficient", "values": [0.0, 0.3, 0.6]},
+            {"name": "order", "level": [{"label": "1 | first"}]},
+        ],
+        "comparison": [{"name": "gain", "kind": "ratio", "of": "tip_x_m", "to": {"friction_coefficient": 0.0}}],
+        "plot": [{"name": "shift", "kind": "workspace"}],
+    }
+)
+QUANTITIES = [Quantity("tip_x_m", "x", "m", "where the tip is"), Quantity("gain", "", "1", "ratio to no friction")]
+MANIFEST = {
+    "key": "abcdef0123456789ff",
+    "versions": {"numpy": "2.1"},
+    "git": {"revision": "0123456789abcdef", "dirty": True},
+    "run": {"seconds": 1.25, "cases_computed": 3},
+    "timing": [{"model": "prb3r", "microseconds_per_equilibrium": 8.123456}],
+    "fits": [
+        {"x": "friction_coefficient", "y": "tip_x_m", "slope": 0.0568, "intercept": 0.1, "largest_deviation": 1.1e-3}
+    ],
+}
+
+
+@pytest.fixture
+def cases() -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "case_id": [0, 1, 2],
+            "friction_coefficient": [0.0, 0.3, 0.6],
+            "order": ["1 | first"] * 3,
+            "outcome": ["converged", "converged", "no equilibrium"],
+            "reason": ["", "", "lost & gone"],
+            "tip_x_m": [0.1, 0.123456, np.nan],
+            "gain": [1.0, 1.5, np.nan],
+        }
+    )
+
+
+@pytest.fixture
+def pages(tmp_path, cases) -> tuple[str, str]:
+    (tmp_path / "shift.png").write_bytes(b"picture")
+    (tmp_path / "shift.svg").write_bytes(b"<svg/>")
+    summary, page = write_report(tmp_path, STUDY, cases, QUANTITIES, MANIFEST, [("shift", "How it looks.")])
+    return summary.read_text(), page.read_text()
+
+
+def test_both_pages_say_what_was_found(pages):
+    for text in pages:
+        assert "3 cases, 1 of them without a stable equilibrium" in text
+        assert "Tip x (mm)" in text
+        assert "123.5" in text
+        assert "Tip x: 56.8 mm per unit μ, within 1.1 mm, 100 mm at μ = 0" in text
+        assert "8.123" in text
+        assert "012345678" in text
+        assert "How it looks." in text
+
+
+def test_page_is_one_file_and_escapes_words(pages):
+    page = pages[1]
+    assert "Shift &lt;over&gt; friction" in page
+    assert "lost &amp; gone" in page
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    assert page.count('src="data:image/png;base64,') == 1  # a workspace, although its SVG is smaller
+    assert page.count("<tr>") > len(MANIFEST["timing"]) + 3
+
+
+def test_summary_links_pictures_and_keeps_its_tables_whole(pages):
+    summary = pages[0]
+    assert "![shift](shift.png)" in summary
+    tables = re.findall(r"(?:^\|.*\|$\n?)+", summary, re.M)
+    assert len(tables) == 4
+    for table in tables:
+        rows = table.strip().splitlines()
+        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in rows}) == 1
+
+
+def test_cases_compared_with_themselves_do_not_count(pages):
+    assert "| Gain | 1.5 | 1.5 | 1.5 |" in pages[0]
+
+
+def test_large_studies_are_not_listed_case_by_case(tmp_path, cases):
+    many = pd.concat([cases] * 20, ignore_index=True)
+    page = write_report(tmp_path, STUDY, many, QUANTITIES, {}, [])[1].read_text()
+    assert "Every case" not in page
+    assert "Laws" not in page
+
+
+def test_missing_figure_is_named(tmp_path, cases):
+    with pytest.raises(FileNotFoundError, match="plot 'shift' is missing"):
+        write_report(tmp_path, STUDY, cases, QUANTITIES, MANIFEST, [("shift", "")])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_for_people():
+    assert [style.number(value) for value in (0, 1234.56, -0.0567891, 3.2e-7, 1e9, np.nan, 12.0)] == [
+        "0", "1,235", "−0.05679", "3.2e−7", "1e9", "–", "12"
+    ]  # fmt: skip
+    assert style.with_unit(30, "°") == "30°"
+    shown = style.shown(Quantity("tip_angle_rad", "", "rad", ""), [0.1])
+    assert (shown.label, shown.factor * np.pi) == ("Tip angle (°)", pytest.approx(180))
+    assert style.shown(Quantity("area_m2", "", "m^2", ""), [0.3]).label == "Area (m²)"
