@@ -83,6 +83,7 @@ def words(column: str) -> str:
     """`tip_shift_m` as `Tip shift`; a lone letter stays a symbol."""
     ending = unit_ending(column)
     text = re.sub(r"[_\s]+", " ", column.removesuffix(ending) if ending else column).strip()
+    text = re.sub(r"(?<=[a-z])(?=\d)", " ", text)
     return text if len(text) < 2 else text[0].upper() + text[1:]
 
 

@@ -201,7 +201,7 @@ class Workspace(Base):
         cell = f"cells of {100 * self.cell:g} % of the length"
         return [
             Quantity("workspace_area_m2", "A", "m^2", f"area reached by the tip disk's centre, {cell}"),
-            Quantity("workspace_area_half_m2", "A_1/2", "m^2", "the same from the first half of the loads"),
+            Quantity("workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
         ]
 
@@ -212,8 +212,9 @@ class Workspace(Base):
             cloud = cloud_loads(case.manipulator, case.chain, limits, self.count)
             states = solve(case.chain, cloud, from_rest=True, detail=False)
         x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
-        half = len(x) // 2
-        return area(x, y, side), area(x[:half], y[:half], side), float(np.mean(states.outcome != Outcome.CONVERGED))
+        half, whole = len(x) // 2, area(x, y, side)
+        share = area(x[:half], y[:half], side) / whole if whole else np.nan
+        return whole, share, float(np.mean(states.outcome != Outcome.CONVERGED))
 
 
 class DriveTension(Base):

@@ -169,7 +169,7 @@ def test_a_broken_cable_is_one_without_tension():
 
 @pytest.mark.parametrize("slip", [-1, 1])
 def test_tension_changes_by_the_turning_of_the_cable_alone(slip):
-    """Belt friction seen from the shape: ln(T / T_0) is slip mu times all turning so far, the base hole's too [Eq. 6, 7]."""
+    """Seen from the shape: ln(T / T_0) is slip mu times all turning so far, the base hole's too [Eq. 6, 7]."""
     chain, mu = prototype(0.3), 0.3
     states = good(chain, loads(chain, [60, 0, 25, 0], slip))
     axis, centre = np.exp(1j * states.angle[0]), states.x[0] + 1j * states.y[0]
@@ -239,7 +239,7 @@ def test_loads_without_equilibrium_are_rows_and_later_steps_go_on():
 def test_large_loads_at_once_equal_the_ramp(plate):
     """500 N bend the chain by more than 1.5 turns; 10 N at the tip is ten times EI / L^2."""
     chain = prototype(0, plate=plate)
-    for most, tip in (([500, 0, 0, 0], (0, 0)), ([0, 0, 0, 0], (0, -10)), ([0, 0, 60, 150], (3, 10))):
+    for most, tip in (([500, 0, 0, 0], (0, 0)), ([0, 0, 0, 0], (0, -10)), ([0, 0, 60, 150], (3, 5))):
         share = np.linspace(0.02, 1, 50)[:, None]
         once, ramp = (good(chain, loads(chain, s * most, tip=s * tip)) for s in (np.ones((1, 1)), share))
         assert once.q[0] == pytest.approx(ramp.q[-1], abs=1e-9)
@@ -297,8 +297,23 @@ def test_lowest_eigenvalue_is_that_of_the_reference_balance(plate, dead):
     steps = random_loads(rng, chain, steps=3, dead=dead)
     states = good(chain, steps)
     for s, q in enumerate(states.q):
-        residual = lambda flat, s=s: seed_residual(chain, row(steps, s), flat.reshape(q.shape)).ravel()  # noqa: E731
-        changes = 1e-6 * np.eye(q.size)
-        tangent = np.stack([(residual(q.ravel() + c) - residual(q.ravel() - c)) / 2e-6 for c in changes], axis=1)
-        expected = np.linalg.eigvals(tangent).real.min()
+        tangent = []
+        for change in 1e-6 * np.eye(q.size).reshape(q.size, *q.shape):
+            tangent.append(
+                seed_residual(chain, row(steps, s), q + change) - seed_residual(chain, row(steps, s), q - change)
+            )
+        expected = np.linalg.eigvals(np.reshape(tangent, (q.size, q.size)).T / 2e-6).real.min()
         assert states.lowest_eigenvalue[s] == pytest.approx(expected, rel=1e-5)
+
+
+def test_path_ends_at_a_fold():
+    """Tip load and cables against each other: the branch turns back where the eigenvalue falls to zero as a root does."""
+    chain = prototype(0)
+    share = np.concatenate([np.linspace(0.1, 0.69, 7), np.linspace(0.70, 0.74, 41)])
+    states = solve(chain, loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10]), eigenvalue=True)
+    last = int(np.argmax(states.outcome))
+    assert (states.outcome[:last] == Outcome.CONVERGED).all()
+    assert (states.outcome[last:] == Outcome.NO_EQUILIBRIUM).all()
+    near = slice(last - 5, last)
+    _, fold = np.polyfit(states.lowest_eigenvalue[near] ** 2, share[near], 1)
+    assert share[last - 1] < fold < share[last]

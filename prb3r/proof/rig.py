@@ -1,0 +1,267 @@
+"""An independent simulator of cable-driven continuum manipulators, to check the engine and to make concealed recordings.
+
+It shares no code and no method with the statics engine: plates are stepped along their arcs and shot at their end poses
+(`rig_kernels`), all of them balanced together; loads are followed from rest in adaptive sub-steps, each converged or
+halved.  Over a sub-step the slip state of a hole uses the cable lengths at its end,
+
+    sigma <- clip(sigma + (length beyond the hole: after - before) / presliding, -1, 1),
+
+which is exact while every length moves one way; a reversal within a sub-step is found by comparing it with its halves.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.rig_effects import Bench, bench
+from prb3r.proof.rig_kernels import Forces, Memory, Rig, imbalance, poses
+
+RESIDUAL = 1e-11
+"""Largest gap of a converged balance: bends in rad, positions in plate lengths."""
+SMALLEST = 1e-6
+"""Sub-steps are not halved below this part of a step: the path ends at a limit load."""
+LONGEST = 0.5
+NEWTON = 25
+LEAP = 0.3
+"""Largest change of a plate's bend in one iteration, rad."""
+ROUNDED = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 1e-4, 0.0)
+"""Corners of slip and turning angles, rounded and sharpened again, where the sharp problem does not converge."""
+TURN = 0.1
+"""A turning angle, rad: what an error of slip state may later cost in shape."""
+
+
+@dataclass(frozen=True)
+class RigStates:
+    """Equilibria after each of `s` steps of one sequence; NaN from the step on that has none.
+
+    Disks 0..n; cables and their span tensions in file order, zero beyond a cable's end.
+    """
+
+    x: np.ndarray
+    """(s, n + 1) centres of the disks at mid-thickness, m."""
+    y: np.ndarray
+    angle: np.ndarray
+    """(s, n + 1) absolute, rad."""
+    converged: np.ndarray
+    """(s,) bool."""
+    tension: np.ndarray
+    """(s, n, m) in the span across each plate, N."""
+    slip: np.ndarray
+    """(s, n, m) slip state at the hole before each plate."""
+
+
+class _State(NamedTuple):
+    ends: np.ndarray
+    memory: Memory
+    tension: np.ndarray
+
+
+class _Load(NamedTuple):
+    """Applied loads, (m,), (m,), (n, 2), (2,): what varies linearly between steps."""
+
+    tension: np.ndarray
+    slip: np.ndarray
+    disk: np.ndarray
+    tip: np.ndarray
+
+    def toward(self, other: "_Load", share: float) -> "_Load":
+        return _Load(*((1 - share) * a + share * b for a, b in zip(self, other, strict=True)))
+
+
+def _forces(setup: Bench, load: _Load, constant: float = 1.0) -> Forces:
+    """What arrives at the rig: `constant` is the share of the constant effects."""
+    return Forces(
+        np.maximum(load.tension + constant * setup.tension_offset, 0),
+        load.disk + constant * setup.disk_force,
+        setup.tip_efficiency * load.tip + constant * setup.tip_force,
+    )
+
+
+def _newton(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, soft: float, elements: int) -> _State | None:
+    """Equilibrium near `ends`, or None."""
+    lengths = rig.arc + 2 * rig.clamp
+    scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
+    with np.errstate(all="ignore"):
+        for _ in range(NEWTON):
+            gap, tangent, *cables = imbalance(rig, forces, memory, ends, soft, elements)
+            error = np.abs(gap / scale).max()
+            if error < RESIDUAL:
+                return _State(ends, Memory(*cables[:2]), cables[2])
+            if not np.isfinite(error):
+                return None
+            try:
+                move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
+            except np.linalg.LinAlgError:
+                return None
+            ends = ends + move * min(1, LEAP / np.abs(move / scale).max())
+    return None
+
+
+def _settle(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, elements: int) -> _State | None:
+    """Equilibrium near `ends` at the end of a sub-step that began with `memory`, or None."""
+    state = _newton(rig, forces, memory, ends, 0.0, elements)
+    if state is None and rig.friction.any():
+        for soft in ROUNDED:
+            state = _newton(rig, forces, memory, ends, soft, elements)
+            if state is None:
+                return None
+            ends = state.ends
+    return state
+
+
+def _rest(setup: Bench, nothing: _Load, elements: int) -> _State | None:
+    """No applied load, the constant effects raised from nothing, no slip at any hole."""
+    rig = setup.rig._replace(presliding=np.inf)
+    zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
+    state = _State(np.stack([lengths, 0 * lengths, 0 * lengths], 1), Memory(zero, zero), zero)
+    done, share = 0.0, 1.0
+    while done < 1:
+        to = min(done + share, 1)
+        forces = _forces(setup, nothing, to)
+        found = _settle(rig._replace(rest=to * rig.rest), forces, Memory(zero, zero), state.ends, elements)
+        if found is not None:
+            done, state = to, found
+        elif share < SMALLEST:
+            return None
+        else:
+            share /= 2
+    return state
+
+
+class _Path:
+    """The way from one load to the next, in sub-steps."""
+
+    def __init__(self, setup: Bench, elements: int, tolerance: float) -> None:
+        self.setup, self.elements, self.tolerance = setup, elements, tolerance
+        self.length = (setup.rig.arc + 2 * setup.rig.clamp + setup.rig.disk).sum()
+        self.history = np.isfinite(setup.rig.presliding)
+        self.grip = TURN * setup.rig.friction
+        self.grip[:1] += setup.rig.pulley
+
+    def substep(self, state: _State | None, load: _Load) -> _State | None:
+        if state is None:
+            return None
+        memory = state.memory if self.history else Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
+        return _settle(self.setup.rig, _forces(self.setup, load), memory, state.ends, self.elements)
+
+    def differ(self, a: _State, b: _State) -> float:
+        """Largest distance of two states, in parts of the length."""
+        apart = np.abs(poses(self.setup.rig, a.ends) - poses(self.setup.rig, b.ends))[:, :2].max() / self.length
+        slip = self.grip * np.abs(a.memory.slip - b.memory.slip)
+        return max(apart, slip.max(initial=0) if self.history else 0.0)
+
+    def equal_substeps(self, state: _State | None, begin: _Load, end: _Load, count: int) -> _State | None:
+        for k in range(1, count + 1):
+            state = self.substep(state, begin.toward(end, k / count))
+        return state
+
+    def adaptive(self, state: _State, begin: _Load, end: _Load) -> _State | None:
+        """Accept a sub-step where it and its two halves agree, and go on from the halves."""
+        done, share = 0.0, LONGEST
+        while done < 1:
+            share = min(share, 1 - done)
+            whole = self.substep(state, begin.toward(end, done + share))
+            halves = whole and self.substep(state, begin.toward(end, done + share / 2))
+            halves = self.substep(halves, begin.toward(end, done + share))
+            if halves is None or self.differ(whole, halves) > self.tolerance:
+                share /= 2
+                if share < SMALLEST:
+                    return None
+            else:
+                state, done, share = halves, done + share, min(2 * share, LONGEST)
+        return state
+
+
+def _loads(setup: Bench, steps: Sequence[Mapping[str, float]]) -> list[_Load]:
+    """Read the steps.  Absent and empty loads are zero, absent and empty slips -1."""
+    n, m = setup.rig.offset.shape
+    weight = setup.gravity
+    place = {f"cable_{name}_n": ("tension", j, 1) for j, name in enumerate(setup.cables)}
+    place |= {f"cable_{name}_kg": ("tension", j, weight) for j, name in enumerate(setup.cables)}
+    place |= {f"slip_{name}": ("slip", j, 1) for j, name in enumerate(setup.cables)}
+    place |= {f"disk{k}_{axis}_n": ("disk", (k - 1, c), 1) for k in range(1, n + 1) for c, axis in enumerate("xy")}
+    place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
+    loads, problems = [], []
+    for k, step in enumerate(steps):
+        load = _Load(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2))
+        for name, value in step.items():
+            if name not in place:
+                problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
+            elif place[name][0] and value is not None and not np.isnan(value):
+                field, where, unit = place[name]
+                getattr(load, field)[where] = unit * value
+        if (load.tension < 0).any():
+            problems.append(Problem(f"steps[{k}]", "a cable cannot push: tensions must not be negative"))
+        loads.append(load)
+    if problems:
+        raise SpecError(*problems)
+    return loads
+
+
+def simulate(
+    manipulator: Mapping[str, Any],
+    steps: Sequence[Mapping[str, float]],
+    *,
+    elements: int = 24,
+    substeps: int | None = None,
+    tolerance: float = 1e-6,
+) -> RigStates:
+    """Equilibria along one sequence of load steps, from rest.
+
+    Parameters
+    ----------
+    manipulator : the contents of a manipulator file, effects included; its `model` is not looked at
+    steps : load columns of the steps table, in N (or `_kg`), and `slip_*`; slip is read with declared direction only
+    elements : steps along the arc of each plate
+    substeps : fixed number of equal sub-steps per step; without it they adapt
+    tolerance : of one adaptive sub-step against its halves: position in parts of the length, or slip state in the shape it
+        may cost
+
+    Raises
+    ------
+    SpecError
+        Effects or load columns that make no sense.
+    """
+    setup = bench(manipulator)
+    loads, (n, m) = _loads(setup, steps), setup.rig.offset.shape
+    path = _Path(setup, elements, tolerance)
+    before = _Load(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
+    state = _rest(setup, before, elements)
+    pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
+    for k, load in enumerate(loads):
+        moved = any((a != b).any() for a, b in zip(load, before, strict=True))
+        if state is not None and (moved or k == 0):
+            state = (
+                path.equal_substeps(state, before, load, substeps) if substeps else path.adaptive(state, before, load)
+            )
+        if state is not None:
+            pose[k], tension[k], slip[k] = poses(setup.rig, state.ends), state.tension, state.memory.slip
+        before = load
+    return RigStates(*np.moveaxis(pose, 2, 0), np.isfinite(pose[:, 0, 0]), tension, slip)
+
+
+def observe(
+    manipulator: Mapping[str, Any],
+    states: RigStates,
+    *,
+    image_centre: Sequence[float] = (0.0, 0.0),
+    frame: Sequence[float] = (0.0, 0.0, 0.0),
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and angle (s, n + 1) as the camera has them: turned and shifted by the frame, scaled, distorted.
+
+    measured = c + (q - c)(1 + k1 r^2), q = scale (R p + d), r = |q - c|.
+
+    Parameters
+    ----------
+    image_centre : c, m
+    frame : rotation in rad, and shift d in m
+    """
+    setup, (rotation, shift_x, shift_y) = bench(manipulator), frame
+    cos, sin = np.cos(rotation), np.sin(rotation)
+    x = setup.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
+    y = setup.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]
+    stretch = 1 + setup.lens * (x**2 + y**2)
+    return image_centre[0] + x * stretch, image_centre[1] + y * stretch, states.angle + rotation
