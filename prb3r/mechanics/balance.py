@@ -10,7 +10,7 @@ through the tensions and directions with which cables arrive and through the fra
 the dead loads, whose forces are known and whose total moment about the world origin is one scalar.
 """
 
-from math import cos, sin
+from math import copysign, cos, sin
 
 from prb3r.mechanics.cable import pull_cables
 from prb3r.mechanics.kernel import kernel
@@ -55,20 +55,36 @@ def place_plate(model, plate):
 
 
 @kernel
+def bending_law(model, angle, curvature):
+    """Node angle that a linear plate would need for the same moment, and its slope; `curvature` per node angle."""
+    k = abs(curvature * angle)
+    if k <= model.knee:
+        stretch = model.cubic * k * k
+        return angle * (1.0 + stretch), 1.0 + 3.0 * stretch
+    knee = model.knee / curvature
+    return copysign(knee * (1.0 + model.cubic * model.knee**2 - model.ratio), angle) + model.ratio * angle, model.ratio
+
+
+@kernel
 def balance_plate(model, plate, span, cable):
     """Residual and tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
 
     `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.
     """
     place_plate(model, plate)
-    pull_cables(plate, span, cable)
+    pull_cables(model, plate, span, cable)
     n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
     moment = plate.wrench[2] + plate.load[2]
+    help = 0.0  # tangent stiffness of disks in contact, between the ends of the plate
+    if abs(plate.bend) > model.contact_angle:
+        help = model.contact_stiffness
+        moment -= help * (plate.bend - copysign(model.contact_angle, plate.bend))
     largest = 0.0
     for k in range(n):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
-        residual = stiffness * (plate.q[k] - plate.rest[k]) - moment + (x * fy - y * fx)
+        elastic, slope = bending_law(model, plate.q[k] - plate.rest[k], plate.curvature[k])
+        residual = stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness
         if not error <= largest:  # NaN too
@@ -78,6 +94,7 @@ def balance_plate(model, plate, span, cable):
                 (plate.dnode[0, k, p] * fy - plate.dnode[1, k, p] * fx)
                 + (x * plate.dwrench[1, p] - y * plate.dwrench[0, p])
                 - plate.dwrench[2, p]
+                + help
             )
-        plate.tangent[k, k] += stiffness
+        plate.tangent[k, k] += stiffness * slope
     return largest

@@ -6,22 +6,51 @@ and pulls the distal part with ``T (H - Q) / |H - Q|``.  On entering the span it
     T = T_in exp(slip mu |beta - alpha|)                                                               [Eq. 6, 7]
 
 `alpha`, `beta`: directions before and after the hole, relative to the axis of the disk; at the base `alpha` is zero.
+Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  The slip is declared, or it follows from the
+cable's own travel: when the length beyond a hole shortens by the presliding length, the hole has gone from rest to
+full slip toward the base.
 """
 
-from math import atan2, exp, sqrt
+from math import atan2, copysign, cos, exp, sin, sqrt, tanh
 
 from prb3r.mechanics.kernel import kernel
 
+LEAN = 0.005
+"""Bend of a plate at which a cable with clearance has come to lie against the inner side of its holes, rad."""
+
 
 @kernel
-def pull_cables(plate, span, cable):
-    """Wrench of all cables across one plate on its distal part, and its derivatives by the plate's node angles.
+def measure_span(model, plate, out):
+    """Direction and length of one cable across a plate, and their derivatives; returns H - Q and its derivatives.
 
-    `cable` (m,): tension, approach and declared slip as each enters the holes of the proximal disk.  Reads the distal
-    end from `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing.
+    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.
     """
     n = plate.q.shape[0]
     c, s = plate.axis[0], plate.axis[1]
+    offset, doffset = out.offset, 0.0
+    if model.clearance != 0.0:
+        lean = tanh(plate.bend / LEAN)
+        offset += model.clearance * lean
+        doffset = model.clearance * (1.0 - lean * lean) / LEAN
+    x, y = plate.end[0] - offset * s, plate.end[1] + offset * c - offset  # Q - H
+    length = sqrt(x * x + y * y)
+    out.direction, out.length = atan2(y, x), length
+    for p in range(n):
+        dx = plate.dend[0, p] - offset * c - doffset * s
+        dy = plate.dend[1, p] - offset * s + doffset * (c - 1.0)
+        out.ddirection[p] = (x * dy - y * dx) / (length * length)
+        out.dlength[p] = (x * dx + y * dy) / length
+    return offset, doffset
+
+
+@kernel
+def pull_cables(model, plate, span, cable):
+    """Wrench of all cables across one plate on its distal part, and its derivatives by the plate's node angles.
+
+    `cable` (m,): tension, approach and slip as each enters the holes of the proximal disk.  Reads the distal end from
+    `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing, unless its travel is followed.
+    """
+    n = plate.q.shape[0]
     for d in range(3):
         plate.wrench[d] = 0.0
         for p in range(n):
@@ -30,29 +59,32 @@ def pull_cables(plate, span, cable):
         out = span[j]
         out.tension = 0.0
         pull = cable[j].tension
-        if pull == 0.0 or not out.present:
+        if not out.present or (pull == 0.0 and model.presliding == 0.0):
             continue
-        offset = out.offset
-        x, y = plate.end[0] - offset * s, plate.end[1] + offset * c - offset  # Q - H
-        per_length = 1.0 / sqrt(x * x + y * y)
-        direction = atan2(y, x)
-        rate = cable[j].slip * out.friction
-        if rate != 0.0:
-            turn = direction - cable[j].approach
-            pull *= exp(rate * abs(turn))
-            if turn < 0.0:
-                rate = -rate
-        fx, fy = -x * pull * per_length, -y * pull * per_length
-        out.direction, out.tension, out.rate = direction, pull, rate
+        offset, doffset = measure_span(model, plate, out)
+        if pull == 0.0:
+            continue
+        slip, approach, direction = cable[j].slip, cable[j].approach, out.direction
+        out.rate = out.rate_in = out.wrap = 0.0
+        if out.friction != 0.0:
+            if model.edges:
+                out.wrap = out.friction * (abs(direction) + abs(approach))
+                out.rate = slip * copysign(out.friction, direction)
+                out.rate_in = slip * copysign(out.friction, approach)
+            else:
+                out.wrap = out.friction * abs(direction - approach)
+                out.rate = slip * copysign(out.friction, direction - approach)
+                out.rate_in = -out.rate
+            pull *= exp(slip * out.wrap)
+        c, s = cos(direction), sin(direction)
+        fx, fy = -c * pull, -s * pull
+        out.tension = pull
         out.wrench[0], out.wrench[1], out.wrench[2] = fx, fy, -offset * fx
         for d in range(3):
             plate.wrench[d] += out.wrench[d]
         for p in range(n):
-            dx, dy = (plate.dend[0, p] - offset * c) * per_length, (plate.dend[1, p] - offset * s) * per_length
-            ddirection = (x * dy - y * dx) * per_length
-            relative = rate * ddirection - (x * dx + y * dy) * per_length  # d ln(T / |Q - H|)
-            dfx, dfy = relative * fx - dx * pull, relative * fy - dy * pull
-            out.ddirection[p] = ddirection
+            dfx = out.ddirection[p] * (out.rate * fx - fy)
+            dfy = out.ddirection[p] * (out.rate * fy + fx)
             plate.dwrench[0, p] += dfx
             plate.dwrench[1, p] += dfy
-            plate.dwrench[2, p] -= offset * dfx
+            plate.dwrench[2, p] -= offset * dfx + doffset * fx

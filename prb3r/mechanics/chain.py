@@ -11,6 +11,22 @@ import numpy as np
 from prb3r.mechanics.plate import PlateModel
 
 
+class Law(NamedTuple):
+    """``M = EI f(k)`` for the curvature `k` beyond the stress-free one: f = k (1 + cubic k^2) up to the curvature
+    `knee` (1/m), beyond it with the slope `ratio`."""
+
+    cubic: float = 0.0
+    knee: float = np.inf
+    ratio: float = 1.0
+
+
+class Contact(NamedTuple):
+    """A plate whose bend exceeds `angle` (rad) is helped by its disks with `stiffness` (N m/rad) times the excess."""
+
+    angle: float = np.inf
+    stiffness: float = 0.0
+
+
 class Chain(NamedTuple):
     """Geometry, stiffness and friction of a manipulator of `n` plates and `m` cables."""
 
@@ -35,6 +51,20 @@ class Chain(NamedTuple):
     """(n,) index of the segment of each plate."""
     tied: bool = False
     """Constant curvature: all plates of a segment share one bend."""
+    presliding: float = 0.0
+    """Cable travel over which friction builds up to full slip, m; 0: slip is declared."""
+    edges: bool = False
+    """Belt friction at both edges of a hole, each by its own turning, instead of by their sum."""
+    clearance: float = 0.0
+    """How far a cable lies toward the inner side of its holes on a bent plate, m."""
+    pulley: np.ndarray | float = 1.0
+    """(m,) efficiency of the pulley before the base hole."""
+    law: Law = Law()
+    """Bending law of the plates."""
+    curvature: np.ndarray | None = None
+    """(nodes,) curvature times arc length per node angle, 0 where a node is a hinge; None: all are part of the arc."""
+    contact: Contact = Contact()
+    """Contact of neighbouring disks."""
 
     @property
     def plates(self) -> int:

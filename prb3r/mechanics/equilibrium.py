@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, balance_loads, march, scratch, solve_block
+from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, balance_chain, march, scratch, solve_block
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.stability import lowest_of_plates, plate_moments
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
@@ -21,6 +22,9 @@ PLATE_TURN = 0.35
 DISK_TURN = 1.0
 """Largest change of a disk's angle in one step under dead loads, rad."""
 SMALLEST_STEP = 1.0 / 4096
+SMALLEST_HISTORY_STEP = 1.0 / 2**26
+HISTORY_ERROR = 1e-6
+"""Largest difference between one step and two halves of it where friction follows the travel, of the length."""
 
 
 class Outcome(IntEnum):
@@ -65,6 +69,8 @@ class Equilibria:
     """(s, n, m) cable tension across each plate, N."""
     moment: np.ndarray
     """(s, n, nodes + 2) bending moment where each arc begins, at its nodes and where it ends, N m."""
+    slip: np.ndarray
+    """(s, n, m) slip at the hole before each plate, -1 drawn in to +1 paid out; empty where slip is declared."""
     lowest_eigenvalue: np.ndarray | None
     """(s,) of the tangent, N m/rad; None where it was not asked for."""
 
@@ -78,6 +84,8 @@ class Path(NamedTuple):
     disk: np.ndarray
     tension: np.ndarray
     moment: np.ndarray
+    slip: np.ndarray
+    beyond: np.ndarray
     lowest: np.ndarray
 
 
@@ -103,20 +111,171 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
     return FAILED
 
 
+class State(NamedTuple):
+    """An accepted state of a chain, to come back to."""
+
+    q: np.ndarray
+    """(n, nodes) node angles."""
+    handed: np.ndarray
+    """(1 + m,) moment of the dead loads and cable lengths."""
+    slip: np.ndarray
+    """(n, m) slip at the holes, where friction follows the cables' travel."""
+    beyond: np.ndarray
+    """(n, m) cable length beyond the holes."""
+
+
+def state(chain: Chain) -> State:
+    shape = chain.offset.shape
+    return State(np.zeros_like(chain.stiffness), np.zeros(1 + shape[1]), np.zeros(shape), np.zeros(shape))
+
+
 @kernel
-def furthest_turns(packed, kept):
-    """Largest change of a plate's bend and of a disk's angle since `kept` (n, nodes), rad."""
-    plate_turn, disk_turn, angle = 0.0, 0.0, 0.0
-    for i in range(kept.shape[0]):
+def save(packed, work, into):
+    """Keep the present state."""
+    into.handed[:] = work.handed
+    for i in range(len(packed.span)):
+        for k in range(into.q.shape[1]):
+            into.q[i, k] = packed.plate[i].q[k]
+        if packed.model[0].presliding != 0.0:
+            for j in range(into.slip.shape[1]):
+                into.slip[i, j], into.beyond[i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
+
+
+@kernel
+def restore(packed, work, kept):
+    """Come back to a kept state."""
+    work.handed[:] = kept.handed
+    for i in range(len(packed.span)):
+        for k in range(kept.q.shape[1]):
+            packed.plate[i].q[k] = kept.q[i, k]
+        if packed.model[0].presliding != 0.0:
+            for j in range(kept.slip.shape[1]):
+                hole = packed.span[i, j]
+                hole.slip, hole.beyond, hole.new_slip = kept.slip[i, j], kept.beyond[i, j], kept.slip[i, j]
+                hole.sticks = -1.0 < hole.slip < 1.0
+
+
+@kernel
+def settle(packed):
+    """Take the slip and cable lengths of the state just found as accepted."""
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            packed.span[i, j].slip = packed.span[i, j].new_slip
+            packed.span[i, j].beyond = packed.span[i, j].new_beyond
+
+
+@kernel
+def turned_too_far(packed, kept, loaded):
+    """Whether a plate, or a disk under dead loads, has turned so far since `kept` that branches could be mixed up."""
+    angle = 0.0
+    for i in range(kept.q.shape[0]):
         turn = 0.0
-        for k in range(kept.shape[1]):
-            turn += packed.plate[i].q[k] - kept[i, k]
+        for k in range(kept.q.shape[1]):
+            turn += packed.plate[i].q[k] - kept.q[i, k]
         angle += turn
-        if not abs(turn) <= plate_turn:
-            plate_turn = abs(turn)
-        if not abs(angle) <= disk_turn:
-            disk_turn = abs(angle)
-    return plate_turn, disk_turn
+        if not abs(turn) <= PLATE_TURN or (loaded and not abs(angle) <= DISK_TURN):
+            return True
+    return False
+
+
+@kernel
+def blend(of_step, last, s, share, out):
+    """Loads `share` of the way from step `last` to step `s`, in `out`."""
+    start, target, flat = of_step[last].ravel(), of_step[s].ravel(), out.ravel()
+    for i in range(len(flat)):
+        flat[i] = start[i] + share * (target[i] - start[i])
+
+
+@kernel
+def attempt(packed, loads, last, s, share, loaded, modes, work, now):
+    """Solve `share` of the way from step `last` to step `s` from the present state; steps taken or `FAILED`."""
+    blend(loads.tension, last, s, share, now.tension)
+    blend(loads.slip, last, s, share if last > 0 else 1.0, now.slip)
+    if loaded:
+        blend(loads.force, last, s, share, now.force)
+        blend(loads.tip, last, s, share, now.tip)
+    if modes.shape[2] > 0:
+        return newton_modes(packed, now.tension, now.slip, now.force, now.tip, modes, work)
+    if loaded or packed.model[0].presliding != 0.0:
+        return balance_chain(packed, now.tension, now.slip, now.force, now.tip, work)
+    return march(packed, now.tension, now.slip, work)
+
+
+@kernel
+def ramp(packed, loads, last, s, loaded, modes, work, now, kept):
+    """Bring the chain from step `last`, its state in `kept`, to step `s`, halving steps that fail or go too far.
+
+    Leaves the last accepted state in `kept` and returns Newton steps, or `FAILED` where the path leads no further.
+    """
+    done, step, iterations = 0.0, 1.0, 0
+    while done < 1.0:
+        if step < SMALLEST_STEP:
+            return FAILED
+        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+        if taken == FAILED or turned_too_far(packed, kept, loaded):
+            restore(packed, work, kept)
+            step /= 2
+            continue
+        done += step
+        iterations += taken
+        save(packed, work, kept)
+        step = min(2 * step, 1.0 - done)
+    return iterations
+
+
+@kernel
+def furthest(packed, frames):
+    """Largest distance of a disk from where `frames` (n, 2) has it, m."""
+    distance = 0.0
+    for i in range(len(frames)):
+        frame = packed.plate[i + 1].frame
+        away = np.hypot(frame[0] - frames[i, 0], frame[1] - frames[i, 1])
+        if not away <= distance:
+            distance = away
+    return distance
+
+
+@kernel
+def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames):
+    """As `ramp`, with friction that follows the cables' travel.
+
+    Slip depends on the path, so a step is accepted only if two halves of it end where it ends, to `HISTORY_ERROR` of the
+    length; the halves are kept.  `start`, `halfway` and `frames` are working space.
+    """
+    done, step, iterations, straight = 0.0, 1.0, 0, 0.0
+    for i in range(len(packed.span)):
+        straight += packed.plate[i].arc + 2 * packed.plate[i].clamp + packed.model[0].disk
+    save(packed, work, start)
+    while done < 1.0:
+        if step < SMALLEST_HISTORY_STEP:
+            save(packed, work, kept)
+            return FAILED
+        whole = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+        good = whole != FAILED and not turned_too_far(packed, start, loaded)
+        for i in range(len(frames)):
+            frames[i, 0], frames[i, 1] = packed.plate[i + 1].frame[0], packed.plate[i + 1].frame[1]
+        restore(packed, work, start)
+        first, second, error = 0, 0, 0.0
+        if good:
+            first = attempt(packed, loads, last, s, done + step / 2, loaded, modes, work, now)
+            good = first != FAILED
+        if good:
+            settle(packed)
+            save(packed, work, halfway)
+            second = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+            error = furthest(packed, frames)
+            good = second != FAILED and not turned_too_far(packed, start, loaded) and error <= HISTORY_ERROR * straight
+        if not good:
+            restore(packed, work, start)
+            step /= 2
+            continue
+        settle(packed)
+        iterations += whole + first + second
+        done += step
+        save(packed, work, start)
+        step = min(2 * step if error <= HISTORY_ERROR * straight / 4 else step, 1.0 - done)
+    save(packed, work, kept)
+    return iterations
 
 
 @kernel
@@ -138,123 +297,141 @@ def write_step(packed, s, path):
                 path.q[s, i, k] = plate.q[k]
             for j in range(path.tension.shape[2]):
                 path.tension[s, i, j] = packed.span[i, j].tension
+                if len(path.slip) > 0:
+                    path.slip[s, i, j], path.beyond[s, i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
     path.residual[s] = largest
     if detail:
         plate_moments(packed, path.moment[s])
 
 
 @kernel
-def blend(of_step, last, s, share, out):
-    """Loads `share` of the way from step `last` (-1: no load) to step `s`, in `out`."""
-    start, target, flat = of_step[max(last, 0)].ravel(), of_step[s].ravel(), out.ravel()
-    for i in range(len(flat)):
-        begin = start[i] if last >= 0 else 0.0
-        flat[i] = begin + share * (target[i] - begin)
+def come_to_rest(packed, loads, dead, modes, work, now, kept):
+    """Bring the chain from nothing to its rest (row 0 of `loads`), where no hole slips; whether that was possible."""
+    presliding = packed.model[0].presliding
+    packed.model[0].presliding = 0.0
+    for i in range(len(packed.span)):
+        for k in range(kept.q.shape[1]):
+            packed.plate[i].q[k] = packed.plate[i].rest[k]
+    save(packed, work, kept)
+    nothing = Loads(
+        np.zeros((2, loads.tension.shape[1])),
+        np.zeros((2, loads.slip.shape[1])),
+        np.zeros((2, *loads.force.shape[1:])),
+        np.zeros((2, 2)),
+    )
+    nothing.tension[1], nothing.force[1], nothing.tip[1] = loads.tension[0], loads.force[0], loads.tip[0]
+    taken = ramp(packed, nothing, 0, 1, dead[0], modes, work, now, kept)
+    packed.model[0].presliding = presliding
+    if presliding != 0.0:
+        for j in range(len(packed.cable)):
+            length = 0.0
+            for i in range(len(packed.span) - 1, -1, -1):
+                if packed.span[i, j].present:
+                    measure_span(packed.model[0], packed.plate[i], packed.span[i, j])
+                    length += packed.span[i, j].length
+                hole = packed.span[i, j]
+                hole.slip, hole.beyond, hole.new_slip, hole.sticks = 0.0, length, 0.0, True
+            work.handed[1 + j] = length
+        save(packed, work, kept)
+    return taken != FAILED
 
 
 @kernel
-def follow(packed, loads, dead, from_rest, modes, work, path):
-    """Solve every load step of `loads` and write `path`; each from rest, or each from the one before.
+def follow(packed, loads, dead, from_rest, modes, work, space, path):
+    """Solve every load step of `loads` after row 0, which is rest, and write `path`; each from rest or from the last.
 
-    `dead` (s,) tells the steps with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are
-    free).  Where `path.lowest` is not empty the lowest eigenvalue is written for free angles without dead loads,
-    where it is cheap.
+    `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are
+    free).  Where `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles
+    without dead loads or history.
     """
-    plates = packed.plate
-    steps, n = loads.tension.shape[0], packed.plate[0].q.shape[0]
-    kept = np.zeros((len(packed.span), n))
-    rest = np.zeros((len(packed.span), n))
-    for i in range(len(rest)):
-        for k in range(n):
-            rest[i, k] = plates[i].rest[k]
     tied, eigenvalue = modes.shape[2] > 0, len(path.lowest) > 0
-    tension, slip = np.zeros_like(loads.tension[0]), np.zeros_like(loads.slip[0])
-    force, tip = np.zeros_like(loads.force[0]), np.zeros_like(loads.tip[0])
-    last, moment, last_moment = -1, 0.0, 0.0  # the step solved last; -1 is rest
-    kept[:] = rest
-    good, good_moment = rest.copy(), 0.0  # node angles there
-    for s in range(steps):
+    history = packed.model[0].presliding != 0.0
+    now, kept, good, rest, start, halfway, frames = space
+    possible = come_to_rest(packed, loads, dead, modes, work, now, rest)
+    last = 0
+    restore(packed, work, rest)
+    save(packed, work, good)
+    for s in range(1, len(loads.tension)):
         if from_rest:
-            last, last_moment = -1, 0.0
-            kept[:] = rest
-            good[:] = rest
-        loaded = dead[s] or (last >= 0 and dead[last])
-        for i in range(len(kept)):
-            for k in range(n):
-                plates[i].q[k] = kept[i, k]
-        done, step, iterations = 0.0, 1.0, 0
-        while done < 1.0 and step >= SMALLEST_STEP:
-            share = done + step
-            blend(loads.tension, last, s, share, tension)
-            blend(loads.slip, last, s, share if last >= 0 else 1.0, slip)
-            if loaded:
-                blend(loads.force, last, s, share, force)
-                blend(loads.tip, last, s, share, tip)
-            moment = last_moment
-            if tied:
-                taken = newton_modes(packed, tension, slip, force, tip, modes, work)
-            elif loaded:
-                taken, moment = balance_loads(packed, tension, slip, force, tip, moment, work)
-            else:
-                taken = march(packed, tension, slip, work)
-            plate_turn, disk_turn = furthest_turns(packed, kept)
-            if taken != FAILED and plate_turn <= PLATE_TURN and (not loaded or disk_turn <= DISK_TURN):
-                done = share
-                iterations += taken
-                step = min(2 * step, 1.0 - done)
-                last_moment = moment
-                for i in range(len(kept)):
-                    for k in range(n):
-                        kept[i, k] = plates[i].q[k]
-            else:
-                step /= 2
-                for i in range(len(kept)):
-                    for k in range(n):
-                        plates[i].q[k] = kept[i, k]
-        path.status[s, 0], path.status[s, 1] = (0 if done == 1.0 else FAILED), iterations
-        if done < 1.0:
-            kept[:], last_moment = good, good_moment  # go on from the last good step of the sequence
-            continue
-        last, good_moment = s, last_moment
-        good[:] = kept
-        write_step(packed, s, path)
-        if tied and len(path.moment) > 0:
-            for i in range(len(kept)):
-                for k in range(n):
-                    path.moment[s, i, k + 1] = plates[i].stiffness[k] * (plates[i].q[k] - plates[i].rest[k])
-                path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]
+            last = 0
+            restore(packed, work, rest)
+            save(packed, work, good)
+        else:
+            restore(packed, work, good)
+        save(packed, work, kept)
+        loaded = dead[s] or dead[last]
+        taken = FAILED
+        if possible and history:
+            taken = creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames)
+        elif possible:
+            taken = ramp(packed, loads, last, s, loaded, modes, work, now, kept)
+        path.status[s - 1, 0], path.status[s - 1, 1] = (FAILED if taken == FAILED else 0), max(taken, 0)
+        if taken == FAILED:
+            continue  # the next step goes on from the last good one
+        last = s
+        save(packed, work, good)
+        write_step(packed, s - 1, path)
         if tied:
-            path.residual[s] = np.max(np.abs(work.system[:, -1]))
-        if eigenvalue and not tied and not loaded:
-            path.lowest[s] = lowest_of_plates(packed)
+            write_tied(packed, s - 1, work, path)
+        elif eigenvalue and not loaded and not history:
+            path.lowest[s - 1] = lowest_of_plates(packed)
+
+
+@kernel
+def write_tied(packed, s, work, path):
+    """What differs for tied angles: moments are those of the shared curvature, the residual that of the modes."""
+    path.residual[s] = np.max(np.abs(work.system[:, -1]))
+    if len(path.moment) == 0:
+        return
+    n = path.moment.shape[2] - 2
+    for i in range(path.moment.shape[1]):
+        for k in range(n):
+            plate = packed.plate[i]
+            path.moment[s, i, k + 1] = plate.stiffness[k] * (plate.q[k] - plate.rest[k])
+        path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]
 
 
 def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.ndarray) -> float:
-    """Lowest eigenvalue of the whole tangent in `modes` at node angles `q`, under one step of loads, N m/rad."""
-    if not np.isfinite(q).all():
-        return np.nan
+    """Lowest eigenvalue of the whole tangent in `modes` at node angles `q`, under one step of loads, N m/rad.
+
+    Slip and cable lengths of the state are in `packed`, where friction follows the cables' travel.
+    """
     work = scratch(packed, modes.shape[2])
     packed.plate["q"][:-1] = q
     chain_tangent(packed, *loads, modes, work)
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
 
+def no_loads(chain: Chain) -> Loads:
+    """One step without any load."""
+    plates, cables = chain.offset.shape
+    return Loads(np.zeros((1, cables)), np.zeros((1, cables)), np.zeros((1, plates, 2)), np.zeros((1, 2)))
+
+
 def solve(
-    chain: Chain, loads: Loads, *, from_rest: bool = False, eigenvalue: bool = False, detail: bool = True
+    chain: Chain,
+    loads: Loads,
+    *,
+    rest: Loads | None = None,
+    from_rest: bool = False,
+    eigenvalue: bool = False,
+    detail: bool = True,
 ) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`.
 
     Parameters
     ----------
+    rest : loads that always act (one step); the path starts from the equilibrium under them, without slip at any hole.
     from_rest : every step is ramped from rest by itself instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
-    detail : False leaves `q`, `tension` and `moment` empty (zero steps), for clouds of a great many loads.
+    detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
     """
-    steps, (plates, n), cables = loads.steps, chain.stiffness.shape, chain.offset.shape[1]
-    packed = pack(chain)
+    (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
+    steps, packed = loads.steps, pack(chain)
     modes = segment_modes(chain) if chain.tied else np.zeros((plates, n, 0))
-    dead = loads.force.any((1, 2)) | loads.tip.any(1)
-    kept = steps if detail or (eigenvalue and (chain.tied or dead.any())) else 0
+    rows = Loads(*(np.concatenate(pair) for pair in zip(rest or no_loads(chain), loads, strict=True)))
+    dead = rows.force.any((1, 2)) | rows.tip.any(1)
+    kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
         status=np.full((steps, 2), FAILED),
         residual=np.full(steps, np.nan),
@@ -262,14 +439,22 @@ def solve(
         disk=np.concatenate([np.zeros((steps, 1, 3)), np.full((steps, plates, 3), np.nan)], axis=1),
         tension=np.full((kept, plates, cables), np.nan),
         moment=np.full((kept, plates, n + 2), np.nan),
+        slip=np.full((kept if history else 0, plates, cables), np.nan),
+        beyond=np.full((kept if history else 0, plates, cables), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
-    work = scratch(packed, modes.shape[2] or 2)
-    follow(packed, loads, dead, from_rest, modes, work, path)
+    now = Loads(*(np.zeros_like(field[0]) for field in loads))
+    space = (now, state(chain), state(chain), state(chain), state(chain), state(chain), np.zeros((plates, 2)))
+    work = scratch(packed, modes.shape[2] or (2 + cables if history else 2))
+    follow(packed, rows, dead, from_rest, modes, work, space, path)
     outcome = np.where(path.status[:, 0] == FAILED, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     if eigenvalue:
         modes = segment_modes(chain) if chain.tied else unit_modes(chain)
         for s in np.flatnonzero((outcome == Outcome.CONVERGED) & np.isnan(path.lowest)):
+            if history:
+                for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
+                    packed.span[name] = values[s]
+                packed.span["sticks"] = np.abs(path.slip[s]) < 1
             path.lowest[s] = lowest_under_load(packed, modes, Loads(*(field[s] for field in loads)), path.q[s])
         outcome[path.lowest <= 0] = Outcome.UNSTABLE
     x, y, angle = np.moveaxis(path.disk, -1, 0)
@@ -283,5 +468,6 @@ def solve(
         angle=angle,
         tension=path.tension,
         moment=path.moment,
+        slip=path.slip,
         lowest_eigenvalue=path.lowest if eigenvalue else None,
     )

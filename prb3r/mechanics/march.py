@@ -6,7 +6,7 @@ angles is still one march: every plate's correction is found as ``dq = dq_0 + dq
 where no moment may remain.  Both cost O(plates).
 """
 
-from math import cos, sin
+from math import cos, exp, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,10 @@ from prb3r.mechanics.records import Packed
 
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
+LENGTH_TOLERANCE = 1e-13
+"""Largest error of a cable's length, of the length; small against every presliding length."""
+SLIP_TOLERANCE = 1e-7
+"""How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
 MAX_ITERATIONS = 30
 MAX_STEP = 0.5
 """Longest Newton step of a node angle, rad."""
@@ -34,14 +38,18 @@ class Drift(NamedTuple):
     """(3, c) position and angle of the disk's distal face."""
     moment: np.ndarray
     """(c,) moment of the dead loads further out about the world origin."""
+    passed: np.ndarray
+    """(m, c) length of the spans passed so far."""
+    total: np.ndarray
+    """(m, c) length of all spans of a cable."""
 
 
 class Scratch(NamedTuple):
     """Working space of the march for one chain."""
 
     drift: Drift
-    moment: np.ndarray
-    """(c,) derivatives of the total moment of the dead loads."""
+    handed: np.ndarray
+    """(1 + m,) what plates further out hand back: moment of the dead loads about the world origin, cable lengths."""
     outer: np.ndarray
     """(3,) force and moment (about the world origin) of the dead loads further out, N and N m."""
     block: np.ndarray
@@ -55,10 +63,11 @@ class Scratch(NamedTuple):
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
     """Working space for `columns` independent variables beside the node angles of one plate."""
     (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
-    change = Drift(np.zeros((cables, columns)), np.zeros((cables, columns)), np.zeros((3, columns)), np.zeros(columns))
+    each = np.zeros((cables, columns))
+    change = Drift(each, each.copy(), np.zeros((3, columns)), np.zeros(columns), each.copy(), each.copy())
     return Scratch(
         drift=change,
-        moment=np.zeros(columns),
+        handed=np.zeros(1 + cables),
         outer=np.zeros(3),
         block=np.zeros((n, n + columns)),
         system=np.zeros((columns, columns + 1)),
@@ -93,9 +102,59 @@ def solve_block(block, n, columns):
 
 @kernel
 def at_base(tension, slip, cable):
-    """Cables as they enter the base disk: along its axis, under the applied tension."""
+    """Cables as they enter the base disk: along its axis, under the applied tension less what a pulley takes."""
     for j in range(len(cable)):
         cable[j].tension, cable[j].approach, cable[j].slip = tension[j], 0.0, slip[j]
+        cable[j].follows, cable[j].passed = 0.0, 0.0
+        if cable[j].pulley != 0.0:
+            cable[j].tension *= exp(-slip[j] * cable[j].pulley)
+
+
+@kernel
+def slip_at(model, span, cable):
+    """Slip of every cable at the holes of the plate's proximal disk, and what their travel still asks of it.
+
+    Slip is an unknown beside the travel: where a hole sticks, both are tied by the presliding length; where it slips,
+    the slip is at its bound.  Solving for it instead of computing it from the travel keeps Newton's method from
+    stumbling over presliding lengths that are small against the travel of a single step.
+    """
+    for j in range(len(cable)):
+        hole = span[j]
+        hole.new_beyond = cable[j].length - cable[j].passed
+        cable[j].slip, cable[j].follows, cable[j].owed = hole.new_slip, 0.0, 0.0
+        if hole.sticks:
+            cable[j].follows = 1.0 / model.presliding
+            cable[j].owed = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding - hole.new_slip
+
+
+@kernel
+def slip_on(packed, work, damping):
+    """Newton step of the slip at every hole, after that of the angles; whether a hole began or ceased to stick.
+
+    Primal-dual active set: a hole whose slip would leave [-1, 1] slips, one that slips and whose travel turns back
+    sticks again.
+    """
+    model, cable = packed.model[0], packed.cable
+    count, changed = work.column.shape[2] - 1, False
+    for j in range(len(cable)):
+        passed = 0.0
+        for i in range(len(packed.span)):
+            hole = packed.span[i, j]
+            if not hole.present:
+                break
+            travel = damping * (work.system[1 + j, count] - passed)
+            asked = hole.slip + (hole.new_beyond + travel - hole.beyond) / model.presliding
+            if hole.sticks:
+                slip = asked if damping == 1.0 else hole.new_slip + damping * (asked - hole.new_slip)
+                hole.new_slip = min(max(slip, -1.0), 1.0)
+                hole.sticks = -1.0 < slip < 1.0
+                changed = changed or not hole.sticks
+            elif asked * hole.new_slip < 1.0 - SLIP_TOLERANCE:
+                hole.sticks = True
+                changed = True
+            for k in range(work.column.shape[1]):
+                passed += packed.span[i, j].dlength[k] * work.column[i, k, 0]
+    return changed
 
 
 @kernel
@@ -124,6 +183,7 @@ def depart(plate, span, cable):
     for j in range(len(cable)):
         cable[j].tension = span[j].tension
         cable[j].approach = span[j].direction - plate.bend
+        cable[j].passed += span[j].length
 
 
 @kernel
@@ -162,6 +222,18 @@ def march(packed, tension, slip, work):
 
 
 @kernel
+def enter(cable, span, change):
+    """Turn the drift of cables that arrive at a disk into that of their tensions behind its holes, but for the plate."""
+    for j in range(len(cable)):
+        if span[j].tension != 0.0:
+            for d in range(change.moment.shape[0]):
+                slip = cable[j].follows * (change.total[j, d] - change.passed[j, d])
+                if d == 0:
+                    slip += cable[j].owed
+                change.log_tension[j, d] += span[j].rate_in * change.approach[j, d] + span[j].wrap * slip
+
+
+@kernel
 def feel(plate, span, outer, change, out):
     """Derivatives of a plate's residual by what it is handed: `out` (n, c), for the drift `change`."""
     n, columns = out.shape
@@ -171,10 +243,9 @@ def feel(plate, span, outer, change, out):
         moment = change.moment[d] - (change.frame[0, d] * outer[1] - change.frame[1, d] * outer[0])
         for j in range(len(span)):
             if span[j].tension != 0.0:
-                relative = change.log_tension[j, d] - span[j].rate * change.approach[j, d]
-                fx += relative * span[j].wrench[0]
-                fy += relative * span[j].wrench[1]
-                moment += relative * span[j].wrench[2]
+                fx += change.log_tension[j, d] * span[j].wrench[0]
+                fy += change.log_tension[j, d] * span[j].wrench[1]
+                moment += change.log_tension[j, d] * span[j].wrench[2]
         for k in range(n):
             out[k, d] = plate.node[0, k] * fy - plate.node[1, k] * fx - moment
 
@@ -199,12 +270,14 @@ def transmit(model, plate, span, dq, change):
         change.frame[1, d] += s * dx + c * dy
         change.frame[2, d] += bend
         for j in range(len(span)):
-            if span[j].tension != 0.0:
-                direction = 0.0
+            if span[j].tension != 0.0 or model.presliding != 0.0:
+                direction, length = 0.0, 0.0
                 for k in range(n):
                     direction += span[j].ddirection[k] * dq[k, d]
-                change.log_tension[j, d] += span[j].rate * (direction - change.approach[j, d])
+                    length += span[j].dlength[k] * dq[k, d]
+                change.log_tension[j, d] += span[j].rate * direction
                 change.approach[j, d] = direction - bend
+                change.passed[j, d] += length
 
 
 @kernel
@@ -228,75 +301,131 @@ def clear(change):
     change.approach[:] = 0.0
     change.frame[:] = 0.0
     change.moment[:] = 0.0
+    change.passed[:] = 0.0
 
 
 @kernel
-def newton_march(packed, tension, slip, force, tip, moment, work):
-    """One evaluation of the whole chain under dead loads, and the full Newton step from there.
+def newton_march(packed, tension, slip, force, tip, work):
+    """One evaluation of the whole chain and the full Newton step from there.
 
-    `force` (plates, 2) and `tip` (2,) act on the disks; `moment` is the guess of their total moment about the world
-    origin.  Leaves ``dq_0, dq_1`` in `work.column`; returns the largest unbalanced node angle, the moment left over
-    beyond the tip, and the correction of `moment`.
+    `force` (plates, 2) and `tip` (2,) act on the disks.  `work.handed` guesses what plates further out hand back: the
+    moment of the dead loads about the world origin and, where friction follows the cables' travel, their lengths.
+    Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
+    `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
     """
-    model, cable, outer, drift, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
-    plates, n = len(packed.span), block.shape[0]
-    outer[0], outer[1], outer[2] = tip[0], tip[1], moment
+    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    plates, n, columns = work.column.shape
+    follows = model.presliding != 0.0
+    outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):
         outer[0] += force[i, 0]
         outer[1] += force[i, 1]
     at_base(tension, slip, cable)
-    clear(drift)
-    drift.moment[1] = 1.0
+    clear(change)
+    change.moment[1] = 1.0
+    change.total[:] = 0.0
+    if follows:
+        for j in range(len(cable)):
+            cable[j].length = work.handed[1 + j]
+            change.total[j, 2 + j] = 1.0
     largest = 0.0
     for i in range(plates):
         plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
         local_load(plate, outer)
+        if follows:
+            slip_at(model, span, cable)
+            if i == 0:
+                pull_through_pulleys(tension, cable, change)
         error = balance_plate(model, plate, span, cable)
         if not error <= largest:
             largest = error
-        feel(plate, span, outer, drift, block[:, n:])
+        enter(cable, span, change)
+        feel(plate, span, outer, change, block[:, n:])
         for k in range(n):
             for p in range(n):
                 block[k, p] = plate.tangent[k, p]
             block[k, n] += plate.residual[k]
-        solve_block(block, n, n + 2)
+        solve_block(block, n, n + columns)
         for k in range(n):
-            column[k, 0], column[k, 1] = -block[k, n], -block[k, n + 1]
-        transmit(model, plate, span, column, drift)
+            for d in range(columns):
+                column[k, d] = -block[k, n + d]
+        transmit(model, plate, span, column, change)
         depart(plate, span, cable)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
-    return largest, outer[2], -(outer[2] + drift.moment[0]) / drift.moment[1]
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
+    return largest, outer[2], close_guesses(cable, change, outer[2], work)
 
 
 @kernel
-def balance_loads(packed, tension, slip, force, tip, moment, work):
-    """Newton on all angles and on the moment of the dead loads, from where they are.
+def pull_through_pulleys(tension, cable, change):
+    """Tension behind the pulleys where the slip at the base follows the cable's travel."""
+    for j in range(len(cable)):
+        if cable[j].pulley != 0.0:
+            cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+            for d in range(change.moment.shape[0]):
+                change.log_tension[j, d] = -cable[j].pulley * cable[j].follows * change.total[j, d]
+            change.log_tension[j, 0] -= cable[j].pulley * cable[j].owed
 
-    Returns the steps taken (or `FAILED`) and the moment.
+
+@kernel
+def close_guesses(cable, change, moment_left, work):
+    """Newton step of the guesses: no moment may be left beyond the tip, lengths must be those that were passed.
+
+    Returns the largest error of a length, relative where it is more than a metre.
     """
-    plates, column = packed.plate, work.column
-    n = column.shape[1]
+    columns, system = len(change.moment), work.system
+    count, worst = columns - 1, 0.0
+    for d in range(count):
+        system[0, d] = change.moment[1 + d]
+    system[0, count] = -(moment_left + change.moment[0])
+    for j in range(count - 1):
+        error = cable[j].passed - work.handed[1 + j]
+        if not abs(error) <= worst * (1.0 + cable[j].passed):
+            worst = abs(error) / (1.0 + cable[j].passed)
+        for d in range(count):
+            system[1 + j, d] = change.passed[j, 1 + d] - change.total[j, 1 + d]
+        system[1 + j, count] = -(error + change.passed[j, 0])
+    solve_block(system, count, count + 1)
+    for i in range(work.column.shape[0]):
+        for k in range(work.column.shape[1]):
+            for d in range(count):
+                work.column[i, k, 0] += work.column[i, k, 1 + d] * system[d, count]
+    return worst
+
+
+@kernel
+def balance_chain(packed, tension, slip, force, tip, work):
+    """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`."""
+    plates, column, handed = packed.plate, work.column, work.handed
+    n, count = column.shape[1], column.shape[2] - 1
     stiffest = 0.0
     for i in range(len(column)):
         for k in range(n):
             stiffest = max(stiffest, plates[i].stiffness[k])
+    follows, settled = packed.model[0].presliding != 0.0, True
     for step in range(MAX_ITERATIONS):
-        largest, left, correction = newton_march(packed, tension, slip, force, tip, moment, work)
-        if largest <= TOLERANCE and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(moment):
-            return step, moment
+        largest, left, length_error = newton_march(packed, tension, slip, force, tip, work)
+        if (
+            settled
+            and largest <= TOLERANCE
+            and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(handed[0])
+            and length_error <= LENGTH_TOLERANCE
+        ):
+            return step
         longest = 0.0
         for i in range(len(column)):
             for k in range(n):
-                column[i, k, 0] += column[i, k, 1] * correction
                 if not abs(column[i, k, 0]) <= longest:
                     longest = abs(column[i, k, 0])
         if not longest < 1e6:
-            return FAILED, moment
+            return FAILED
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
-        moment += damping * correction
+        if follows:
+            settled = not slip_on(packed, work, damping)
+        for d in range(count):
+            handed[d] += damping * work.system[d, count]
         for i in range(len(column)):
             for k in range(n):
                 plates[i].q[k] += damping * column[i, k, 0]
-    return FAILED, moment
+    return FAILED

@@ -43,7 +43,7 @@ class PlateModel(NamedTuple):
     end: np.ndarray
     """(m,) position of the distal end per unit arc length."""
     stiffness: np.ndarray
-    """(n,) node stiffness in units of ``EI / l``."""
+    """(n,) node stiffness in units of ``EI / l``, which is also the curvature per node angle in units of ``1 / l``."""
 
 
 def hinged_links(radius_factors: tuple[float, ...], stiffness: tuple[float, ...]) -> PlateModel:

@@ -30,6 +30,7 @@ def plate_fields(n: int, links: int) -> list[tuple]:
         ("arc", float),
         ("clamp", float),
         ("stiffness", float, (n,)),
+        ("curvature", float, (n,)),  # per node angle, 1/m
         ("rest", float, (n,)),  # stress-free node angles
         ("q", float, (n,)),  # node angles
         ("residual", float, (n,)),  # unbalanced moment at each node
@@ -56,21 +57,61 @@ def span_fields(n: int) -> list[tuple]:
         ("friction", float),  # coefficient of the hole in the proximal disk
         ("direction", float),
         ("ddirection", float, (n,)),
+        ("length", float),
+        ("dlength", float, (n,)),
         ("tension", float),
         ("rate", float),  # d ln(tension) / d direction, signed
+        ("rate_in", float),  # d ln(tension) / d approach, signed
+        ("wrap", float),  # friction coefficient times turning angle
         ("wrench", float, (3,)),
+        ("slip", float),  # history: slip at the hole in the last accepted state, -1 drawn in to +1 paid out
+        ("beyond", float),  # history: cable length beyond the hole there
+        ("new_slip", float),  # the same two in the state that is tried
+        ("new_beyond", float),
+        ("sticks", bool),  # history: whether the slip there is between its bounds
     ]
+
+
+def model_fields(n: int, links: int) -> list[tuple]:
+    """What all plates share."""
+    return [
+        ("turn", float, (links, n)),
+        ("reach", float, (n, links)),
+        ("end", float, (links,)),
+        ("disk", float),
+        ("presliding", float),
+        ("edges", bool),
+        ("clearance", float),
+        ("cubic", float),
+        ("knee", float),
+        ("ratio", float),
+        ("contact_angle", float),
+        ("contact_stiffness", float),
+    ]
+
+
+CABLE_FIELDS = [
+    ("tension", float),
+    ("approach", float),
+    ("slip", float),
+    ("follows", float),  # history: d slip / d (length beyond the hole), 1/m; 0 while the hole slips fully
+    ("owed", float),  # history: slip that the length beyond the hole asks for and the hole does not have yet
+    ("length", float),  # history: total length of the spans, as guessed
+    ("passed", float),  # history: length of the spans passed so far
+    ("pulley", float),  # logarithm of the efficiency of the pulley before the base hole
+]
 
 
 def pack(chain: Chain) -> Packed:
     """Records of `chain` at rest."""
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
-    model = np.zeros(
-        1, [("turn", float, (links, n)), ("reach", float, (n, links)), ("end", float, (links,)), ("disk", float)]
-    )
+    model = np.zeros(1, model_fields(n, links))
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
-    model["disk"] = chain.disk
+    for name in ("disk", "presliding", "edges", "clearance"):
+        model[name] = getattr(chain, name)
+    model["cubic"], model["knee"], model["ratio"] = chain.law
+    model["contact_angle"], model["contact_stiffness"] = chain.contact
     plate = np.zeros(plates + 1, plate_fields(n, links))
     for name in ("arc", "clamp", "stiffness", "rest"):
         plate[name][:-1] = getattr(chain, name)
@@ -78,4 +119,8 @@ def pack(chain: Chain) -> Packed:
     span["offset"], span["friction"] = chain.offset, chain.friction
     span["present"] = np.arange(plates)[:, None] < chain.reach
     plate["frame"][0] = 0, 0, 0, 1, 0
-    return Packed(model, plate, span, np.zeros(cables, [("tension", float), ("approach", float), ("slip", float)]))
+    per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
+    plate["curvature"][:-1] = per_angle / chain.arc[:, None]
+    cable = np.zeros(cables, CABLE_FIELDS)
+    cable["pulley"] = np.log(chain.pulley)
+    return Packed(model, plate, span, cable)

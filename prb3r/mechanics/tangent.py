@@ -8,9 +8,22 @@ curvature shared by all its plates is the constant-curvature model as a static m
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate, place_plate
+from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import at_base, clear, depart, feel, local_load, next_frame, shed, transmit
+from prb3r.mechanics.march import (
+    at_base,
+    clear,
+    depart,
+    enter,
+    feel,
+    local_load,
+    next_frame,
+    pull_through_pulleys,
+    shed,
+    slip_at,
+    transmit,
+)
 
 
 def unit_modes(chain: Chain) -> np.ndarray:
@@ -38,31 +51,39 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
     # first along the shape: the dead loads' moment about the origin and its derivatives
     outer[:] = 0.0
     clear(drift)
+    for j in range(len(cable)):
+        cable[j].length = 0.0
     for i in range(plates):
         plate, after = packed.plate[i], packed.plate[i + 1]
         place_plate(model, plate)
         for j in range(len(cable)):
-            packed.span[i, j].tension = 0.0
+            packed.span[i, j].tension = packed.span[i, j].rate = 0.0
+            if packed.span[i, j].present and model.presliding != 0.0:
+                measure_span(model, plate, packed.span[i, j])
+                cable[j].length += packed.span[i, j].length
         transmit(model, plate, packed.span[i], modes[i], drift)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
         shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
     moment = -outer[2]
-    for d in range(columns):
-        work.moment[d] = -drift.moment[d]
+    drift.total[:] = drift.passed
+    turned = -drift.moment
     clear(drift)
     # then the balance of plate after plate
-    for d in range(3):
-        outer[d] = -outer[d]
-    for d in range(columns):
-        drift.moment[d] = work.moment[d]
+    outer[:] = -outer
+    drift.moment[:] = turned
     at_base(tension, slip, cable)
     system[:] = 0.0
     largest = 0.0
     for i in range(plates):
         plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
         local_load(plate, outer)
+        if model.presliding != 0.0:
+            slip_at(model, span, cable)
+            if i == 0:
+                pull_through_pulleys(tension, cable, drift)
         balance_plate(model, plate, span, cable)
+        enter(cable, span, drift)
         feel(plate, span, outer, drift, work.block)
         for k in range(n):
             for d in range(columns):
