@@ -132,7 +132,8 @@ def state(chain: Chain) -> State:
 @kernel
 def save(packed, work, into):
     """Keep the present state."""
-    into.handed[:] = work.handed
+    for d in range(len(into.handed)):
+        into.handed[d] = work.handed[d]
     for i in range(len(packed.span)):
         for k in range(into.q.shape[1]):
             into.q[i, k] = packed.plate[i].q[k]
@@ -144,7 +145,8 @@ def save(packed, work, into):
 @kernel
 def restore(packed, work, kept):
     """Come back to a kept state."""
-    work.handed[:] = kept.handed
+    for d in range(len(kept.handed)):
+        work.handed[d] = kept.handed[d]
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = kept.q[i, k]
@@ -305,22 +307,15 @@ def write_step(packed, s, path):
 
 
 @kernel
-def come_to_rest(packed, loads, dead, modes, work, now, kept):
-    """Bring the chain from nothing to its rest (row 0 of `loads`), where no hole slips; whether that was possible."""
+def come_to_rest(packed, onset, dead, modes, work, now, kept):
+    """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips; whether that was possible."""
     presliding = packed.model[0].presliding
     packed.model[0].presliding = 0.0
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
     save(packed, work, kept)
-    nothing = Loads(
-        np.zeros((2, loads.tension.shape[1])),
-        np.zeros((2, loads.slip.shape[1])),
-        np.zeros((2, *loads.force.shape[1:])),
-        np.zeros((2, 2)),
-    )
-    nothing.tension[1], nothing.force[1], nothing.tip[1] = loads.tension[0], loads.force[0], loads.tip[0]
-    taken = ramp(packed, nothing, 0, 1, dead[0], modes, work, now, kept)
+    taken = ramp(packed, onset, np.int64(0), np.int64(1), dead[0], modes, work, now, kept)
     packed.model[0].presliding = presliding
     if presliding != 0.0:
         for j in range(len(packed.cable)):
@@ -337,23 +332,23 @@ def come_to_rest(packed, loads, dead, modes, work, now, kept):
 
 
 @kernel
-def follow(packed, loads, dead, from_rest, modes, work, space, path):
+def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     """Solve every load step of `loads` after row 0, which is rest, and write `path`; each from rest or from the last.
 
-    `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are
+    `onset` has no load in row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles together (c = 0: they are
     free).  Where `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles
     without dead loads or history.
     """
     tied, eigenvalue = modes.shape[2] > 0, len(path.lowest) > 0
     history = packed.model[0].presliding != 0.0
     now, kept, good, rest, start, halfway, frames = space
-    possible = come_to_rest(packed, loads, dead, modes, work, now, rest)
-    last = 0
+    possible = come_to_rest(packed, onset, dead, modes, work, now, rest)
+    last = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, rest)
     save(packed, work, good)
     for s in range(1, len(loads.tension)):
         if from_rest:
-            last = 0
+            last = np.int64(0)
             restore(packed, work, rest)
             save(packed, work, good)
         else:
@@ -380,7 +375,9 @@ def follow(packed, loads, dead, from_rest, modes, work, space, path):
 @kernel
 def write_tied(packed, s, work, path):
     """What differs for tied angles: moments are those of the shared curvature, the residual that of the modes."""
-    path.residual[s] = np.max(np.abs(work.system[:, -1]))
+    path.residual[s] = 0.0
+    for c in range(len(work.system)):
+        path.residual[s] = max(path.residual[s], abs(work.system[c, len(work.system)]))
     if len(path.moment) == 0:
         return
     n = path.moment.shape[2] - 2
@@ -430,6 +427,8 @@ def solve(
     steps, packed = loads.steps, pack(chain)
     modes = segment_modes(chain) if chain.tied else np.zeros((plates, n, 0))
     rows = Loads(*(np.concatenate(pair) for pair in zip(rest or no_loads(chain), loads, strict=True)))
+    onset = Loads(*(np.concatenate([np.zeros_like(field[:1]), field[:1]]) for field in rows))
+    onset.slip[:] = 0.0
     dead = rows.force.any((1, 2)) | rows.tip.any(1)
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
@@ -446,7 +445,7 @@ def solve(
     now = Loads(*(np.zeros_like(field[0]) for field in loads))
     space = (now, state(chain), state(chain), state(chain), state(chain), state(chain), np.zeros((plates, 2)))
     work = scratch(packed, modes.shape[2] or (2 + cables if history else 2))
-    follow(packed, rows, dead, from_rest, modes, work, space, path)
+    follow(packed, onset, rows, dead, from_rest, modes, work, space, path)
     outcome = np.where(path.status[:, 0] == FAILED, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     if eigenvalue:
         modes = segment_modes(chain) if chain.tied else unit_modes(chain)

@@ -234,10 +234,10 @@ def enter(cable, span, change):
 
 
 @kernel
-def feel(plate, span, outer, change, out):
-    """Derivatives of a plate's residual by what it is handed: `out` (n, c), for the drift `change`."""
-    n, columns = out.shape
-    for d in range(columns):
+def feel(plate, span, outer, change, out, first):
+    """Derivatives of a plate's residual by what it is handed, for the drift `change`: columns of `out` from `first` on."""
+    n = out.shape[0]
+    for d in range(len(change.moment)):
         turned = change.frame[2, d]
         fx, fy = turned * plate.load[1], -turned * plate.load[0]  # the force turns back as the frame turns
         moment = change.moment[d] - (change.frame[0, d] * outer[1] - change.frame[1, d] * outer[0])
@@ -247,7 +247,7 @@ def feel(plate, span, outer, change, out):
                 fy += change.log_tension[j, d] * span[j].wrench[1]
                 moment += change.log_tension[j, d] * span[j].wrench[2]
         for k in range(n):
-            out[k, d] = plate.node[0, k] * fy - plate.node[1, k] * fx - moment
+            out[k, first + d] = plate.node[0, k] * fy - plate.node[1, k] * fx - moment
 
 
 @kernel
@@ -297,11 +297,13 @@ def shed(model, frame, fx, fy, gx, gy, sum, change):
 
 @kernel
 def clear(change):
-    change.log_tension[:] = 0.0
-    change.approach[:] = 0.0
-    change.frame[:] = 0.0
-    change.moment[:] = 0.0
-    change.passed[:] = 0.0
+    """No drift, but for the total lengths of the cables."""
+    for d in range(len(change.moment)):
+        change.moment[d] = 0.0
+        for k in range(3):
+            change.frame[k, d] = 0.0
+        for j in range(len(change.passed)):
+            change.log_tension[j, d] = change.approach[j, d] = change.passed[j, d] = 0.0
 
 
 @kernel
@@ -323,7 +325,9 @@ def newton_march(packed, tension, slip, force, tip, work):
     at_base(tension, slip, cable)
     clear(change)
     change.moment[1] = 1.0
-    change.total[:] = 0.0
+    for j in range(len(cable)):
+        for d in range(columns):
+            change.total[j, d] = 0.0
     if follows:
         for j in range(len(cable)):
             cable[j].length = work.handed[1 + j]
@@ -340,7 +344,7 @@ def newton_march(packed, tension, slip, force, tip, work):
         if not error <= largest:
             largest = error
         enter(cable, span, change)
-        feel(plate, span, outer, change, block[:, n:])
+        feel(plate, span, outer, change, block, n)
         for k in range(n):
             for p in range(n):
                 block[k, p] = plate.tangent[k, p]

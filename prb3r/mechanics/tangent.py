@@ -49,7 +49,8 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
     model, cable, outer, drift, system = packed.model[0], packed.cable, work.outer, work.drift, work.system
     plates, n, columns = modes.shape
     # first along the shape: the dead loads' moment about the origin and its derivatives
-    outer[:] = 0.0
+    for d in range(3):
+        outer[d] = 0.0
     clear(drift)
     for j in range(len(cable)):
         cable[j].length = 0.0
@@ -66,14 +67,20 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
         at_tip = 1.0 if i + 1 == plates else 0.0
         shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
     moment = -outer[2]
-    drift.total[:] = drift.passed
-    turned = -drift.moment
+    for d in range(columns):
+        work.column[0, 0, d] = -drift.moment[d]
+        for j in range(len(cable)):
+            drift.total[j, d] = drift.passed[j, d]
     clear(drift)
     # then the balance of plate after plate
-    outer[:] = -outer
-    drift.moment[:] = turned
+    for d in range(3):
+        outer[d] = -outer[d]
+    for d in range(columns):
+        drift.moment[d] = work.column[0, 0, d]
     at_base(tension, slip, cable)
-    system[:] = 0.0
+    for c in range(columns):
+        for d in range(columns + 1):
+            system[c, d] = 0.0
     largest = 0.0
     for i in range(plates):
         plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
@@ -84,7 +91,7 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
                 pull_through_pulleys(tension, cable, drift)
         balance_plate(model, plate, span, cable)
         enter(cable, span, drift)
-        feel(plate, span, outer, drift, work.block)
+        feel(plate, span, outer, drift, work.block, 0)
         for k in range(n):
             for d in range(columns):
                 for p in range(n):
