@@ -21,9 +21,10 @@ from prb3r.proof.rig_kernels import Forces, Memory, Rig, imbalance, poses
 
 RESIDUAL = 1e-11
 """Largest gap of a converged balance: bends in rad, positions in plate lengths."""
-SMALLEST = 1e-6
+SMALLEST = 1e-10
 """Sub-steps are not halved below this part of a step: the path ends at a limit load."""
 LONGEST = 0.5
+EVENT, SHORT = 1e-4, 1e-2
 NEWTON = 25
 LEAP = 0.3
 """Largest change of a plate's bend in one iteration, rad."""
@@ -141,17 +142,12 @@ class _Path:
         self.grip = TURN * setup.rig.friction
         self.grip[:1] += setup.rig.pulley
 
-    def substep(self, state: _State | None, load: _Load) -> _State | None:
+    def substep(self, state: _State | None, load: _Load, guess: np.ndarray | None = None) -> _State | None:
         if state is None:
             return None
         memory = state.memory if self.history else Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
-        return _settle(self.setup.rig, _forces(self.setup, load), memory, state.ends, self.elements)
-
-    def differ(self, a: _State, b: _State) -> float:
-        """Largest distance of two states, in parts of the length."""
-        apart = np.abs(poses(self.setup.rig, a.ends) - poses(self.setup.rig, b.ends))[:, :2].max() / self.length
-        slip = self.grip * np.abs(a.memory.slip - b.memory.slip)
-        return max(apart, slip.max(initial=0) if self.history else 0.0)
+        guess = state.ends if guess is None else guess
+        return _settle(self.setup.rig, _forces(self.setup, load), memory, guess, self.elements)
 
     def equal_substeps(self, state: _State | None, begin: _Load, end: _Load, count: int) -> _State | None:
         for k in range(1, count + 1):
@@ -159,20 +155,81 @@ class _Path:
         return state
 
     def adaptive(self, state: _State, begin: _Load, end: _Load) -> _State | None:
-        """Accept a sub-step where it and its two halves agree, and go on from the halves."""
-        done, share = 0.0, LONGEST
+        """Accept a sub-step where it passes no event, hides no reversal and agrees with its two halves."""
+        done, longest = 0.0, LONGEST
         while done < 1:
-            share = min(share, 1 - done)
-            whole = self.substep(state, begin.toward(end, done + share))
-            halves = whole and self.substep(state, begin.toward(end, done + share / 2))
-            halves = self.substep(halves, begin.toward(end, done + share))
-            if halves is None or self.differ(whole, halves) > self.tolerance:
-                share /= 2
-                if share < SMALLEST:
+            whole, share = self.until_event(state, lambda h: begin.toward(end, done + h), min(longest, 1 - done))  # noqa: B023
+            if whole is None:
+                return None
+            half = self.substep(state, begin.toward(end, done + share / 2), (state.ends + whole.ends) / 2)
+            halves = self.substep(half, begin.toward(end, done + share), whole.ends)
+            cut = self.agreed_part(state, half, whole, halves)
+            if cut < 1:
+                longest = cut * share
+                if longest < SMALLEST:
                     return None
             else:
-                state, done, share = halves, done + share, min(2 * share, LONGEST)
+                state, done, longest = whole, done + share, LONGEST
         return state
+
+    def until_event(self, state: _State, load, share: float) -> tuple[_State | None, float]:
+        """Go `share` ahead, or to where the first hole begins to slip, or as far as there is a balance."""
+        found = self.substep(state, load(share))
+        while found is None and share > SMALLEST:
+            share /= 2
+            found = self.substep(state, load(share))
+        if not self.history or found is None:
+            return found, share
+        low, low_over, low_found = 0.0, self.overshoot(state, state), None
+        high, high_over = share, self.overshoot(state, found)
+        if high_over <= EVENT:
+            return found, share
+        far, far_ends = share, found.ends
+        for _ in range(40):
+            share = low + (high - low) * (EVENT / 2 - low_over) / (high_over - low_over)
+            found = self.substep(state, load(share), state.ends + share / far * (far_ends - state.ends))
+            if found is None:
+                break
+            over = self.overshoot(state, found)
+            if -SHORT < over <= EVENT:
+                return found, share
+            if over > 0:
+                high, high_over, low_over = share, over, low_over / 2 
+                far, far_ends = share, found.ends
+            else:
+                low, low_over, low_found, high_over = share, over, found, high_over / 2
+        return low_found, low
+
+    def overshoot(self, before: _State, after: _State) -> float:
+        """How far the first hole is beyond the slip state at which it begins to slip; negative: none is."""
+        old = before.memory.slip
+        new = old + (after.memory.beyond - before.memory.beyond) / self.setup.rig.presliding
+        up, down = np.where(old < 1, new - 1, -1), np.where(old > -1, -1 - new, -1)
+        return np.maximum(up, down)[self.grip > 0].max(initial=-1)
+
+    def agreed_part(self, before: _State, half: _State | None, whole: _State, halves: _State | None) -> float:
+        """Part of a sub-step to be trusted, 1 for all of it."""
+        if halves is None or self.apart(whole, halves) > self.tolerance:
+            return 0.5
+        if not self.history:
+            return 1.0
+        presliding, old = self.setup.rig.presliding, before.memory.slip
+        middle = (half.memory.beyond - before.memory.beyond) / presliding
+        last = (whole.memory.beyond - before.memory.beyond) / presliding
+        slope, bow = 4 * middle - last, 2 * last - 4 * middle  # of the parabola through the three
+        turning = np.divide(-slope, 2 * bow, out=np.ones_like(bow), where=bow != 0)
+        turning = np.where((turning > 0) & (turning < 1), turning, 1.0)
+        extreme = turning * (slope + turning * bow)
+        path = np.clip(np.clip(old + extreme, -1, 1) + last - extreme, -1, 1)
+        lost = self.grip * np.abs(path - np.clip(old + last, -1, 1))
+        worst = np.unravel_index(np.argmax(lost), lost.shape)
+        return 1.0 if lost.size == 0 or lost[worst] < self.tolerance else float(np.clip(turning[worst], 0.05, 0.95))
+
+    def apart(self, a: _State, b: _State) -> float:
+        """Largest distance of two states, in parts of the length."""
+        shape = np.abs(poses(self.setup.rig, a.ends) - poses(self.setup.rig, b.ends))[:, :2].max() / self.length
+        slip = self.grip * np.abs(a.memory.slip - b.memory.slip)
+        return max(shape, slip.max(initial=0) if self.history else 0.0)
 
 
 def _loads(setup: Bench, steps: Sequence[Mapping[str, float]]) -> list[_Load]:

@@ -60,60 +60,69 @@ class Forces(NamedTuple):
 
 
 @njit(cache=True)
-def curvature(rig, plate, moment):
+def curvature(moment, rigidity, law, first, second):
     """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
-    bare = moment / rig.rigidity[plate]
-    if rig.law == CUBIC and rig.law_first != 0:
-        root = np.sqrt(3 * abs(rig.law_first))
-        if rig.law_first > 0:
+    bare = moment / rigidity
+    if law == CUBIC and first != 0:
+        root = np.sqrt(3 * abs(first))
+        if first > 0:
             k = 2 / root * np.sinh(np.arcsinh(1.5 * root * bare) / 3)
         elif abs(1.5 * root * bare) < 1:
             k = 2 / root * np.sin(np.arcsin(1.5 * root * bare) / 3)
         else:
             k = np.nan
-        return k, 1 / (rig.rigidity[plate] * (1 + 3 * rig.law_first * k**2))
-    excess = abs(bare) - rig.law_first
-    if rig.law == BILINEAR and excess > 0:
-        return np.sign(bare) * (rig.law_first + excess / rig.law_second), 1 / (rig.law_second * rig.rigidity[plate])
-    return bare, 1 / rig.rigidity[plate]
+        return k, 1 / (rigidity * (1 + 3 * first * k**2))
+    excess = abs(bare) - first
+    if law == BILINEAR and excess > 0:
+        return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
+    return bare, 1 / rigidity
 
 
 @njit(cache=True)
-def _along(rig, plate, wrench, z, rate):
-    """d/ds of (x, y, theta) and of their derivatives with respect to the wrench, stored as z[3:].reshape(3, 3)."""
-    moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
-    arm_x, arm_y = z[0] - rig.clamp[plate], z[1]
-    k, softness = curvature(rig, plate, moment - arm_x * force_y + arm_y * force_x)
+def _along(plate, wrench, z, rate):
+    """d/ds of (x, y, theta) and of their derivatives with respect to the wrench: z[3:6] of x, z[6:9] of y, z[9:] of theta."""
+    clamp, rest, rigidity, law, first, second = plate
+    moment, force_x, force_y = wrench
+    arm_x, arm_y = z[0] - clamp, z[1]
+    k, softness = curvature(moment - arm_x * force_y + arm_y * force_x, rigidity, law, first, second)
     cos, sin = np.cos(z[2]), np.sin(z[2])
-    rate[0], rate[1], rate[2] = cos, sin, rig.rest[plate] + k
-    direct = (1.0, arm_y, -arm_x)
+    rate[0], rate[1], rate[2] = cos, sin, rest + k
     for p in range(3):
+        direct = 1.0 if p == 0 else arm_y if p == 1 else -arm_x
         rate[3 + p], rate[6 + p] = -sin * z[9 + p], cos * z[9 + p]
-        rate[9 + p] = softness * (direct[p] - z[3 + p] * force_y + z[6 + p] * force_x)
+        rate[9 + p] = softness * (direct - z[3 + p] * force_y + z[6 + p] * force_x)
 
 
 @njit(cache=True)
-def shape(rig, plate, wrench, elements):
+def shape(rig, i, wrench, elements):
     """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent.
 
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
-    z, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12)
+    z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
+    plate = rig.clamp[i], rig.rest[i], rig.rigidity[i], rig.law, rig.law_first, rig.law_second
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
-    clamp, hinge, h = rig.clamp[plate], rig.compliance, rig.arc[plate] / elements
+    load = moment, force_x, force_y
+    clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
     z[0], z[2], z[9] = clamp, hinge * moment, hinge
     for _ in range(elements):
-        _along(rig, plate, wrench, z, rate)
-        mean[:] = rate / 6
-        for fraction, weight in ((0.5, 1 / 3), (0.5, 1 / 3), (1.0, 1 / 6)):
-            _along(rig, plate, wrench, z + fraction * h * rate, rate)
-            mean += weight * rate
-        z += h * mean
-    arm_x, arm_y = z[0] - clamp, z[1]
-    direct = (1.0, arm_y, -arm_x)
-    for p in range(3):
-        z[9 + p] += hinge * (direct[p] - z[3 + p] * force_y + z[6 + p] * force_x)
-    z[2] += hinge * (moment - arm_x * force_y + arm_y * force_x)
+        _along(plate, load, z, rate)
+        for q in range(12):
+            mean[q] = rate[q] / 6
+        for stage in range(3):
+            ahead, weight = (h, 1 / 6) if stage == 2 else (h / 2, 1 / 3)
+            for q in range(12):
+                trial[q] = z[q] + ahead * rate[q]
+            _along(plate, load, trial, rate)
+            for q in range(12):
+                mean[q] += weight * rate[q]
+        for q in range(12):
+            z[q] += h * mean[q]
+    if hinge > 0:
+        arm_x, arm_y = z[0] - clamp, z[1]
+        direct = np.array([1.0, arm_y, -arm_x])
+        z[9:] += hinge * (direct - z[3:6] * force_y + z[6:9] * force_x)
+        z[2] += hinge * (moment - arm_x * force_y + arm_y * force_x)
     cos, sin = clamp * np.cos(z[2]), clamp * np.sin(z[2])
     z[3:6] -= sin * z[9:]
     z[6:9] += cos * z[9:]

@@ -52,7 +52,7 @@ def test_engine_equals_the_seeds_method(plate, seed):
         assert mine == pytest.approx(independent, abs=1e-12)
 
 
-@pytest.mark.parametrize("points", [1, 2, 3])
+@pytest.mark.parametrize("points", [2, 3])
 def test_collocation_converges_at_order_2n_to_the_shot_elastica(points):
     chain = cantilever(4)
     bends, exact = elastica_shooting(chain, row(loads(chain, NO_CABLES, tip=(0, 3))))
@@ -66,7 +66,7 @@ def test_collocation_converges_at_order_2n_to_the_shot_elastica(points):
 
 
 def test_elastica_equals_shooting_with_friction_cables_and_dead_loads():
-    chain = prototype(plate=gauss_collocation(5))
+    chain = prototype(plate=gauss_collocation(4))
     dead = np.linspace([0, -0.3], [0.2, 0.1], 14)
     steps = loads(chain, [60, 30, 10, 20], [-1, 1, -1, 1], dead, [-1, 0.8])
     bends, exact = elastica_shooting(chain, row(steps))
@@ -307,7 +307,7 @@ def test_lowest_eigenvalue_is_that_of_the_reference_balance(plate, dead):
 
 
 def test_path_ends_at_a_fold():
-    """Tip load and cables against each other: the branch turns back where the eigenvalue falls to zero as a root does."""
+    """Tip load against cables: the branch turns back where the eigenvalue falls to zero like a square root."""
     chain = prototype(0)
     share = np.concatenate([np.linspace(0.1, 0.69, 7), np.linspace(0.70, 0.74, 41)])
     states = solve(chain, loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10]), eigenvalue=True)
