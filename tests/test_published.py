@@ -31,7 +31,7 @@ def driven(chain, tension, slip=-1.0):
 
 def tip_error(plate, tension=TABLE_2, mu=0.0):
     """Tip error against a converged elastica, % of length."""
-    exact = driven(prototype(mu, plate=gauss_collocation(8)), tension)
+    exact = driven(prototype(mu, plate=gauss_collocation(4)), tension)
     return 100 * shift(driven(prototype(mu, plate=plate), tension), exact, -1) / LENGTH
 
 

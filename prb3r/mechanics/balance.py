@@ -10,8 +10,9 @@ through the tensions and directions with which cables arrive and through the fra
 the dead loads, whose forces are known and whose total moment about the world origin is one scalar.
 """
 
-from math import copysign, cos, sin
+from math import copysign
 
+from prb3r.mechanics.angle import cos_sin
 from prb3r.mechanics.cable import pull_cables
 from prb3r.mechanics.kernel import kernel
 
@@ -26,7 +27,8 @@ def place_plate(model, plate):
         psi = 0.0
         for k in range(n):
             psi += model.turn[j, k] * plate.q[k]
-        plate.link[0, j], plate.link[1, j] = arc * cos(psi), arc * sin(psi)
+        c, s = cos_sin(psi)
+        plate.link[0, j], plate.link[1, j] = arc * c, arc * s
         end_x += model.end[j] * plate.link[0, j]
         end_y += model.end[j] * plate.link[1, j]
     for k in range(n):
@@ -36,7 +38,8 @@ def place_plate(model, plate):
             x += model.reach[k, j] * plate.link[0, j]
             y += model.reach[k, j] * plate.link[1, j]
         plate.node[0, k], plate.node[1, k] = x, y
-    plate.axis[0], plate.axis[1], plate.bend = cos(bend), sin(bend), bend
+    plate.axis[0], plate.axis[1] = cos_sin(bend)
+    plate.bend = bend
     along, across = clamp * plate.axis[0], clamp * plate.axis[1]
     plate.end[0], plate.end[1] = end_x + along, end_y + across
     for p in range(n):
@@ -83,7 +86,9 @@ def balance_plate(model, plate, span, cable):
     largest = 0.0
     for k in range(n):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
-        elastic, slope = bending_law(model, plate.q[k] - plate.rest[k], plate.curvature[k])
+        elastic, slope = plate.q[k] - plate.rest[k], 1.0
+        if not model.linear:
+            elastic, slope = bending_law(model, elastic, plate.curvature[k])
         residual = stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness

@@ -11,8 +11,9 @@ cable's own travel: when the length beyond a hole shortens by the presliding len
 full slip toward the base.
 """
 
-from math import atan2, copysign, cos, exp, sin, sqrt, tanh
+from math import copysign, exp, sqrt, tanh
 
+from prb3r.mechanics.angle import direction_of
 from prb3r.mechanics.kernel import kernel
 
 LEAN = 0.005
@@ -21,9 +22,10 @@ LEAN = 0.005
 
 @kernel
 def measure_span(model, plate, out):
-    """Direction and length of one cable across a plate, and their derivatives; returns H - Q and its derivatives.
+    """Direction and length of one cable across a plate, and their derivatives.
 
-    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.
+    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.  Returns
+    the unit vector from the proximal to the distal hole, the offset and its derivative by the plate's bend.
     """
     n = plate.q.shape[0]
     c, s = plate.axis[0], plate.axis[1]
@@ -34,13 +36,30 @@ def measure_span(model, plate, out):
         doffset = model.clearance * (1.0 - lean * lean) / LEAN
     x, y = plate.end[0] - offset * s, plate.end[1] + offset * c - offset  # Q - H
     length = sqrt(x * x + y * y)
-    out.direction, out.length = atan2(y, x), length
+    per_length = 1.0 / length
+    ux, uy = x * per_length, y * per_length
+    out.length = length
+    if out.rubs:
+        out.direction = direction_of(x, y)
     for p in range(n):
         dx = plate.dend[0, p] - offset * c - doffset * s
         dy = plate.dend[1, p] - offset * s + doffset * (c - 1.0)
-        out.ddirection[p] = (x * dy - y * dx) / (length * length)
-        out.dlength[p] = (x * dx + y * dy) / length
-    return offset, doffset
+        out.ddirection[p], out.dlength[p] = (ux * dy - uy * dx) * per_length, ux * dx + uy * dy
+    return ux, uy, offset, doffset
+
+
+@kernel
+def rub(model, out, cable):
+    """Friction coefficient times turning angle at the hole before a span, and how the tension behind depends on it."""
+    after, before, slip = out.direction, cable.approach, cable.slip
+    if model.edges:
+        out.wrap = out.friction * (abs(after) + abs(before))
+        out.rate = slip * copysign(out.friction, after)
+        out.rate_in = slip * copysign(out.friction, before)
+    else:
+        out.wrap = out.friction * abs(after - before)
+        out.rate = slip * copysign(out.friction, after - before)
+        out.rate_in = -out.rate
 
 
 @kernel
@@ -48,7 +67,7 @@ def pull_cables(model, plate, span, cable):
     """Wrench of all cables across one plate on its distal part, and its derivatives by the plate's node angles.
 
     `cable` (m,): tension, approach and slip as each enters the holes of the proximal disk.  Reads the distal end from
-    `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing, unless its travel is followed.
+    `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing but where travel is followed.
     """
     n = plate.q.shape[0]
     for d in range(3):
@@ -61,23 +80,14 @@ def pull_cables(model, plate, span, cable):
         pull = cable[j].tension
         if not out.present or (pull == 0.0 and model.presliding == 0.0):
             continue
-        offset, doffset = measure_span(model, plate, out)
+        ux, uy, offset, doffset = measure_span(model, plate, out)
         if pull == 0.0:
             continue
-        slip, approach, direction = cable[j].slip, cable[j].approach, out.direction
         out.rate = out.rate_in = out.wrap = 0.0
         if out.friction != 0.0:
-            if model.edges:
-                out.wrap = out.friction * (abs(direction) + abs(approach))
-                out.rate = slip * copysign(out.friction, direction)
-                out.rate_in = slip * copysign(out.friction, approach)
-            else:
-                out.wrap = out.friction * abs(direction - approach)
-                out.rate = slip * copysign(out.friction, direction - approach)
-                out.rate_in = -out.rate
-            pull *= exp(slip * out.wrap)
-        c, s = cos(direction), sin(direction)
-        fx, fy = -c * pull, -s * pull
+            rub(model, out, cable[j])
+            pull *= exp(cable[j].slip * out.wrap)
+        fx, fy = -ux * pull, -uy * pull
         out.tension = pull
         out.wrench[0], out.wrench[1], out.wrench[2] = fx, fy, -offset * fx
         for d in range(3):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.chain import Chain, Law
 
 
 class Packed(NamedTuple):
@@ -53,6 +53,7 @@ def span_fields(n: int) -> list[tuple]:
     """One cable over one plate; directions relative to the axis of the plate's proximal disk."""
     return [
         ("present", bool),
+        ("rubs", bool),  # whether its direction matters: friction at the hole before or behind it
         ("offset", float),
         ("friction", float),  # coefficient of the hole in the proximal disk
         ("direction", float),
@@ -82,6 +83,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("presliding", float),
         ("edges", bool),
         ("clearance", float),
+        ("linear", bool),
         ("cubic", float),
         ("knee", float),
         ("ratio", float),
@@ -110,6 +112,7 @@ def pack(chain: Chain) -> Packed:
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
     for name in ("disk", "presliding", "edges", "clearance"):
         model[name] = getattr(chain, name)
+    model["linear"] = chain.law == Law()
     model["cubic"], model["knee"], model["ratio"] = chain.law
     model["contact_angle"], model["contact_stiffness"] = chain.contact
     plate = np.zeros(plates + 1, plate_fields(n, links))
@@ -117,6 +120,8 @@ def pack(chain: Chain) -> Packed:
         plate[name][:-1] = getattr(chain, name)
     span = np.zeros((plates, cables), span_fields(n))
     span["offset"], span["friction"] = chain.offset, chain.friction
+    friction = np.vstack([chain.friction, np.zeros((1, cables))]) != 0
+    span["rubs"] = friction[:-1] | friction[1:]
     span["present"] = np.arange(plates)[:, None] < chain.reach
     plate["frame"][0] = 0, 0, 0, 1, 0
     per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature

@@ -10,20 +10,10 @@ import numpy as np
 from prb3r.mechanics.balance import balance_plate, place_plate
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.drift import clear, enter, feel, local_load, shed, transmit
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import (
-    at_base,
-    clear,
-    depart,
-    enter,
-    feel,
-    local_load,
-    next_frame,
-    pull_through_pulleys,
-    shed,
-    slip_at,
-    transmit,
-)
+from prb3r.mechanics.march import at_base, depart, next_frame
+from prb3r.mechanics.newton import pull_through_pulleys, slip_at
 
 
 def unit_modes(chain: Chain) -> np.ndarray:

@@ -37,8 +37,12 @@ class Friction(Strict):
     """Belt friction between cables and holes."""
 
     coefficient: NonNegative = 0.0
-    direction: Literal["declared"] = "declared"
-    wrap: Literal["net"] = "net"
+    direction: Literal["declared", "history"] = "declared"
+    """Of slip: as each step declares, or from the cables' own travel along the load path."""
+    presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)] = 3e-5
+    """Travel over which friction builds up, for `history`."""
+    wrap: Literal["net", "edges"] = "net"
+    """Turning that rubs at a disk: between the spans before and behind it, or at each edge of its holes."""
 
 
 class Segment(Strict):
@@ -132,6 +136,8 @@ class Manipulator(Strict):
                     f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
                     f"{len(self.segment)}"
                 )
+        if self.model == "constant-curvature" and self.friction.direction == "history":
+            problems.append("friction.direction = 'history' needs the model 'prb3r' or 'elastica'")
         if sum(segment.plates for segment in self.segment) > MAX_PLATES:
             problems.append(f"more than {MAX_PLATES} plates")
         if problems:
@@ -196,6 +202,8 @@ class Manipulator(Strict):
             friction=np.full(shape, self.friction.coefficient),
             segment=segment,
             tied=self.model == "constant-curvature",
+            presliding=self.friction.presliding_m if self.friction.direction == "history" else 0.0,
+            edges=self.friction.wrap == "edges",
         )
 
 

@@ -30,7 +30,7 @@ def solve(manipulator: Manipulator, steps: pd.DataFrame | str | Path, model: Mod
         With every problem of the table.
     """
     if model is not None:
-        manipulator = manipulator.model_copy(update={"model": model})
+        manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
     chain, tables = manipulator.chain(), []
     for sequence in sequences_of(manipulator, steps):
         found = equilibria(chain, sequence.loads, eigenvalue=True)

@@ -194,7 +194,7 @@ class _Path:
             if -SHORT < over <= EVENT:
                 return found, share
             if over > 0:
-                high, high_over, low_over = share, over, low_over / 2 
+                high, high_over, low_over = share, over, low_over / 2
                 far, far_ends = share, found.ends
             else:
                 low, low_over, low_found, high_over = share, over, found, high_over / 2

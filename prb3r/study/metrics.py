@@ -69,7 +69,7 @@ class Solved:
         paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
         found = [solve(self.chain, path) for path in paths]
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name != "lowest_eigenvalue"]
-        last = {name: np.stack([getattr(one, name)[-1] for one in found]) for name in names}
+        last = {name: np.concatenate([getattr(one, name)[-1:] for one in found]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
 
@@ -201,7 +201,9 @@ class Workspace(Base):
         cell = f"cells of {100 * self.cell:g} % of the length"
         return [
             Quantity("workspace_area_m2", "A", "m^2", f"area reached by the tip disk's centre, {cell}"),
-            Quantity("workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"),
+            Quantity(
+                "workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"
+            ),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
         ]
 

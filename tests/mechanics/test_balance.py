@@ -5,7 +5,7 @@ import pytest
 from prototype import ELASTICA, PRB_1R, PRB_3R, random_chain, random_loads, row
 
 from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.march import scratch
+from prb3r.mechanics.drift import scratch
 from prb3r.mechanics.records import pack
 from prb3r.mechanics.reference import seed_residual
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes

@@ -1,0 +1,149 @@
+"""How what a plate is handed from the base side depends on plates further in: derivatives carried along the chain."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.records import Packed
+
+
+class Drift(NamedTuple):
+    """Derivatives of what a plate is handed from the base side, in `c` columns (one per independent variable)."""
+
+    log_tension: np.ndarray
+    """(m, c)."""
+    approach: np.ndarray
+    """(m, c)."""
+    frame: np.ndarray
+    """(3, c) position and angle of the disk's distal face."""
+    moment: np.ndarray
+    """(c,) moment of the dead loads further out about the world origin."""
+    passed: np.ndarray
+    """(m, c) length of the spans passed so far."""
+    total: np.ndarray
+    """(m, c) length of all spans of a cable."""
+
+
+class Scratch(NamedTuple):
+    """Working space of the march for one chain."""
+
+    drift: Drift
+    handed: np.ndarray
+    """(1 + m,) what plates further out hand back: moment of the dead loads about the world origin, cable lengths."""
+    outer: np.ndarray
+    """(3,) force and moment (about the world origin) of the dead loads further out, N and N m."""
+    block: np.ndarray
+    """(n, n + columns) a plate's linear system."""
+    system: np.ndarray
+    """(c, c + 1) linear system in the independent variables."""
+    column: np.ndarray
+    """(plates, n, columns) corrections of all node angles."""
+
+
+def scratch(packed: Packed, columns: int = 2) -> Scratch:
+    """Working space for `columns` independent variables beside the node angles of one plate."""
+    (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
+    each = np.zeros((cables, columns))
+    change = Drift(each, each.copy(), np.zeros((3, columns)), np.zeros(columns), each.copy(), each.copy())
+    return Scratch(
+        drift=change,
+        handed=np.zeros(1 + cables),
+        outer=np.zeros(3),
+        block=np.zeros((n, n + columns)),
+        system=np.zeros((columns, columns + 1)),
+        column=np.zeros((plates, n, columns)),
+    )
+
+
+@kernel
+def local_load(plate, outer):
+    """Write force and moment of the loads further out, `outer` in the world, in the frame of the plate."""
+    c, s = plate.frame[3], plate.frame[4]
+    plate.load[0], plate.load[1] = c * outer[0] + s * outer[1], c * outer[1] - s * outer[0]
+    plate.load[2] = outer[2] - (plate.frame[0] * outer[1] - plate.frame[1] * outer[0])
+
+
+@kernel
+def enter(cable, span, change):
+    """Turn the drift of cables that arrive at a disk into that of their tensions behind its holes."""
+    for j in range(len(cable)):
+        if span[j].tension != 0.0:
+            for d in range(change.moment.shape[0]):
+                slip = cable[j].follows * (change.total[j, d] - change.passed[j, d])
+                if d == 0:
+                    slip += cable[j].owed
+                change.log_tension[j, d] += span[j].rate_in * change.approach[j, d] + span[j].wrap * slip
+
+
+@kernel
+def feel(plate, span, outer, change, out, first):
+    """Derivatives of a plate's residual by what it is handed, the drift `change`, in columns of `out` from `first`."""
+    n = out.shape[0]
+    for d in range(len(change.moment)):
+        turned = change.frame[2, d]
+        fx, fy = turned * plate.load[1], -turned * plate.load[0]  # the force turns back as the frame turns
+        moment = change.moment[d] - (change.frame[0, d] * outer[1] - change.frame[1, d] * outer[0])
+        for j in range(len(span)):
+            if span[j].tension != 0.0:
+                fx += change.log_tension[j, d] * span[j].wrench[0]
+                fy += change.log_tension[j, d] * span[j].wrench[1]
+                moment += change.log_tension[j, d] * span[j].wrench[2]
+        for k in range(n):
+            out[k, first + d] = plate.node[0, k] * fy - plate.node[1, k] * fx - moment
+
+
+@kernel
+def transmit(model, plate, span, dq, change):
+    """Carry the drift over a plate whose node angles change by `dq` (n, c)."""
+    n, columns = dq.shape
+    c, s = plate.frame[3], plate.frame[4]
+    x = plate.end[0] + model.disk * plate.axis[0]
+    y = plate.end[1] + model.disk * plate.axis[1]
+    tx, ty = -model.disk * plate.axis[1], model.disk * plate.axis[0]
+    for d in range(columns):
+        bend, dx, dy = 0.0, 0.0, 0.0
+        for k in range(n):
+            bend += dq[k, d]
+            dx += (plate.dend[0, k] + tx) * dq[k, d]
+            dy += (plate.dend[1, k] + ty) * dq[k, d]
+        turned = change.frame[2, d]
+        dx, dy = dx - turned * y, dy + turned * x
+        change.frame[0, d] += c * dx - s * dy
+        change.frame[1, d] += s * dx + c * dy
+        change.frame[2, d] += bend
+        for j in range(len(span)):
+            if span[j].tension != 0.0 or model.presliding != 0.0:
+                direction, length = 0.0, 0.0
+                for k in range(n):
+                    direction += span[j].ddirection[k] * dq[k, d]
+                    length += span[j].dlength[k] * dq[k, d]
+                change.log_tension[j, d] += span[j].rate * direction
+                change.approach[j, d] = direction - bend
+                change.passed[j, d] += length
+
+
+@kernel
+def shed(model, frame, fx, fy, gx, gy, sum, change):
+    """Take the loads of one disk, `f` at its centre and `g` at its distal face, off `sum` (force x, y, moment)."""
+    c, s = frame[3], frame[4]
+    half = model.disk / 2
+    x, y = frame[0] - half * c, frame[1] - half * s
+    sum[0] -= fx + gx
+    sum[1] -= fy + gy
+    sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx)
+    for d in range(len(change.moment)):
+        turned = change.frame[2, d]
+        dx, dy = change.frame[0, d] + half * s * turned, change.frame[1, d] - half * c * turned
+        change.moment[d] -= (dx * fy - dy * fx) + (change.frame[0, d] * gy - change.frame[1, d] * gx)
+
+
+@kernel
+def clear(change):
+    """No drift, but for the total lengths of the cables."""
+    for d in range(len(change.moment)):
+        change.moment[d] = 0.0
+        for k in range(3):
+            change.frame[k, d] = 0.0
+        for j in range(len(change.passed)):
+            change.log_tension[j, d] = change.approach[j, d] = change.passed[j, d] = 0.0

@@ -1,0 +1,220 @@
+r"""Equilibrium of the whole chain at once, in O(plates).
+
+Plates further out act on those further in through a few scalars only: the total moment `W` of the dead loads about the
+world origin and, where friction follows the cables' travel, the length of each cable.  A full Newton step on all
+angles is therefore one march: every plate's correction is found as ``dq = dq_0 + sum_k dq_k dg_k``, linear in the
+corrections of those guesses, and the guesses close at the tip: no moment may remain, lengths must be those passed.
+"""
+
+from math import exp
+
+from prb3r.mechanics.balance import balance_plate
+from prb3r.mechanics.drift import clear, enter, feel, local_load, shed, transmit
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+
+LENGTH_TOLERANCE = 1e-13
+"""Largest error of a cable's length, of the length; small against every presliding length."""
+SLIP_TOLERANCE = 1e-7
+"""How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
+
+
+@kernel
+def solve_block(block, n, columns):
+    """Gauss elimination with pivoting of ``[A | B]`` in place: the columns `n` to `columns` become ``A^-1 B``."""
+    for k in range(n):
+        pivot = k
+        for r in range(k + 1, n):
+            if abs(block[r, k]) > abs(block[pivot, k]):
+                pivot = r
+        if pivot != k:
+            for c in range(k, columns):
+                block[k, c], block[pivot, c] = block[pivot, c], block[k, c]
+        inverse = 1.0 / block[k, k]
+        for r in range(k + 1, n):
+            factor = block[r, k] * inverse
+            for c in range(k + 1, columns):
+                block[r, c] -= factor * block[k, c]
+    for k in range(n - 1, -1, -1):
+        inverse = 1.0 / block[k, k]
+        for c in range(n, columns):
+            value = block[k, c]
+            for r in range(k + 1, n):
+                value -= block[k, r] * block[r, c]
+            block[k, c] = value * inverse
+
+
+@kernel
+def slip_at(model, span, cable):
+    """Slip of every cable at the holes of the plate's proximal disk, and what their travel still asks of it.
+
+    Slip is an unknown beside the travel: where a hole sticks, both are tied by the presliding length; where it slips,
+    the slip is at its bound.  Solving for it instead of computing it from the travel keeps Newton's method from
+    stumbling over presliding lengths that are small against the travel of a single step.
+    """
+    for j in range(len(cable)):
+        hole = span[j]
+        hole.new_beyond = cable[j].length - cable[j].passed
+        cable[j].slip, cable[j].follows, cable[j].owed = hole.new_slip, 0.0, 0.0
+        if hole.sticks:
+            cable[j].follows = 1.0 / model.presliding
+            cable[j].owed = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding - hole.new_slip
+
+
+@kernel
+def slip_on(packed, work, damping):
+    """Newton step of the slip at every hole, after that of the angles; whether a hole began or ceased to stick.
+
+    Primal-dual active set: a hole whose slip would leave [-1, 1] slips, one that slips and whose travel turns back
+    sticks again.
+    """
+    model, cable = packed.model[0], packed.cable
+    count, changed = work.column.shape[2] - 1, False
+    for j in range(len(cable)):
+        passed = 0.0
+        for i in range(len(packed.span)):
+            hole = packed.span[i, j]
+            if not hole.present:
+                break
+            travel = damping * (work.system[1 + j, count] - passed)
+            asked = hole.slip + (hole.new_beyond + travel - hole.beyond) / model.presliding
+            if hole.sticks:
+                slip = asked if damping == 1.0 else hole.new_slip + damping * (asked - hole.new_slip)
+                hole.new_slip = min(max(slip, -1.0), 1.0)
+                hole.sticks = -1.0 < slip < 1.0
+                changed = changed or not hole.sticks
+            elif asked * hole.new_slip < 1.0 - SLIP_TOLERANCE:
+                hole.sticks = True
+                changed = True
+            for k in range(work.column.shape[1]):
+                passed += packed.span[i, j].dlength[k] * work.column[i, k, 0]
+    return changed
+
+
+@kernel
+def newton_march(packed, tension, slip, force, tip, work):
+    """One evaluation of the whole chain and the full Newton step from there.
+
+    `force` (plates, 2) and `tip` (2,) act on the disks.  `work.handed` guesses what plates further out hand back: the
+    moment of the dead loads about the world origin and, where friction follows the cables' travel, their lengths.
+    Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
+    `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
+    """
+    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    plates, n, columns = work.column.shape
+    follows = model.presliding != 0.0
+    outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
+    for i in range(plates):
+        outer[0] += force[i, 0]
+        outer[1] += force[i, 1]
+    at_base(tension, slip, cable)
+    clear(change)
+    change.moment[1] = 1.0
+    for j in range(len(cable)):
+        for d in range(columns):
+            change.total[j, d] = 0.0
+    if follows:
+        for j in range(len(cable)):
+            cable[j].length = work.handed[1 + j]
+            change.total[j, 2 + j] = 1.0
+    largest = 0.0
+    for i in range(plates):
+        plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
+        local_load(plate, outer)
+        if follows:
+            slip_at(model, span, cable)
+            if i == 0:
+                pull_through_pulleys(tension, cable, change)
+        error = balance_plate(model, plate, span, cable)
+        if not error <= largest:
+            largest = error
+        enter(cable, span, change)
+        feel(plate, span, outer, change, block, n)
+        for k in range(n):
+            for p in range(n):
+                block[k, p] = plate.tangent[k, p]
+            block[k, n] += plate.residual[k]
+        solve_block(block, n, n + columns)
+        for k in range(n):
+            for d in range(columns):
+                column[k, d] = -block[k, n + d]
+        transmit(model, plate, span, column, change)
+        depart(plate, span, cable)
+        next_frame(model, plate, after)
+        at_tip = 1.0 if i + 1 == plates else 0.0
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
+    return largest, outer[2], close_guesses(cable, change, outer[2], work)
+
+
+@kernel
+def pull_through_pulleys(tension, cable, change):
+    """Tension behind the pulleys where the slip at the base follows the cable's travel."""
+    for j in range(len(cable)):
+        if cable[j].pulley != 0.0:
+            cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+            for d in range(change.moment.shape[0]):
+                change.log_tension[j, d] = -cable[j].pulley * cable[j].follows * change.total[j, d]
+            change.log_tension[j, 0] -= cable[j].pulley * cable[j].owed
+
+
+@kernel
+def close_guesses(cable, change, moment_left, work):
+    """Newton step of the guesses: no moment may be left beyond the tip, lengths must be those that were passed.
+
+    Returns the largest error of a length, relative where it is more than a metre.
+    """
+    columns, system = len(change.moment), work.system
+    count, worst = columns - 1, 0.0
+    for d in range(count):
+        system[0, d] = change.moment[1 + d]
+    system[0, count] = -(moment_left + change.moment[0])
+    for j in range(count - 1):
+        error = cable[j].passed - work.handed[1 + j]
+        if not abs(error) <= worst * (1.0 + cable[j].passed):
+            worst = abs(error) / (1.0 + cable[j].passed)
+        for d in range(count):
+            system[1 + j, d] = change.passed[j, 1 + d] - change.total[j, 1 + d]
+        system[1 + j, count] = -(error + change.passed[j, 0])
+    solve_block(system, count, count + 1)
+    for i in range(work.column.shape[0]):
+        for k in range(work.column.shape[1]):
+            for d in range(count):
+                work.column[i, k, 0] += work.column[i, k, 1 + d] * system[d, count]
+    return worst
+
+
+@kernel
+def balance_chain(packed, tension, slip, force, tip, work):
+    """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`."""
+    plates, column, handed = packed.plate, work.column, work.handed
+    n, count = column.shape[1], column.shape[2] - 1
+    stiffest = 0.0
+    for i in range(len(column)):
+        for k in range(n):
+            stiffest = max(stiffest, plates[i].stiffness[k])
+    follows, settled = packed.model[0].presliding != 0.0, True
+    for step in range(MAX_ITERATIONS):
+        largest, left, length_error = newton_march(packed, tension, slip, force, tip, work)
+        if (
+            settled
+            and largest <= TOLERANCE
+            and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(handed[0])
+            and length_error <= LENGTH_TOLERANCE
+        ):
+            return step
+        longest = 0.0
+        for i in range(len(column)):
+            for k in range(n):
+                if not abs(column[i, k, 0]) <= longest:
+                    longest = abs(column[i, k, 0])
+        if not longest < 1e6:
+            return FAILED
+        damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
+        if follows:
+            settled = not slip_on(packed, work, damping)
+        for d in range(count):
+            handed[d] += damping * work.system[d, count]
+        for i in range(len(column)):
+            for k in range(n):
+                plates[i].q[k] += damping * column[i, k, 0]
+    return FAILED
