@@ -202,7 +202,7 @@ def schema(what) -> None:
 @click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
 def bench(as_json, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
-    from prb3r.bench import markdown, measure
+    from prb3r.bench import markdown, measure, to_json
 
     with _told("measuring, less than a minute"):
         result = measure()
@@ -210,8 +210,8 @@ def bench(as_json, output) -> None:
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "bench.md").write_text(text)
-    (folder / "bench.json").write_text(result.json())
-    click.echo(result.json() if as_json else f"{text}\nin {folder}")
+    (folder / "bench.json").write_text(to_json(result))
+    click.echo(to_json(result) if as_json else f"{text}\nin {folder}")
 
 
 @contextlib.contextmanager

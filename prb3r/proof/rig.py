@@ -17,19 +17,17 @@ import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.rig_effects import Bench, bench
-from prb3r.proof.rig_kernels import Forces, Memory, Rig, imbalance, poses
+from prb3r.proof.rig_kernels import Forces, Rig, imbalance, lengths_beyond, poses
 
 RESIDUAL = 1e-11
 """Largest gap of a converged balance: bends in rad, positions in plate lengths."""
 SMALLEST = 1e-10
 """Sub-steps are not halved below this part of a step: the path ends at a limit load."""
-LONGEST = 0.5
-EVENT, SHORT = 1e-4, 1e-2
+LONGEST = 1 / 32
+EVENT, EVENT_TRIALS = 1e-4, 40
 NEWTON = 25
 LEAP = 0.3
 """Largest change of a plate's bend in one iteration, rad."""
-ROUNDED = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 1e-4, 0.0)
-"""Corners of slip and turning angles, rounded and sharpened again, where the sharp problem does not converge."""
 TURN = 0.1
 """A turning angle, rad: what an error of slip state may later cost in shape."""
 
@@ -54,9 +52,20 @@ class RigStates:
     """(s, n, m) slip state at the hole before each plate."""
 
 
+class _Memory(NamedTuple):
+    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
+
+    slip: np.ndarray
+    beyond: np.ndarray
+
+    def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
+        """Slip states that follow the cables' lengths without limit."""
+        return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
+
+
 class _State(NamedTuple):
     ends: np.ndarray
-    memory: Memory
+    memory: _Memory
     tension: np.ndarray
 
 
@@ -81,48 +90,59 @@ def _forces(setup: Bench, load: _Load, constant: float = 1.0) -> Forces:
     )
 
 
-def _newton(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, soft: float, elements: int) -> _State | None:
-    """Equilibrium near `ends`, or None."""
+def _balance(rig: Rig, forces: Forces, memory: _Memory, guess: np.ndarray, elements: int) -> _State | None:
+    """Equilibrium near `guess` at the end of a sub-step that began with `memory`, or None."""
+    first = _iterate(rig, forces, memory, guess, elements, careful=False)
+    if first is not None or not np.isfinite(rig.presliding):
+        return first
+    return _iterate(rig, forces, memory, guess, elements, careful=True)
+
+
+def _iterate(rig: Rig, forces: Forces, memory: _Memory, ends: np.ndarray, elements: int, careful: bool) -> _State | None:
+    """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
     lengths = rig.arc + 2 * rig.clamp
     scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON):
-            gap, tangent, *cables = imbalance(rig, forces, memory, ends, soft, elements)
-            error = np.abs(gap / scale).max()
-            if error < RESIDUAL:
-                return _State(ends, Memory(*cables[:2]), cables[2])
-            if not np.isfinite(error):
-                return None
-            try:
-                move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
-            except np.linalg.LinAlgError:
-                return None
-            ends = ends + move * min(1, LEAP / np.abs(move / scale).max())
+    slip = memory.slip_at(rig, ends)
+    sticking, moved = np.abs(slip) < 1, np.inf
+    for _ in range(NEWTON + 2 * slip.size if careful else NEWTON):
+        gap, tangent, tension = imbalance(rig, forces, np.clip(slip, -1, 1), sticking, ends, elements)
+        error = np.abs(gap / scale).max()
+        if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
+            return _State(ends, _Memory(np.clip(slip, -1, 1), lengths_beyond(rig, ends)), tension)
+        if not np.isfinite(error):
+            return None
+        try:
+            move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
+        except np.linalg.LinAlgError:
+            return None
+        moved = np.abs(move / scale).max()
+        move = move * min(1, LEAP / moved)
+        after = memory.slip_at(rig, ends + move)
+        if careful:
+            side = np.sign(np.where(sticking, after, slip))
+            change = sticking != (side * after < 1)
+            way = np.divide(side - slip, after - slip, out=np.ones_like(slip), where=change & (after != slip))
+            hole = np.unravel_index(np.argmin(way), way.shape)
+            if way[hole] < 1:
+                move = move * max(way[hole], 0)
+                sticking[hole] ^= True
+                after = memory.slip_at(rig, ends + move)
+        else:
+            sticking = np.abs(after) < 1
+        ends, slip = ends + move, after
     return None
-
-
-def _settle(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, elements: int) -> _State | None:
-    """Equilibrium near `ends` at the end of a sub-step that began with `memory`, or None."""
-    state = _newton(rig, forces, memory, ends, 0.0, elements)
-    if state is None and rig.friction.any():
-        for soft in ROUNDED:
-            state = _newton(rig, forces, memory, ends, soft, elements)
-            if state is None:
-                return None
-            ends = state.ends
-    return state
 
 
 def _rest(setup: Bench, nothing: _Load, elements: int) -> _State | None:
     """No applied load, the constant effects raised from nothing, no slip at any hole."""
     rig = setup.rig._replace(presliding=np.inf)
     zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
-    state = _State(np.stack([lengths, 0 * lengths, 0 * lengths], 1), Memory(zero, zero), zero)
+    state = _State(np.stack([lengths, 0 * lengths, 0 * lengths], 1), _Memory(zero, zero), zero)
     done, share = 0.0, 1.0
     while done < 1:
         to = min(done + share, 1)
         forces = _forces(setup, nothing, to)
-        found = _settle(rig._replace(rest=to * rig.rest), forces, Memory(zero, zero), state.ends, elements)
+        found = _balance(rig._replace(rest=to * rig.rest), forces, _Memory(zero, zero), state.ends, elements)
         if found is not None:
             done, state = to, found
         elif share < SMALLEST:
@@ -139,15 +159,16 @@ class _Path:
         self.setup, self.elements, self.tolerance = setup, elements, tolerance
         self.length = (setup.rig.arc + 2 * setup.rig.clamp + setup.rig.disk).sum()
         self.history = np.isfinite(setup.rig.presliding)
+        self.longest = LONGEST if self.history else 1.0
         self.grip = TURN * setup.rig.friction
         self.grip[:1] += setup.rig.pulley
 
     def substep(self, state: _State | None, load: _Load, guess: np.ndarray | None = None) -> _State | None:
         if state is None:
             return None
-        memory = state.memory if self.history else Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
+        memory = state.memory if self.history else _Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
         guess = state.ends if guess is None else guess
-        return _settle(self.setup.rig, _forces(self.setup, load), memory, guess, self.elements)
+        return _balance(self.setup.rig, _forces(self.setup, load), memory, guess, self.elements)
 
     def equal_substeps(self, state: _State | None, begin: _Load, end: _Load, count: int) -> _State | None:
         for k in range(1, count + 1):
@@ -156,8 +177,8 @@ class _Path:
 
     def adaptive(self, state: _State, begin: _Load, end: _Load) -> _State | None:
         """Accept a sub-step where it passes no event, hides no reversal and agrees with its two halves."""
-        done, longest = 0.0, LONGEST
-        while done < 1:
+        done, longest = 0.0, self.longest
+        for _ in range(MOST):
             whole, share = self.until_event(state, lambda h: begin.toward(end, done + h), min(longest, 1 - done))  # noqa: B023
             if whole is None:
                 return None
@@ -169,8 +190,10 @@ class _Path:
                 if longest < SMALLEST:
                     return None
             else:
-                state, done, longest = whole, done + share, LONGEST
-        return state
+                state, done, longest = whole, done + share, self.longest
+                if done >= 1:
+                    return state
+        return None
 
     def until_event(self, state: _State, load, share: float) -> tuple[_State | None, float]:
         """Go `share` ahead, or to where the first hole begins to slip, or as far as there is a balance."""
@@ -184,27 +207,29 @@ class _Path:
         high, high_over = share, self.overshoot(state, found)
         if high_over <= EVENT:
             return found, share
-        far, far_ends = share, found.ends
-        for _ in range(40):
-            share = low + (high - low) * (EVENT / 2 - low_over) / (high_over - low_over)
+        far, far_ends, last_over = share, found.ends, 0.0
+        for _ in range(EVENT_TRIALS):
+            share = low - (high - low) * low_over / (high_over - low_over)
             found = self.substep(state, load(share), state.ends + share / far * (far_ends - state.ends))
             if found is None:
-                break
+                high, high_over = share, -low_over
+                continue
             over = self.overshoot(state, found)
-            if -SHORT < over <= EVENT:
+            if abs(over) <= EVENT:
                 return found, share
             if over > 0:
-                high, high_over, low_over = share, over, low_over / 2
+                high, high_over, low_over = share, over, low_over / (2 if last_over > 0 else 1)
                 far, far_ends = share, found.ends
             else:
-                low, low_over, low_found, high_over = share, over, found, high_over / 2
+                low, low_over, low_found, high_over = share, over, found, high_over / (2 if last_over < 0 else 1)
+            last_over = over
         return low_found, low
 
     def overshoot(self, before: _State, after: _State) -> float:
         """How far the first hole is beyond the slip state at which it begins to slip; negative: none is."""
         old = before.memory.slip
         new = old + (after.memory.beyond - before.memory.beyond) / self.setup.rig.presliding
-        up, down = np.where(old < 1, new - 1, -1), np.where(old > -1, -1 - new, -1)
+        up, down = np.where(old < 1 - EVENT, new - 1, -1), np.where(old > EVENT - 1, -1 - new, -1)
         return np.maximum(up, down)[self.grip > 0].max(initial=-1)
 
     def agreed_part(self, before: _State, half: _State | None, whole: _State, halves: _State | None) -> float:

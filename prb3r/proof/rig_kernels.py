@@ -44,13 +44,6 @@ class Rig(NamedTuple):
     presliding: float  # infinite: declared slip
 
 
-class Memory(NamedTuple):
-    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
-
-    slip: np.ndarray
-    beyond: np.ndarray
-
-
 class Forces(NamedTuple):
     """Loads at one instant: tension entering the base holes (before pulley friction), dead loads on disks and tip."""
 
@@ -130,22 +123,6 @@ def shape(rig, i, wrench, elements):
 
 
 @njit(cache=True)
-def _magnitude(turn, soft):
-    """|turn| and its derivative; `soft` rounds the corner."""
-    size = np.sqrt(turn**2 + (0.01 * soft) ** 2)
-    return size - 0.01 * soft, turn / size if size > 0 else 0.0
-
-
-@njit(cache=True)
-def _clip(slip, soft):
-    """`slip` held between -1 and 1, and the derivative; `soft` rounds the corners."""
-    if soft == 0:
-        return min(max(slip, -1.0), 1.0), 1.0 if abs(slip) < 1 else 0.0
-    up, down = np.sqrt((slip + 1) ** 2 + soft**2), np.sqrt((slip - 1) ** 2 + soft**2)
-    return (up - down) / 2, ((slip + 1) / up - (slip - 1) / down) / 2
-
-
-@njit(cache=True)
 def span(rig, plate, cable, end):
     """Length and direction (against the proximal disk's axis) of a span, its offset, and their derivatives by `end`."""
     b = end[2]
@@ -161,32 +138,39 @@ def span(rig, plate, cable, end):
 
 
 @njit(cache=True)
-def pull_cable(rig, j, tension, memory, ends, soft, wrench, d_wrench, slip, beyond, tensions):
-    """Add what cable `j` does to every plate's wrench and tangent; note its slip, lengths and span tensions."""
+def lengths_beyond(rig, ends):
+    """(n, m) length of each cable beyond the hole before each plate: the sum of the spans from there to its end."""
+    beyond = np.zeros(rig.offset.shape)
+    for j in range(len(rig.reach)):
+        for i in range(rig.reach[j] - 1, -1, -1):
+            beyond[i, j] = span(rig, i, j, ends[i])[0] + (beyond[i + 1, j] if i + 1 < rig.reach[j] else 0.0)
+    return beyond
+
+
+@njit(cache=True)
+def pull_cable(rig, j, tension, slip, sticking, ends, wrench, d_wrench, tensions):
+    """Add what cable `j` does to every plate's wrench and tangent, and note its span tensions."""
     reach, n = rig.reach[j], len(ends)
     angle, offset, d_offset = np.zeros(n), np.zeros(n), np.zeros(n)
     d_length, d_angle = np.zeros((n, 3)), np.zeros((n, 3))
-    for i in range(reach - 1, -1, -1):
-        length, angle[i], offset[i], d_length[i], d_angle[i], d_offset[i] = span(rig, i, j, ends[i])
-        beyond[i, j] = length + (beyond[i + 1, j] if i + 1 < reach else 0.0)
+    for i in range(reach):
+        _, angle[i], offset[i], d_length[i], d_angle[i], d_offset[i] = span(rig, i, j, ends[i])
     log, d_log = 0.0, np.zeros((n, 3))
     for i in range(reach):
-        slide = (beyond[i, j] - memory.beyond[i, j]) / rig.presliding
-        state, sticking = _clip(memory.slip[i, j] + slide, soft if np.isfinite(rig.presliding) else 0.0)
-        before = angle[i - 1] - ends[i - 1, 2] if i else 0.0
+        before = angle[i - 1] - ends[i - 1, 2] if i else 0.0  # of the last span, against this disk's axis
         if rig.edges:
-            (enter, enter_sign), (leave, leave_sign) = _magnitude(before, soft), _magnitude(angle[i], soft)
-            turn = enter + leave
+            turn, enter_sign, leave_sign = abs(before) + abs(angle[i]), np.sign(before), np.sign(angle[i])
         else:
-            turn, leave_sign = _magnitude(angle[i] - before, soft)
+            turn, leave_sign = abs(angle[i] - before), np.sign(angle[i] - before)
             enter_sign = -leave_sign
         grip = rig.friction[i, j] * turn + (rig.pulley[j] if i == 0 else 0.0)
-        log += state * grip
-        d_log[i:reach] += grip * sticking / rig.presliding * d_length[i:reach]
-        d_log[i] += state * rig.friction[i, j] * leave_sign * d_angle[i]
+        log += slip[i, j] * grip
+        if sticking[i, j]:
+            d_log[i:reach] += grip / rig.presliding * d_length[i:reach]
+        d_log[i] += slip[i, j] * rig.friction[i, j] * leave_sign * d_angle[i]
         if i:
-            d_log[i - 1] += state * rig.friction[i, j] * enter_sign * d_angle[i - 1]
-            d_log[i - 1, 2] -= state * rig.friction[i, j] * enter_sign
+            d_log[i - 1] += slip[i, j] * rig.friction[i, j] * enter_sign * d_angle[i - 1]
+            d_log[i - 1, 2] -= slip[i, j] * rig.friction[i, j] * enter_sign
         pull = tension * np.exp(log)
         cos, sin = np.cos(angle[i]), np.sin(angle[i])
         unit = pull * np.array([rig.clamp[i] * sin + offset[i] * cos, -cos, -sin])
@@ -196,7 +180,7 @@ def pull_cable(rig, j, tension, memory, ends, soft, wrench, d_wrench, slip, beyo
         for c in range(3):
             d_wrench[i, c] += unit[c] * d_log
             d_wrench[i, c, i] += by_angle[c] * d_angle[i]
-        slip[i, j], tensions[i, j] = state, pull
+        tensions[i, j] = pull
 
 
 @njit(cache=True)
@@ -245,13 +229,15 @@ def add_dead_loads(rig, forces, ends, wrench, d_wrench):
 
 
 @njit(cache=True)
-def imbalance(rig, forces, memory, ends, soft, elements):
-    """Answer minus question (n, 3), its tangent (3n, 3n), and the cables: slip, lengths beyond, tensions (n, m) each."""
+def imbalance(rig, forces, slip, sticking, ends, elements):
+    """Answer minus question (n, 3), its tangent (3n, 3n), and the span tensions (n, m), at given slip states (n, m).
+
+    Where `sticking`, the slip state follows the cable's length beyond the hole, and the tangent knows.
+    """
     n, m = rig.offset.shape
-    wrench, d_wrench = np.zeros((n, 3)), np.zeros((n, 3, n, 3))
-    slip, beyond, tensions = memory.slip.copy(), np.zeros((n, m)), np.zeros((n, m))
+    wrench, d_wrench, tensions = np.zeros((n, 3)), np.zeros((n, 3, n, 3)), np.zeros((n, m))
     for j in range(m):
-        pull_cable(rig, j, forces.tension[j], memory, ends, soft, wrench, d_wrench, slip, beyond, tensions)
+        pull_cable(rig, j, forces.tension[j], slip, sticking, ends, wrench, d_wrench, tensions)
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
     gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
     for i in range(n):
@@ -262,4 +248,4 @@ def imbalance(rig, forces, memory, ends, soft, elements):
         answer, softness = shape(rig, i, wrench[i], elements)
         gap[i] = answer - ends[i]
         tangent[3 * i : 3 * i + 3] = softness @ d_wrench[i].reshape(3, 3 * n)
-    return gap, tangent - np.eye(3 * n), slip, beyond, tensions
+    return gap, tangent - np.eye(3 * n), tensions
