@@ -57,8 +57,10 @@ def test_collocation_needs_as_many_unknowns_and_is_orders_more_exact(points, ord
     steps = loads(prototype(0.0), np.multiply.outer(forces, [1.0, 0, 0, 0]))
     exact = [elastica_shooting(prototype(0.0), Loads(*step))[1] for step in zip(*steps, strict=True)]
     found = driven(prototype(0.0, plate=gauss_collocation(points)), forces)
-    error = 100 / LENGTH * np.hypot(
-        [pose.x[-1] for pose in exact] - found.x[:, -1], [pose.y[-1] for pose in exact] - found.y[:, -1]
+    error = (
+        100
+        / LENGTH
+        * np.hypot([pose.x[-1] for pose in exact] - found.x[:, -1], [pose.y[-1] for pose in exact] - found.y[:, -1])
     )
     told = np.array(orders) > 1e-9  # below, the solver's own tolerance of 1e-11 rad shows
     assert np.abs(np.log10(error / orders))[told].max() < 0.3

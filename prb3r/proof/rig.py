@@ -19,15 +19,15 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.rig_effects import Bench, bench
 from prb3r.proof.rig_kernels import Forces, Rig, imbalance, lengths_beyond, poses
 
-RESIDUAL = 1e-11
-"""Largest gap of a converged balance: bends in rad, positions in plate lengths."""
-SMALLEST = 1e-10
-"""Sub-steps are not halved below this part of a step: the path ends at a limit load."""
-LONGEST = 1 / 32
-EVENT, EVENT_TRIALS = 1e-4, 40
-NEWTON = 25
-LEAP = 0.3
-"""Largest change of a plate's bend in one iteration, rad."""
+RESIDUAL, ROUNDED = 1e-11, 1e-8
+"""Largest gap of a converged balance (bends in rad, positions in plate lengths); where rounding forbids it, largest
+move of the last iteration, with a gap no larger than the second."""
+NEWTON, LEAP = 25, 0.3
+"""Iterations, and largest change of a plate's bend in one of them, rad."""
+LONGEST, SMALLEST, MOST = 1 / 32, 1e-10, 1500
+"""Sub-steps with loading history, in parts of a step, and their number: beyond, the path ends at a limit load."""
+EVENT, TRIALS = 1e-4, 40
+"""How exactly in slip state a sub-step ends where a hole begins to slip, and in how many trials."""
 TURN = 0.1
 """A turning angle, rad: what an error of slip state may later cost in shape."""
 
@@ -98,7 +98,9 @@ def _balance(rig: Rig, forces: Forces, memory: _Memory, guess: np.ndarray, eleme
     return _iterate(rig, forces, memory, guess, elements, careful=True)
 
 
-def _iterate(rig: Rig, forces: Forces, memory: _Memory, ends: np.ndarray, elements: int, careful: bool) -> _State | None:
+def _iterate(
+    rig: Rig, forces: Forces, memory: _Memory, ends: np.ndarray, elements: int, careful: bool
+) -> _State | None:
     """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
     lengths = rig.arc + 2 * rig.clamp
     scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
@@ -166,7 +168,9 @@ class _Path:
     def substep(self, state: _State | None, load: _Load, guess: np.ndarray | None = None) -> _State | None:
         if state is None:
             return None
-        memory = state.memory if self.history else _Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
+        memory = (
+            state.memory if self.history else _Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
+        )
         guess = state.ends if guess is None else guess
         return _balance(self.setup.rig, _forces(self.setup, load), memory, guess, self.elements)
 
@@ -208,7 +212,7 @@ class _Path:
         if high_over <= EVENT:
             return found, share
         far, far_ends, last_over = share, found.ends, 0.0
-        for _ in range(EVENT_TRIALS):
+        for _ in range(TRIALS):
             share = low - (high - low) * low_over / (high_over - low_over)
             found = self.substep(state, load(share), state.ends + share / far * (far_ends - state.ends))
             if found is None:

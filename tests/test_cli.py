@@ -1,0 +1,128 @@
+"""The command line: exit codes, streams, messages; what a user meets first."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"
+
+
+def prb3r(*words, cwd=ROOT):
+    command = [sys.executable, "-m", "prb3r", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=240)
+
+
+@pytest.fixture
+def steps(tmp_path):
+    path = tmp_path / "steps.csv"
+    path.write_text("sequence,step,cable_3_kg,cable_1_kg,slip_3\na,1,10,0,-1\na,2,10,2.5,1\n")
+    return path
+
+
+def test_solve_writes_a_table_to_stdout_or_to_a_file(steps, tmp_path):
+    done = prb3r("solve", PROTOTYPE, steps)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("sequence,step,disk,x_m,y_m,angle_rad,outcome\na,1,0,-0.002,0.0,0.0,converged\n")
+    assert len(done.stdout.splitlines()) == 1 + 2 * 15
+    done = prb3r("solve", PROTOTYPE, steps, "--model", "elastica", "-o", tmp_path / "m.parquet")
+    assert done.returncode == 0, done.stderr
+    tip = pd.read_parquet(tmp_path / "m.parquet").iloc[-1]
+    assert (tip["x_m"], tip["y_m"]) == pytest.approx((0.4091, -0.2182), abs=2e-4)
+
+
+def test_a_load_without_equilibrium_exits_with_1_and_says_so(steps):
+    steps.write_text("sequence,step,cable_1_n\na,1,10\na,2,1000000\na,3,10\n")
+    done = prb3r("solve", PROTOTYPE, steps)
+    assert done.returncode == 1
+    assert "1 of 3 steps have no stable equilibrium" in done.stderr
+    assert done.stdout.splitlines()[-1].endswith("converged")
+
+
+def test_bad_input_is_refused_with_its_place_and_the_remedy(steps, tmp_path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(
+        PROTOTYPE.read_text().replace("clamp_m = 0.008", "clamp_mm = 8", 1).replace("plates = 7", "plates = 0", 1)
+    )
+    done = prb3r("solve", bad, steps)
+    assert done.returncode == 2
+    assert "unknown key 'clamp_mm': lengths are given in metres, as 'clamp_m'" in done.stderr
+    assert "segment[0].plates: must be at least 1, not 0" in done.stderr
+    assert "Traceback" not in done.stderr
+    steps.write_text("sequence,step,cable_9_n\na,1,10\n")
+    done = prb3r("solve", PROTOTYPE, steps)
+    assert done.returncode == 2
+    assert "cable_9_n: unknown column; did you mean" in done.stderr
+    assert prb3r("run", tmp_path / "none.toml").returncode == 2
+    assert prb3r("solve", PROTOTYPE, tmp_path / "none.csv").returncode == 2
+    assert prb3r("frobnicate").returncode == 2
+
+
+def test_check_says_what_files_are_and_all_that_is_wrong(steps, tmp_path):
+    done = prb3r("check", PROTOTYPE, ROOT / "studies/workspace.toml", steps)
+    assert done.returncode == 0, done.stderr
+    assert "2 segments, 14 plates, 4 cables, 0.476 m long" in done.stdout
+    assert "study of 8 cases" in done.stdout
+    one, two = tmp_path / "one.toml", tmp_path / "two.toml"
+    one.write_text("name = \n")
+    two.write_text('name = "x"\nyoungs_modulus_pa = nan\n')
+    done = prb3r("check", one, two)
+    assert done.returncode == 2
+    assert "not valid TOML" in done.stderr
+    assert "nan is not allowed" in done.stderr
+
+
+def test_dry_run_says_how_many_what_they_cost_and_where_they_go(tmp_path):
+    done = prb3r("run", ROOT / "studies/stiffness-coupling.toml", "-o", tmp_path / "out", "--dry-run")
+    assert done.returncode == 0, done.stderr
+    assert "33 cases, 0 of them stored, about" in done.stdout
+    assert not (tmp_path / "out").exists()
+
+
+def test_run_writes_tables_figures_and_report_and_is_a_no_op_the_second_time(tmp_path):
+    words = ("run", ROOT / "studies/stiffness-coupling.toml", "-o", tmp_path, "-j", "2")
+    done = prb3r(*words)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "stiffness-coupling"
+    written = {path.name for path in folder.iterdir() if path.suffix}
+    assert {"cases.parquet", "states.parquet", "manifest.json", "summary.md", "report.html"} <= written
+    assert {"configurations.png", "configurations.svg", "angle-over-ratio.png", "angle-over-ratio.svg"} <= written
+    assert len(done.stdout.splitlines()) == 1
+    before = (folder / "cases.parquet").read_bytes()
+    again = prb3r(*words)
+    assert "33 cases (unchanged)" in again.stdout
+    assert (folder / "cases.parquet").read_bytes() == before
+
+
+def test_compare_needs_results_with_designs(tmp_path):
+    assert prb3r("compare", tmp_path).returncode == 2
+    assert "no manifest.json" in prb3r("compare", tmp_path).stderr
+
+
+@pytest.mark.parametrize("what", ["study", "manipulator"])
+def test_schema_is_json_schema(what):
+    schema = json.loads(prb3r("schema", what).stdout)
+    assert schema["additionalProperties"] is False
+
+
+def test_help_needs_neither_kernels_nor_pandas():
+    probe = "import sys; sys.argv = ['prb3r', '--help']\ntry:\n import prb3r.cli; prb3r.cli.main()\n"
+    probe += "except SystemExit: pass\n"
+    probe += "print(sorted({'numba', 'pandas', 'numpy', 'matplotlib', 'pyarrow'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_readme_describes_the_columns_as_the_nomenclature_does():
+    from prb3r.quantities import describe
+
+    text = (ROOT / "README.md").read_text().split("<!-- columns -->")[1].split("<!-- /columns -->")[0]
+    rows = [line.strip("| ").split(" | ") for line in text.strip().splitlines()[2:]]
+    assert len(rows) > 10
+    for cells in rows:
+        quantity = describe(cells[0].strip("`"))
+        assert cells[-1].strip(" |") == quantity.meaning
