@@ -65,6 +65,10 @@ class Chain(NamedTuple):
     """(nodes,) curvature times arc length per node angle, 0 where a node is a hinge; None: all are part of the arc."""
     contact: Contact = Contact()
     """Contact of neighbouring disks."""
+    constant: "Loads | None" = None
+    """Loads that always act (one step), at rest too; tensions are added to the applied ones."""
+    tip_efficiency: float = 1.0
+    """Share of the tip load that arrives."""
 
     @property
     def plates(self) -> int:
@@ -99,6 +103,24 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0) -> Loads:
     steps, cables = tension.shape
     full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
     return Loads(tension.copy(), full(slip, cables), full(force, chain.plates, 2), full(tip, 2))
+
+
+def no_loads(chain: Chain) -> Loads:
+    """One step without any load."""
+    plates, cables = chain.offset.shape
+    return Loads(np.zeros((1, cables)), np.zeros((1, cables)), np.zeros((1, plates, 2)), np.zeros((1, 2)))
+
+
+def acting(chain: Chain, loads: Loads) -> Loads:
+    """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones."""
+    constant = chain.constant or no_loads(chain)
+    tip = loads.tip * chain.tip_efficiency
+    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.tension, loads.force, tip)]
+    tension, force, tip = (
+        f + c for f, c in zip(applied, (constant.tension, constant.force, constant.tip), strict=True)
+    )
+    slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])
+    return Loads(*(np.ascontiguousarray(f, float) for f in (np.maximum(tension, 0.0), slip, force, tip)))
 
 
 class Pose(NamedTuple):

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.drift import scratch
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import Path, follow, state
@@ -72,26 +72,18 @@ def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.nda
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
 
-def no_loads(chain: Chain) -> Loads:
-    """One step without any load."""
-    plates, cables = chain.offset.shape
-    return Loads(np.zeros((1, cables)), np.zeros((1, cables)), np.zeros((1, plates, 2)), np.zeros((1, 2)))
-
-
 def solve(
     chain: Chain,
     loads: Loads,
     *,
-    rest: Loads | None = None,
     from_rest: bool = False,
     eigenvalue: bool = False,
     detail: bool = True,
 ) -> Equilibria:
-    """Equilibria of `chain` under every step of `loads`.
+    """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
 
     Parameters
     ----------
-    rest : loads that always act (one step); the path starts from the equilibrium under them, without slip at any hole.
     from_rest : every step is ramped from rest by itself instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
@@ -99,10 +91,8 @@ def solve(
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed = loads.steps, pack(chain)
     modes = segment_modes(chain) if chain.tied else None
-    rows = Loads(*(np.concatenate(pair) for pair in zip(rest or no_loads(chain), loads, strict=True)))
-    rows = Loads(*(np.ascontiguousarray(field, float) for field in rows))  # one layout, compiled once
+    rows = acting(chain, loads)
     onset = Loads(*(np.concatenate([np.zeros_like(field[:1]), field[:1]]) for field in rows))
-    onset.slip[:] = 0.0
     dead = rows.force.any((1, 2)) | rows.tip.any(1)
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
@@ -128,7 +118,7 @@ def solve(
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            path.lowest[s] = lowest_under_load(packed, modes, Loads(*(field[s] for field in loads)), path.q[s])
+            path.lowest[s] = lowest_under_load(packed, modes, Loads(*(field[s + 1] for field in rows)), path.q[s])
         outcome[path.lowest <= 0] = Outcome.UNSTABLE
     x, y, angle = np.moveaxis(path.disk, -1, 0)
     return Equilibria(

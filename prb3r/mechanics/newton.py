@@ -15,6 +15,8 @@ from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, a
 
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
+MAX_EXCHANGES = 70
+"""Further Newton steps while holes change between sticking and slipping."""
 SLIP_TOLERANCE = 1e-7
 """How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
 
@@ -113,10 +115,9 @@ def newton_march(packed, tension, slip, force, tip, work):
     for j in range(len(cable)):
         for d in range(columns):
             change.total[j, d] = 0.0
-    if follows:
-        for j in range(len(cable)):
-            cable[j].length = work.handed[1 + j]
-            change.total[j, 2 + j] = 1.0
+    for j in range(columns - 2):  # at rest lengths are found too, though no slip follows them yet
+        cable[j].length = work.handed[1 + j]
+        change.total[j, 2 + j] = 1.0
     largest = 0.0
     for i in range(plates):
         plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
@@ -193,7 +194,7 @@ def balance_chain(packed, tension, slip, force, tip, work):
         for k in range(n):
             stiffest = max(stiffest, plates[i].stiffness[k])
     follows, settled = packed.model[0].presliding != 0.0, True
-    for step in range(MAX_ITERATIONS):
+    for step in range(MAX_ITERATIONS + (MAX_EXCHANGES if follows else 0)):
         largest, left, length_error = newton_march(packed, tension, slip, force, tip, work)
         if (
             settled

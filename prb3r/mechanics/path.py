@@ -3,7 +3,7 @@ r"""Load paths: every step starts from the one before, from rest on.
 A step that fails, or that would turn a plate or a disk so far that another branch could be hit, is halved.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -294,7 +294,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     history = packed.model[0].presliding != 0.0
     now, kept, good, rest, start, halfway, frames = space
     possible = come_to_rest(packed, onset, dead, modes, work, now, rest)
-    last = np.int64(0)  # not a literal, for which everything would be compiled once more
+    last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, rest)
     save(packed, work, good)
     for s in range(1, len(loads.tension)):

@@ -68,6 +68,14 @@ def gauss_collocation(points: int = GAUSS_POINTS) -> PlateModel:
     return PlateModel(integral / weights, integral, weights, 1 / weights)
 
 
+def with_end_hinges(model: PlateModel) -> PlateModel:
+    """The model with one more node at each end of the arc; their stiffness is not that of the arc (NaN here)."""
+    links = len(model.end)
+    turn = np.hstack([np.ones((links, 1)), model.turn, np.zeros((links, 1))])
+    reach = np.vstack([np.zeros(links), model.reach, model.end])
+    return PlateModel(turn, reach, model.end, np.concatenate([[np.nan], model.stiffness, [np.nan]]))
+
+
 def plate_model(model: str, hinges: str = "chen") -> PlateModel:
     """The plate model by its name in a manipulator file.  Constant curvature is an elastica whose nodes
     are later tied to one bend per segment."""

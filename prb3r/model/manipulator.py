@@ -12,6 +12,7 @@ from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate import plate_model
 from prb3r.model import toml
+from prb3r.model.effect import Effect, with_effects
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -122,6 +123,8 @@ class Manipulator(Strict):
     friction: Friction = Friction()
     segment: Annotated[list[Segment], Field(min_length=1)]
     cable: list[Cable] = []
+    effect: list[Effect] = []
+    """Extra physics, each a switch."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "Manipulator":
@@ -136,10 +139,14 @@ class Manipulator(Strict):
                     f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
                     f"{len(self.segment)}"
                 )
-        if self.model == "constant-curvature" and self.friction.direction == "history":
+        history = self.friction.direction == "history" or any(effect.kind == "slip_history" for effect in self.effect)
+        if self.model == "constant-curvature" and history:
             problems.append("friction.direction = 'history' needs the model 'prb3r' or 'elastica'")
         if sum(segment.plates for segment in self.segment) > MAX_PLATES:
             problems.append(f"more than {MAX_PLATES} plates")
+        problems += [problem for effect in self.effect for problem in effect.problems(self)]
+        if self.model == "constant-curvature" and any(effect.kind == "clamp_compliance" for effect in self.effect):
+            problems.append("effect clamp_compliance needs the model 'prb3r' or 'elastica'")
         if problems:
             raise ValueError("; ".join(problems))
         return self
@@ -190,7 +197,7 @@ class Manipulator(Strict):
         offset = [self.per_plate(cable.offset(k) for k in range(len(self.segment))) for cable in self.cable]
         reach = [0 if cable.name in broken else self.segment_ends[cable.ends_at_segment - 1] for cable in self.cable]
         shape = self.plates, len(self.cable)
-        return Chain(
+        nominal = Chain(
             plate=model,
             arc=arc,
             clamp=clamp,
@@ -205,6 +212,7 @@ class Manipulator(Strict):
             presliding=self.friction.presliding_m if self.friction.direction == "history" else 0.0,
             edges=self.friction.wrap == "edges",
         )
+        return with_effects(nominal, self, self.effect)
 
 
 def load_manipulator(path: str | Path) -> Manipulator:

@@ -73,7 +73,7 @@ def curvature(moment, rigidity, law, first, second):
 
 @njit(cache=True)
 def _along(plate, wrench, z, rate):
-    """d/ds of (x, y, theta) and of their derivatives with respect to the wrench: z[3:6] of x, z[6:9] of y, z[9:] of theta."""
+    """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench."""
     clamp, rest, rigidity, law, first, second = plate
     moment, force_x, force_y = wrench
     arm_x, arm_y = z[0] - clamp, z[1]

@@ -49,10 +49,15 @@ def axis_values(factor: Factor) -> list[Any]:
         numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in factor.values)
         return [float(value) for value in factor.values] if numbers else list(factor.values)
     if (span := factor.linspace) is not None:
-        return np.linspace(span.start, span.stop, span.count).tolist()
+        return [_short(value) for value in np.linspace(span.start, span.stop, span.count)]
     if (span := factor.geomspace) is not None:
-        return np.geomspace(span.start, span.stop, span.count).tolist()
+        return [_short(value) for value in np.geomspace(span.start, span.stop, span.count)]
     raise ValueError(f"factor {factor.name!r} is sampled, it has no grid")
+
+
+def _short(value: float) -> float:
+    """To twelve digits: 0.3 instead of 0.30000000000000004."""
+    return float(f"{value:.12g}")
 
 
 def axes(study: Study) -> list[list[dict[str, Any]]]:

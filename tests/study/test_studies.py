@@ -133,3 +133,35 @@ def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies()
     assert all(count_cases(plan.study) == len(plan.cases) for plan in plans.values())
     for name in ("workspace", "broken-cables"):
         assert all(case.settings["cloud"]["count"] >= 100_000 for case in plans[name].cases)
+
+
+def test_loading_order_history_moves_the_tip_less_than_full_reversal():
+    frame = small("loading-order", mu=[0.1, 0.3, 0.6]).query("order == 'cable 3 first'")
+    shift = frame.set_index(["mu", "direction"])["tip_order_shift_m"] * 1e3
+    assert shift[0.3, "declared"] == pytest.approx(79.9, abs=0.06)
+    assert shift[0.3, "history"] == pytest.approx(66.5, abs=0.5)  # independent simulation: 67 mm
+    assert shift[0.1, "history"] == pytest.approx(shift[0.1, "declared"], rel=0.03)
+    assert shift[0.6, "history"] < 0.6 * shift[0.6, "declared"]
+
+
+def test_effects_gallery_every_effect_shows():
+    change = small("effects-gallery").set_index("effect")["tip_change_m"]
+    assert change["nominal"] == 0
+    assert (change.drop("nominal") > 1e-4).all(), change
+
+
+def test_tilt_sags_in_proportion_to_gravity_while_it_is_small():
+    frame = small("tilt", sideways_m_s2=[-0.4, -0.2, 0.0], cable_1_n=[20.0, 100.0])
+    sag = frame.set_index(["cable_1_n", "sideways_m_s2"])["tip_sag_m"]
+    for pull in (20.0, 100.0):
+        assert sag[pull, -0.4] == pytest.approx(2 * sag[pull, -0.2], rel=0.02)
+    assert sag[100.0, -0.4] < sag[20.0, -0.4]
+
+
+def test_three_segments_a_drive_bends_what_it_passes_but_nothing_beyond():
+    frame = small("three-segments", mu=[0.0, 0.3]).set_index(["mu", "driven"])
+    for mu in (0.0, 0.3):
+        base = frame.loc[(mu, "base")]
+        assert base["tip_angle_rad"] == pytest.approx(base["disk5_angle_rad"], abs=1e-9)
+        assert frame.loc[(mu, "tip"), "disk5_angle_rad"] > base["disk5_angle_rad"]  # outer holes, longer lever
+    assert frame.loc[(0.3, "tip"), "tip_angle_rad"] < frame.loc[(0.0, "tip"), "tip_angle_rad"]

@@ -1,0 +1,131 @@
+"""Friction that follows the cables' travel: robust, rate-independent, independent of sampling, and what is measured."""
+
+import itertools
+
+import numpy as np
+import pytest
+from prototype import PRB_3R, prototype
+
+from prb3r.mechanics.chain import loads
+from prb3r.mechanics.equilibrium import Outcome, solve
+
+G = 9.785
+LENGTH = 0.476
+
+
+def chain(presliding=3e-5, mu=0.3):
+    return prototype(mu, plate=PRB_3R)._replace(presliding=presliding)
+
+
+def pulls(*tensions):
+    """Loads of cables 1 and 3, step by step, N."""
+    table = np.zeros((len(tensions), 4))
+    table[:, [0, 2]] = tensions
+    return table
+
+
+def path(chain, table, tip=0.0):
+    found = solve(chain, loads(chain, table, tip=tip))
+    assert (found.outcome == Outcome.CONVERGED).all()
+    return found
+
+
+def between(table, count):
+    """Every step of `table`, reached in `count` equal parts; the last step is the same."""
+    start = np.vstack([np.zeros_like(table[:1]), table])
+    share = np.arange(1, count + 1)[:, None] / count
+    return np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(start)])
+
+
+def apart(a, b):
+    return np.hypot(a.x[-1] - b.x[-1], a.y[-1] - b.y[-1]).max() / LENGTH
+
+
+def test_published_unloading_sticks_first():
+    """An independent simulation: history against instant full reversal moves the tip by 64 mm, then by 1 mm."""
+    steps = pulls((10 * G, 0), (7.5 * G, 0), (5 * G, 0))
+    history = path(chain(), steps)
+    reversed_ = solve(chain(0.0), loads(chain(0.0), steps, np.array([[-1.0] * 4, [1.0] * 4, [1.0] * 4])))
+    tip = 1e3 * np.hypot(history.x[:, 14] - reversed_.x[:, 14], history.y[:, 14] - reversed_.y[:, 14])
+    assert tip == pytest.approx([0, 63, 0.9], abs=1.5)
+
+
+def test_published_pulling_order_shift_is_67_mm():
+    one = path(chain(), pulls((0, 10 * G), (2.5 * G, 10 * G)))
+    other = path(chain(), pulls((2.5 * G, 0), (2.5 * G, 10 * G)))
+    assert 1e3 * np.hypot(one.x[-1, 14] - other.x[-1, 14], one.y[-1, 14] - other.y[-1, 14]) == pytest.approx(67, abs=1)
+
+
+@pytest.mark.parametrize("presliding", [1e-5, 1e-4, 1e-3])
+def test_robust_through_reversals_minor_loops_slack_cables_and_tip_loads(presliding):
+    table = pulls((100, 0), (60, 0), (80, 0), (20, 0), (90, 60), (0, 60), (0, 0), (50, 30), (40, 40))
+    tip = np.zeros((len(table), 2))
+    tip[4:7] = [0.5, -2.0]
+    found = path(chain(presliding), table, tip)
+    assert found.residual.max() < 1e-8
+    assert np.abs(found.slip).max() <= 1
+
+
+def test_a_reversal_is_followed_at_the_shortest_presliding_length():
+    found = path(chain(1e-6), pulls((100, 0), (60, 0), (20, 0)))
+    assert apart(found, path(chain(1e-5), pulls((100, 0), (60, 0), (20, 0)))) < 2e-3
+
+
+@pytest.mark.parametrize("presliding", [1e-5, 1e-3])
+def test_the_result_does_not_depend_on_how_finely_the_path_is_sampled(presliding):
+    table = pulls((100, 0), (50, 20), (90, 50), (30, 60))
+    coarse = path(chain(presliding), table)
+    for count in (3, 16):
+        assert apart(path(chain(presliding), between(table, count)), coarse) < 2e-5
+
+
+def test_rate_independent_repeated_points_change_nothing():
+    table = pulls((80, 0), (40, 30))
+    assert apart(path(chain(), np.repeat(table, 4, axis=0)), path(chain(), table)) < 1e-9
+
+
+def test_pulling_once_from_rest_is_the_declared_law_once_all_holes_slip():
+    table = pulls((100, 0))
+    declared = solve(chain(0.0), loads(chain(0.0), table))
+    assert apart(path(chain(1e-6), table), declared) < 1e-6
+
+
+def test_without_friction_there_is_no_memory():
+    table = pulls((100, 0), (50, 20))
+    free = chain(mu=0.0)
+    assert apart(path(free, table), path(free, table[-1:])) < 1e-9
+
+
+def test_mirrored_cables_mirror_the_loop():
+    table = pulls((100, 0), (40, 30), (70, 10))
+    one, other = path(chain(), table), path(chain(), table[:, ::-1].copy())
+    mirrored = pulls((100, 0), (40, 0))
+    left, right = path(chain(), mirrored), path(chain(), mirrored[:, ::-1].copy())
+    assert np.abs(left.y + right.y).max() < 1e-9
+    assert np.abs(one.y[0]).max() > 0.1
+    assert other.outcome.max() == Outcome.CONVERGED
+
+
+def test_a_closed_loop_dissipates_work():
+    """Cable tension over drawn-in length: the loop's area is positive, and grows with friction."""
+
+    def work(mu):
+        rig = chain(mu=mu)
+        table = between(pulls((100, 0), (20, 0), (100, 0)), 40)[40:]
+        full = np.vstack([between(pulls((100, 0)), 10), table])
+        found = path(rig, full)
+        length = spans(rig, found)
+        pull = full[:, 0]
+        drawn = -np.diff(length[10 - 1 :])
+        return float(((pull[9:-1] + pull[10:]) / 2 * drawn).sum())
+
+    assert 0 < work(0.1) < work(0.3)
+
+
+def spans(chain, found):
+    """(s,) length of cable 1 from its hole in the base disk's distal face to its end, from the poses alone, m."""
+    half, offset = chain.disk / 2, 0.0255
+    c, s = np.cos(found.angle), np.sin(found.angle)
+    out_x, out_y = found.x + half * c - offset * s, found.y + half * s + offset * c
+    in_x, in_y = found.x - half * c - offset * s, found.y - half * s + offset * c
+    return np.hypot(in_x[:, 1:] - out_x[:, :-1], in_y[:, 1:] - out_y[:, :-1]).sum(1)

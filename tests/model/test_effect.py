@@ -1,0 +1,211 @@
+"""Effects against independent laws: what each does in a case that can be worked out otherwise."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from prb3r.errors import SpecError
+from prb3r.mechanics.chain import loads
+from prb3r.mechanics.equilibrium import solve
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.solve import solve as solve_steps
+
+PLATE = {"plates": 4, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": 0.24}
+
+
+def manipulator(*effects, mu=0.0, plates=4, **changes):
+    data = {
+        "name": "bench",
+        "youngs_modulus_pa": 2e11,
+        "disk": {"thickness_m": 0.004, "mass_kg": 0.05},
+        "friction": {"coefficient": mu},
+        "segment": [PLATE | {"plates": plates}],
+        "cable": [
+            {"name": "up", "offset_m": 0.02, "ends_at_segment": 1},
+            {"name": "down", "offset_m": -0.02, "ends_at_segment": 1},
+        ],
+        "effect": list(effects),
+    }
+    return Manipulator.model_validate(data | changes)
+
+
+def state(rig, up=40.0, down=0.0, slip=-1.0, tip=(0.0, 0.0)):
+    chain = rig.chain()
+    return solve(chain, loads(chain, [[up, down]], slip, tip=tip))
+
+
+def same(a, b, within=1e-9):
+    return np.abs([a.x - b.x, a.y - b.y]).max() < within
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"kind": "cable_friction", "coefficient": 0.0},
+        {"kind": "pulley_friction", "efficiency": 1.0},
+        {"kind": "worn_hole", "disk": 2, "coefficient": 0.0},
+        {"kind": "edge_wrap"},
+        {"kind": "tension_offset", "offset_n": 0.0},
+        {"kind": "hole_offset", "cable": "up", "offset_m": 0.0},
+        {"kind": "hole_clearance", "clearance_m": 0.0},
+        {"kind": "weakened_plate", "plate": 1, "factor": 1.0},
+        {"kind": "segment_stiffness", "segment": 1, "factor": 1.0},
+        {"kind": "nonlinear_plate", "law": "cubic", "cubic_m2": 0.0},
+        {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 1.0},
+        {"kind": "precurvature", "curvature_per_m": 0.0},
+        {"kind": "disk_contact", "angle_rad": 1.0, "stiffness_n_m_per_rad": 50.0},
+        {"kind": "clamp_compliance", "compliance_rad_per_n_m": 1e-12},
+        {"kind": "cable_bending", "stiffness_n_m2": 0.0},
+        {"kind": "gravity"},
+        {"kind": "tip_force"},
+        {"kind": "tip_load_friction", "efficiency": 1.0},
+        {"kind": "camera_scale", "scale": 1.1},
+    ],
+)
+def test_an_effect_of_no_size_changes_nothing(effect):
+    assert same(state(manipulator(effect), 40, 10, tip=(0, 1)), state(manipulator(), 40, 10, tip=(0, 1)), 1e-8)
+
+
+def test_friction_effects_equal_their_nominal_counterparts():
+    friction = {"kind": "cable_friction", "coefficient": 0.25}
+    assert same(state(manipulator(friction)), state(manipulator(mu=0.25)))
+    worn = [{"kind": "worn_hole", "disk": disk, "coefficient": 0.25} for disk in range(4)]
+    assert same(state(manipulator(*worn)), state(manipulator(mu=0.25)))
+    history = manipulator({"kind": "slip_history", "presliding_m": 1e-4}, mu=0.25)
+    assert same(
+        state(history), state(manipulator(friction={"coefficient": 0.25, "direction": "history", "presliding_m": 1e-4}))
+    )
+
+
+def test_a_pulley_scales_the_tension_by_its_efficiency_or_its_inverse():
+    rig = manipulator({"kind": "pulley_friction", "efficiency": 0.8})
+    assert same(state(rig, 50.0, slip=-1), state(manipulator(), 40.0))
+    assert same(state(rig, 40.0, slip=1), state(manipulator(), 50.0))
+
+
+def test_a_tension_offset_is_added_to_idle_cables_too_and_never_pushes():
+    assert same(state(manipulator({"kind": "tension_offset", "offset_n": 5.0}), 40, 0), state(manipulator(), 45, 5))
+    assert same(state(manipulator({"kind": "tension_offset", "offset_n": -5.0}), 40, 0), state(manipulator(), 35, 0))
+
+
+def test_a_dead_cable_is_one_that_nobody_pulls():
+    assert same(state(manipulator({"kind": "dead_cable", "cable": "down"}), 40, 30), state(manipulator(), 40, 0))
+
+
+def test_a_hole_offset_is_another_lever():
+    moved = manipulator({"kind": "hole_offset", "cable": "up", "offset_m": 0.003})
+    other = manipulator(cable=[{"name": "up", "offset_m": 0.023, "ends_at_segment": 1}])
+    chain = other.chain()
+    assert same(state(moved), solve(chain, loads(chain, [[40.0]])))
+
+
+def test_clearance_moves_a_tensioned_cable_by_its_full_size_to_the_inner_side():
+    rig = manipulator({"kind": "hole_clearance", "clearance_m": 0.001})
+    wide = manipulator({"kind": "hole_offset", "cable": "up", "offset_m": 0.001})
+    assert same(state(rig, 80.0), state(wide, 80.0), 1e-7)  # plates bend by far more than 0.005 rad
+
+
+def test_weakened_plates_equal_a_weaker_modulus():
+    weak = manipulator(*({"kind": "weakened_plate", "plate": plate, "factor": 0.7} for plate in (1, 2, 3, 4)))
+    segment = manipulator({"kind": "segment_stiffness", "segment": 1, "factor": 0.7})
+    soft = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.7 * 0.24}])
+    assert same(state(weak), state(soft))
+    assert same(state(segment), state(soft))
+
+
+def test_a_pure_moment_bends_a_nonlinear_plate_by_its_law():
+    """Equal and opposite tip forces are no load: two far cables of equal pull give none either; use one short plate."""
+    stiffness, arc, lever, pull = 0.24, 0.014, 0.02, 30.0
+    for law, curvature in (
+        ({"law": "cubic", "cubic_m2": 0.02}, lambda m: np.roots([0.02, 0, 1, -m]).real[2]),
+        ({"law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5}, lambda m: 1 + (m - 1) / 0.5),
+    ):
+        rig = manipulator({"kind": "nonlinear_plate", **law}, plates=1)
+        chain = rig.chain()
+        found = solve(chain, loads(chain, [[pull, 0.0]]))
+        mean = found.moment[0, 0, 1:-1].mean() / stiffness  # nearly constant along a short arc
+        assert mean == pytest.approx(pull * lever / stiffness, rel=0.02)
+        assert found.angle[0, -1] == pytest.approx(curvature(mean) * arc, rel=2e-3)
+
+
+def test_precurved_plates_are_circles_when_nothing_pulls():
+    elastica = {"model": "elastica"}
+    found = state(manipulator({"kind": "precurvature", "curvature_per_m": 3.0}, **elastica), up=0.0)
+    assert found.angle[0] == pytest.approx(3.0 * 0.014 * np.arange(5))
+    one = state(manipulator({"kind": "precurvature", "curvature_per_m": 3.0, "plates": [2]}, **elastica), up=0.0)
+    assert one.angle[0] == pytest.approx(3.0 * 0.014 * np.array([0, 0, 1, 1, 1]))
+
+
+def test_disks_in_contact_share_the_moment_with_the_plate():
+    angle, stiffness = 0.02, 40.0
+    found = state(manipulator({"kind": "disk_contact", "angle_rad": angle, "stiffness_n_m_per_rad": stiffness}), 120.0)
+    bend = np.diff(found.angle[0])
+    assert (bend > angle).all()
+    whole = found.moment[0].mean(1) + stiffness * (bend - angle)
+    assert found.moment[0].mean(1) == pytest.approx(0.24 / 0.014 * bend, rel=3e-3)
+    assert whole == pytest.approx(120 * 0.02, rel=0.03)  # what the cable asks for
+
+
+def test_soft_clamps_add_two_hinges_to_every_plate():
+    compliance = 0.004
+    stiff, soft = (
+        state(manipulator()),
+        state(manipulator({"kind": "clamp_compliance", "compliance_rad_per_n_m": compliance})),
+    )
+    moment = 40 * 0.02
+    assert np.diff(soft.angle[0] - stiff.angle[0]) == pytest.approx(2 * compliance * moment * np.ones(4), rel=0.02)
+
+
+def test_cables_add_their_own_bending_stiffness_where_they_run():
+    added = manipulator({"kind": "cable_bending", "stiffness_n_m2": 0.03})
+    stiffer = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 + 2 * 0.03}])
+    assert same(state(added), state(stiffer))
+    dead = manipulator({"kind": "cable_bending", "stiffness_n_m2": 0.03}, {"kind": "dead_cable", "cable": "down"})
+    one = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 + 0.03}])
+    assert same(state(dead), state(one))
+
+
+def test_gravity_is_a_load_on_every_disk_and_the_tip_force_one_on_the_tip():
+    rig = manipulator()
+    chain = rig.chain()
+    weight = np.zeros((1, 4, 2))
+    weight[..., 1] = 0.05 * -9.8
+    loaded = solve(chain, loads(chain, [[40.0, 0.0]], force=weight))
+    assert same(state(manipulator({"kind": "gravity", "y_m_s2": -9.8})), loaded)
+    pushed = state(manipulator({"kind": "tip_force", "x_n": 0.5, "y_n": -1.0}))
+    assert same(pushed, state(rig, tip=(0.5, -1.0)))
+    braked = state(manipulator({"kind": "tip_load_friction", "efficiency": 0.6}), tip=(0.0, -2.0))
+    assert same(braked, state(rig, tip=(0.0, -1.2)))
+
+
+def test_constant_effects_act_at_rest_and_history_starts_there():
+    steps = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_up_n": [0.0]})
+    sag = {"kind": "gravity", "y_m_s2": -9.8}
+    rest = solve_steps(manipulator(sag, friction={"coefficient": 0.3, "direction": "history"}), steps)
+    assert rest["y_m"].iloc[-1] < -1e-3
+    plain = solve_steps(manipulator(sag), steps)
+    assert rest["y_m"].to_numpy() == pytest.approx(plain["y_m"].to_numpy(), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        ({"kind": "weakened_plate", "plate": 9, "factor": 0.5}, "there is no plate 9"),
+        ({"kind": "weakened_plate", "plate": 1, "factor": 0.0}, "greater than 0"),
+        ({"kind": "pulley_friction", "efficiency": 1.2}, "at most 1"),
+        ({"kind": "dead_cable", "cable": "left"}, "there is no cable 'left'"),
+        ({"kind": "worn_hole", "disk": 4, "coefficient": 0.1}, "cables rub at disks 0 to 3"),
+        ({"kind": "segment_stiffness", "segment": 2, "factor": 0.1}, "there is no segment 2"),
+        ({"kind": "nonlinear_plate", "law": "cubic", "ratio": 0.5}, "takes cubic_m2, nothing else"),
+        ({"kind": "wear"}, "unknown kind 'wear'"),
+    ],
+)
+def test_bad_parameters_are_refused(effect, said, tmp_path):
+    import tomli_w
+
+    from prb3r.model.manipulator import load_manipulator
+
+    path = tmp_path / "m.toml"
+    path.write_text(tomli_w.dumps(manipulator().model_dump(exclude_none=True) | {"effect": [effect]}))
+    with pytest.raises(SpecError, match=said):
+        load_manipulator(path)

@@ -1,0 +1,203 @@
+"""The effects of the rig: a second integration of its plates, other ways to say the same, limits, refusals."""
+
+import numpy as np
+import pytest
+from rigs import FACE, RIGIDITY, effect, prototype, short, spans
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from prb3r.errors import SpecError
+from prb3r.proof.rig import observe, simulate
+
+LAWS = [
+    (effect("segment_stiffness", segment=1, factor=1.0), lambda k: k),
+    (effect("nonlinear_plate", law="cubic", cubic_m2=0.02), lambda k: k * (1 + 0.02 * k**2)),
+    (effect("nonlinear_plate", law="cubic", cubic_m2=-1e-3), lambda k: k * (1 - 1e-3 * k**2)),
+    (
+        effect("nonlinear_plate", law="bilinear", knee_per_m=3.0, ratio=0.4),
+        lambda k: np.sign(k) * (min(abs(k), 3) + 0.4 * max(abs(k) - 3, 0)),
+    ),
+    (effect("weakened_plate", plate=2, factor=0.7), lambda k: k),
+    (effect("cable_bending", stiffness_n_m2=0.01), lambda k: k * (1 + 0.02 / RIGIDITY)),
+    (effect("precurvature", curvature_per_m=-2.0, plates=[1, 3]), lambda k: k),
+    (effect("clamp_compliance", compliance_rad_per_n_m=0.02), lambda k: k),
+    (effect("disk_contact", angle_rad=0.03, stiffness_n_m_per_rad=20.0), lambda k: k),
+    (effect("gravity", x_m_s2=-3.0, y_m_s2=-9.0), lambda k: k),
+    (effect("hole_clearance", clearance_m=0.001), lambda k: k),
+]
+
+
+@pytest.mark.parametrize(("what", "law"), LAWS, ids=[what.get("law", what["kind"]) for what, _ in LAWS])
+def test_every_plate_balances_in_a_second_integration(what, law):
+    manipulator = short(what)
+    dead = {"tip_x_n": -1.0, "tip_y_n": 2.0, "disk2_y_n": -1.5}
+    states = simulate(manipulator, [{"cable_up_n": 45.0, "cable_down_n": 8.0, "slip_down": 1.0} | dead])
+    bends = np.diff(states.angle[-1])
+    shift = 0.001 * np.tanh(bends / 0.005)[:, None] if what["kind"] == "hole_clearance" else 0.0
+    _, way, axis, ends = spans(manipulator, states, shift)
+    loads = [(states.x[-1, k] + 1j * states.y[-1, k], -1.5j * (k == 2)) for k in (1, 2, 3)]
+    if what["kind"] == "gravity":
+        loads = [(where, force + 0.0447 * (-3 - 9j)) for where, force in loads]
+    loads.append((loads[2][0] + FACE * axis[3], -1 + 2j))
+    compliance = what.get("compliance_rad_per_n_m", 0)
+    for i in range(3):
+        start = states.x[-1, i] + 1j * states.y[-1, i] + axis[i] * (FACE + 0.006)
+        acting = [*zip(ends[i], -way[i] * states.tension[-1, i], strict=True), *loads[i:]]
+        excess = max(abs(bends[i]) - what.get("angle_rad", np.inf), 0) * np.sign(bends[i])
+        beside = excess * what.get("stiffness_n_m_per_rad", 0)
+        rigidity = RIGIDITY * (0.7 if what.get("plate") == i + 1 else 1)
+        free = -2.0 if i + 1 in what.get("plates", []) else 0
+
+        def moment(place, acting=acting, beside=beside):
+            return sum(((where - place).conjugate() * force).imag for where, force in acting) - beside
+
+        def slope(_, z, moment=moment, rigidity=rigidity, free=free):
+            m = moment(z[0] + 1j * z[1]) / rigidity
+            return np.cos(z[2]), np.sin(z[2]), free + brentq(lambda k: law(k) - m, -15, 15, xtol=1e-13)
+
+        begin = start.real, start.imag, states.angle[-1, i] + compliance * moment(start)
+        x, y, angle = solve_ivp(slope, (0, 0.018), begin, rtol=1e-9, atol=1e-12).y[:, -1]
+        angle += compliance * moment(x + 1j * y)
+        centre = x + 1j * y + np.exp(1j * angle) * (0.006 + FACE)
+        found = states.x[-1, i + 1], states.y[-1, i + 1], states.angle[-1, i + 1]
+        np.testing.assert_allclose(found, (centre.real, centre.imag, angle), rtol=0, atol=3e-8)
+
+
+def same(a, b, atol=1e-9):
+    for field in ("x", "y", "angle", "tension"):
+        np.testing.assert_allclose(getattr(a, field), getattr(b, field), rtol=0, atol=atol)
+
+
+PULLS = [{"cable_1_n": 40.0, "tip_y_n": 1.0}, {"cable_1_n": 20.0, "cable_3_n": 30.0, "slip_1": 1.0}]
+NOTHING = [
+    effect("cable_friction", coefficient=0.3),
+    effect("worn_hole", disk=3, coefficient=0.3, cables=["1"]),
+    effect("pulley_friction", efficiency=1.0),
+    effect("tension_offset", offset_n=0.0),
+    effect("dead_cable", cable="4"),
+    effect("hole_offset", cable="1", offset_m=0.0),
+    effect("hole_clearance", clearance_m=0.0),
+    effect("weakened_plate", plate=3, factor=1.0),
+    effect("segment_stiffness", segment=2, factor=1.0),
+    effect("nonlinear_plate", law="cubic", cubic_m2=0.0),
+    effect("nonlinear_plate", law="bilinear", knee_per_m=1.0, ratio=1.0),
+    effect("precurvature", curvature_per_m=0.0),
+    effect("disk_contact", angle_rad=0.01, stiffness_n_m_per_rad=0.0),
+    effect("disk_contact", angle_rad=1.0, stiffness_n_m_per_rad=10.0),
+    effect("clamp_compliance", compliance_rad_per_n_m=0.0),
+    effect("cable_bending", stiffness_n_m2=0.0),
+    effect("gravity", x_m_s2=0.0, y_m_s2=0.0),
+    effect("tip_force", x_n=0.0, y_n=0.0),
+    effect("tip_load_friction", efficiency=1.0),
+]
+
+
+def test_effects_vanish():
+    for direction in ("declared", "history"):
+        plain = simulate(prototype(plates=3, direction=direction), PULLS, elements=6)
+        for what in NOTHING:
+            same(plain, simulate(prototype(what, plates=3, direction=direction), PULLS, elements=6), atol=1e-7)
+
+
+def test_effects_that_another_description_says():
+    plain = prototype(coefficient=0.0)
+    same(
+        simulate(prototype(), PULLS), simulate({**plain, "effect": [effect("cable_friction", coefficient=0.3)]}, PULLS)
+    )
+    same(
+        simulate(prototype(effect("slip_history", presliding_m=1e-4)), PULLS),
+        simulate(prototype(direction="history", presliding_m=1e-4), PULLS),
+    )
+    same(simulate(prototype(effect("edge_wrap")), PULLS), simulate(prototype(wrap="edges"), PULLS))
+    pulled = simulate(prototype(effect("tip_force", x_n=0.5, y_n=-1.0)), PULLS[:1])
+    same(pulled, simulate(prototype(), [{"cable_1_n": 40.0, "tip_x_n": 0.5, "tip_y_n": 0.0}]))
+    lossy = simulate(prototype(effect("tip_load_friction", efficiency=0.9), effect("tip_force", x_n=0.5, y_n=0)), PULLS)
+    same(
+        lossy,
+        simulate(prototype(), [step | {"tip_x_n": 0.5, "tip_y_n": 0.9 * step.get("tip_y_n", 0)} for step in PULLS]),
+    )
+    hanging = {f"disk{k}_y_n": -9.0 * 0.0447 for k in range(1, 15)}
+    same(
+        simulate(prototype(effect("gravity", x_m_s2=0.0, y_m_s2=-9.0)), PULLS[1:]),
+        simulate(prototype(), [PULLS[1] | hanging]),
+    )
+    offset = prototype(effect("tension_offset", offset_n=-5.0, cables=["1", "4"]))
+    same(simulate(offset, [{"cable_1_n": 40.0, "cable_4_n": 3.0}]), simulate(prototype(), [{"cable_1_n": 35.0}]))
+    dead = prototype(effect("dead_cable", cable="1"), effect("cable_bending", stiffness_n_m2=0.02))
+    live = prototype(effect("segment_stiffness", segment=1, factor=1 + 0.06 / RIGIDITY))
+    live["effect"].append(effect("segment_stiffness", segment=2, factor=1 + 0.02 / RIGIDITY))
+    same(simulate(dead, PULLS[1:]), simulate(live, [{"cable_3_n": 30.0}]))
+    aside = prototype(effect("hole_offset", cable="1", offset_m=-0.002))
+    aside["cable"][0]["offset_m"] = [0.0275, 0.0275]
+    same(simulate(aside, PULLS), simulate(prototype(), PULLS))
+    wide, shifted = (simulate(prototype(*each), PULLS[:1]) for each in ([effect("hole_clearance", clearance_m=1e-3)],
+                     [effect("hole_offset", cable=name, offset_m=1e-3) for name in "1234"]))  # fmt: skip
+    same(wide, shifted, atol=1e-5)
+
+
+@pytest.mark.parametrize(("slip", "factor"), [(-1, 0.9), (0, 1), (1, 1 / 0.9)])
+def test_pulley_loses_what_is_drawn_in(slip, factor):
+    lossy = prototype(effect("pulley_friction", efficiency=0.9, cables=["1"]), coefficient=0)
+    states = simulate(lossy, [{"cable_1_n": 20.0, "cable_2_n": 10.0, "slip_1": slip}])
+    np.testing.assert_allclose(states.tension[0, 0, :2], [20 * factor, 10])
+
+
+def test_worn_hole_rubs_at_its_disk_only():
+    ratio = []
+    for what in ([], [effect("worn_hole", disk=4, coefficient=1.0)]):
+        manipulator = prototype(*what, coefficient=0.0)
+        tension = simulate(manipulator, [{"cable_1_n": 20.0}]).tension[0, :, 0]
+        ratio.append(tension[1:] / tension[:-1])
+    np.testing.assert_allclose(np.delete(ratio[1], 3), np.delete(ratio[0], 3))
+    assert ratio[1][3] < 0.98
+
+
+def test_observation():
+    states = simulate(prototype(), PULLS)
+    x, y, angle = observe(prototype(effect("camera_scale", scale=1.01)), states)
+    np.testing.assert_allclose((x, y, angle), (1.01 * states.x, 1.01 * states.y, states.angle))
+    x, y, angle = observe(prototype(effect("lens_distortion", k1_per_m2=0.3)), states, image_centre=(0.2, 0.1))
+    r2 = (states.x - 0.2) ** 2 + (states.y - 0.1) ** 2
+    np.testing.assert_allclose(x, 0.2 + (states.x - 0.2) * (1 + 0.3 * r2))
+    np.testing.assert_allclose(y, 0.1 + (states.y - 0.1) * (1 + 0.3 * r2))
+    x, y, angle = observe(prototype(), states, frame=(np.pi / 2, 0.1, 0.2))
+    np.testing.assert_allclose((x, y, angle), (0.1 - states.y, 0.2 + states.x, states.angle + np.pi / 2))
+
+
+@pytest.mark.parametrize(
+    ("bad", "says"),
+    [
+        (effect("pulley_friction", efficiency=1.2), "efficiency"),
+        (effect("pulley_friction", efficiency=0.0), "efficiency"),
+        (effect("pulley_friction", efficiency=0.9, cables="1"), "list"),
+        (effect("worn_hole", disk=14, coefficient=0.3), "disk"),
+        (effect("dead_cable", cable="5"), "cable"),
+        (effect("dead_cable", cable=1), "cable"),
+        (effect("weakened_plate", plate=0, factor=0.8), "plate"),
+        (effect("weakened_plate", plate=3), "factor is missing"),
+        (effect("weakened_plate", plate=3, factor=float("nan")), "factor"),
+        (effect("slip_history", presliding_m=0.0), "presliding_m"),
+        (effect("nonlinear_plate", law="cubic"), "cubic_m2"),
+        (effect("nonlinear_plate", law="bilinear", knee_per_m=1.0), "ratio"),
+        (effect("nonlinear_plate", law="bilinear", knee_per_m=1.0, ratio=0.0), "ratio"),
+        (effect("hole_clearence", clearance_m=0.1), "hole_clearance"),
+        (effect("gravity", x_m_s2=0.0, y_m_s2=1.0, z_m_s2=2.0), "z_m_s2"),
+    ],
+)
+def test_bad_effects_are_refused(bad, says):
+    with pytest.raises(SpecError, match=says):
+        simulate(prototype(bad), [])
+
+
+def test_all_problems_are_said_at_once():
+    with pytest.raises(SpecError) as refused:
+        simulate(
+            prototype(effect("moon"), effect("dead_cable", cable="5"), effect("edge_wrap"), effect("edge_wrap")), []
+        )
+    assert len(refused.value.problems) == 3
+    without_mass = prototype(effect("gravity", x_m_s2=0.0, y_m_s2=1.0)) | {"disk": {"thickness_m": 0.004}}
+    with pytest.raises(SpecError, match="mass_kg"):
+        simulate(without_mass, [])
+    with pytest.raises(SpecError, match="cable_9_n") as refused:
+        simulate(prototype(), [{"cable_9_n": 1.0}, {"cable_1_n": -1.0}])
+    assert len(refused.value.problems) == 2
