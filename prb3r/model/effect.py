@@ -53,8 +53,8 @@ class Base(BaseModel, ABC):
         for plate in plates:
             if plate > manipulator.plates:
                 yield f"effect {self.kind}: there is no plate {plate}, only {manipulator.plates}"
-        if getattr(self, "disk", 0) >= manipulator.plates:
-            yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {self.disk}"
+        if (disk := getattr(self, "disk", 0)) >= manipulator.plates:
+            yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
 
 
 def _columns(cables: Sequence[str] | None, manipulator: Manipulator) -> list[int]:
@@ -212,9 +212,9 @@ class NonlinearPlate(Base):
         return self
 
     def change(self, chain: Chain, manipulator: Manipulator) -> Chain:
-        if self.law == "cubic":
+        if self.cubic_m2 is not None:
             return chain._replace(law=chain.law._replace(cubic=self.cubic_m2))
-        return chain._replace(law=Law(chain.law.cubic, self.knee_per_m, self.ratio))
+        return chain._replace(law=Law(chain.law.cubic, self.knee_per_m or np.inf, self.ratio or 1.0))
 
 
 class Precurvature(Base):
