@@ -65,7 +65,8 @@ def bending_law(model, angle, curvature):
         stretch = model.cubic * k * k
         return angle * (1.0 + stretch), 1.0 + 3.0 * stretch
     knee = model.knee / curvature
-    return copysign(knee * (1.0 + model.cubic * model.knee**2 - model.ratio), angle) + model.ratio * angle, model.ratio
+    offset = knee * (1.0 + model.cubic * model.knee**2 - model.ratio)
+    return copysign(1.0, angle) * offset + model.ratio * angle, model.ratio
 
 
 @kernel

@@ -12,7 +12,9 @@ from prb3r.mechanics.kernel import kernel
 
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
-MAX_ITERATIONS = 30
+MAX_ITERATIONS = 60
+CYCLING = 12
+"""From this Newton step on only half steps are taken: at kinks of friction or of a bending law full ones may cycle."""
 MAX_STEP = 0.5
 """Longest Newton step of a node angle, rad."""
 FAILED = -1
@@ -91,8 +93,9 @@ def march(packed, tension, slip, work):
                 steps = step
                 break
             correct_plate(plate)
+            share = 1.0 if step < CYCLING else 0.5
             for k in range(n):
-                change = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
+                change = share * min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
                 plate.q[k] += change
                 after.q[k] += change  # the next plate will change much alike
         if steps == FAILED:

@@ -11,7 +11,7 @@ from math import exp
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.drift import clear, enter, feel, local_load, shed, transmit
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.march import CYCLING, FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, at_base, depart, next_frame
 
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
@@ -211,6 +211,8 @@ def balance_chain(packed, tension, slip, force, tip, work):
         if not longest < 1e6:
             return FAILED
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
+        if step >= CYCLING:
+            damping *= 0.5
         if follows:
             settled = not slip_on(packed, work, damping)
         for d in range(count):
