@@ -112,7 +112,10 @@ def no_loads(chain: Chain) -> Loads:
 
 
 def acting(chain: Chain, loads: Loads) -> Loads:
-    """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones."""
+    """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones.
+
+    A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.
+    """
     constant = chain.constant or no_loads(chain)
     tip = loads.tip * chain.tip_efficiency
     applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.tension, loads.force, tip)]
@@ -120,7 +123,7 @@ def acting(chain: Chain, loads: Loads) -> Loads:
         f + c for f, c in zip(applied, (constant.tension, constant.force, constant.tip), strict=True)
     )
     slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])
-    return Loads(*(np.ascontiguousarray(f, float) for f in (np.maximum(tension, 0.0), slip, force, tip)))
+    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip)))
 
 
 class Pose(NamedTuple):

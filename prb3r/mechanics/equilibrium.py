@@ -118,7 +118,8 @@ def solve(
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            path.lowest[s] = lowest_under_load(packed, modes, Loads(*(field[s + 1] for field in rows)), path.q[s])
+            step = Loads(np.maximum(rows.tension[s + 1], 0.0), rows.slip[s + 1], rows.force[s + 1], rows.tip[s + 1])
+            path.lowest[s] = lowest_under_load(packed, modes, step, path.q[s])
         outcome[path.lowest <= 0] = Outcome.UNSTABLE
     x, y, angle = np.moveaxis(path.disk, -1, 0)
     return Equilibria(

@@ -20,7 +20,12 @@ PLATE_TURN = 0.35
 DISK_TURN = 1.0
 """Largest change of a disk's angle in one step under dead loads, rad."""
 SMALLEST_STEP = 1.0 / 4096
+FIRST_HISTORY_STEP = 1.0 / 64
+"""Where friction follows the travel, holes may turn back soon after the loads do: steps begin small and double."""
 SMALLEST_HISTORY_STEP = 1.0 / 2**26
+LARGEST_HISTORY_STEP = 1.0 / 4
+TURN_ERROR = 0.003
+"""Largest slip that may be missed where a hole turns back within a step."""
 HISTORY_ERROR = 1e-6
 """Largest difference between one step and two halves of it where friction follows the travel, of the length."""
 
@@ -142,6 +147,8 @@ def blend(of_step, last, s, share, out):
 def attempt(packed, loads, last, s, share, loaded, modes, work, now):
     """Solve `share` of the way from step `last` to step `s` from the present state; steps taken or `FAILED`."""
     blend(loads.tension, last, s, share, now.tension)
+    for j in range(len(now.tension)):
+        now.tension[j] = max(now.tension[j], 0.0)
     blend(loads.slip, last, s, share if last > 0 else 1.0, now.slip)
     if loaded:
         blend(loads.force, last, s, share, now.force)
@@ -188,13 +195,31 @@ def furthest(packed, frames):
 
 
 @kernel
+def missed_turn(packed, start):
+    """Largest slip that a hole would have made and unmade between `start` and now, unnoticed, halfway being settled.
+
+    A parabola through the cable length beyond the hole at start, halfway and now tells whether it turned back between.
+    """
+    missed = 0.0
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            hole = packed.span[i, j]
+            first, second = hole.beyond - start.beyond[i, j], hole.new_beyond - hole.beyond
+            slope, bow = 3.0 * first - second, 2.0 * (second - first)
+            if bow != 0.0 and 0.0 < -slope / (2.0 * bow) < 1.0:
+                turn = -slope * slope / (4.0 * bow)
+                missed = max(missed, min(abs(turn), abs(first + second - turn)))
+    return missed / packed.model[0].presliding
+
+
+@kernel
 def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames):
     """As `ramp`, with friction that follows the cables' travel.
 
     Slip depends on the path, so a step is accepted only if two halves of it end where it ends, to `HISTORY_ERROR` of
     the length; the halves are kept.  `start`, `halfway` and `frames` are working space.
     """
-    done, step, iterations, straight = 0.0, 1.0, 0, 0.0
+    done, step, iterations, straight = 0.0, FIRST_HISTORY_STEP, 0, 0.0
     for i in range(len(packed.span)):
         straight += packed.plate[i].arc + 2 * packed.plate[i].clamp + packed.model[0].disk
     save(packed, work, start)
@@ -217,6 +242,7 @@ def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway
             second = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
             error = furthest(packed, frames)
             good = second != FAILED and not turned_too_far(packed, start, loaded) and error <= HISTORY_ERROR * straight
+            good = good and missed_turn(packed, start) <= TURN_ERROR
         if not good:
             restore(packed, work, start)
             step /= 2
@@ -225,7 +251,7 @@ def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway
         iterations += whole + first + second
         done += step
         save(packed, work, start)
-        step = min(2 * step if error <= HISTORY_ERROR * straight / 4 else step, 1.0 - done)
+        step = min(2 * step if error <= HISTORY_ERROR * straight / 4 else step, LARGEST_HISTORY_STEP, 1.0 - done)
     save(packed, work, kept)
     return iterations
 

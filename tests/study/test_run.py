@@ -16,8 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from prb3r.errors import SpecError
-from prb3r.study.engine import Workers
-from prb3r.study.run import Options, run_study
+from prb3r.study.engine import Piece, Workers
+from prb3r.study.run import Options, plan_study, run_study, tables_of
+from prb3r.study.work import solve_chunk
 
 ROOT = Path(__file__).parents[2]
 SPEC = f"""
@@ -143,3 +144,16 @@ def test_an_interrupted_run_keeps_what_it_has_and_goes_on(tmp_path):
     result = go(spec, out, jobs=os.cpu_count())
     assert 0 < result.computed <= 8000 - 20 * (stored - 1)
     assert result.failed == 0
+
+
+def test_a_case_whose_worker_died_is_a_row_with_its_reason(spec, tmp_path):
+    plan = plan_study(spec, tmp_path)
+    dead, *rest = plan.chunks[0].single()
+    solved = [Piece(one, "done", solve_chunk(one)) for one in rest]
+    tables, failed = tables_of([Piece(dead, "crashed", reason="its worker died (SIGKILL)"), *solved], plan, {})
+    rows = tables["cases"].to_pylist()
+    assert failed == 1
+    assert [row["outcome"] for row in rows] == ["crashed", "converged", "converged"]
+    assert rows[0]["reason"] == "its worker died (SIGKILL)"
+    assert rows[0]["disk7_shift_m"] is None
+    assert set(tables["states"]["case_id"].to_pylist()) == {1, 2}
