@@ -132,14 +132,16 @@ def _closing(result, files: list[Path]) -> str:
 @click.argument("steps", metavar="STEPS")
 @click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
 @click.option("-o", "--output", metavar="MARKERS", help="A .csv or .parquet file instead of CSV on stdout.")
+@click.option("--as-measured", is_flag=True, help="Positions as read with the observation effects of the file.")
+@click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
 @click.pass_context
-def solve(ctx, manipulator, steps, model, output) -> None:
+def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps."""
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import solve as solve_steps
     from prb3r.model.table import write_table
 
-    table = solve_steps(load_manipulator(manipulator), steps, model)
+    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)
     last = table[table["disk"] == table["disk"].max()]
     failed = int((last["outcome"] != "converged").sum())
     if output:

@@ -371,3 +371,11 @@ def with_effects(chain: Chain, manipulator: Manipulator, effects: Iterable[Base]
     for effect in sorted(effects, key=lambda effect: effect.late):
         chain = effect.change(chain, manipulator)
     return chain
+
+
+def observed(points: np.ndarray, effects: Iterable[Base], image_centre_m: Sequence[float]) -> np.ndarray:
+    """Positions (..., 2) as read with all observation effects, scale before distortion."""
+    for effect in sorted(effects, key=lambda effect: effect.late):
+        if isinstance(effect, Observation):
+            points = effect.observe(points, np.asarray(image_centre_m))
+    return points

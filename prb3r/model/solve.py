@@ -7,17 +7,26 @@ import pandas as pd
 
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.mechanics.equilibrium import solve as equilibria
+from prb3r.model.effect import observed
 from prb3r.model.manipulator import Manipulator, Model
 from prb3r.model.steps import sequences_of
 
 
-def solve(manipulator: Manipulator, steps: pd.DataFrame | str | Path, model: Model | None = None) -> pd.DataFrame:
+def solve(
+    manipulator: Manipulator,
+    steps: pd.DataFrame | str | Path,
+    model: Model | None = None,
+    as_measured: bool = False,
+    image_centre_m: tuple[float, float] = (0.0, 0.0),
+) -> pd.DataFrame:
     """Equilibria along each sequence of load steps, every one from rest.
 
     Parameters
     ----------
     steps : table of steps, or the CSV or Parquet file that holds it (see the contract of the format in the README).
     model : instead of the manipulator's own.
+    as_measured : positions as a camera with the manipulator's observation effects reads them.
+    image_centre_m : of that camera.
 
     Returns
     -------
@@ -48,4 +57,7 @@ def solve(manipulator: Manipulator, steps: pd.DataFrame | str | Path, model: Mod
                 }
             )
         )
-    return pd.concat(tables, ignore_index=True)
+    table = pd.concat(tables, ignore_index=True)
+    if as_measured:
+        table[["x_m", "y_m"]] = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m)
+    return table
