@@ -71,9 +71,14 @@ class Comparison:
 
 
 def _number(value: float, quantity: Quantity) -> str:
+    """Three digits and the unit, small lengths in millimetres."""
     if not np.isfinite(value):
         return "-"
-    return f"{value:.3g}" + (f" {quantity.unit}" if quantity.unit not in ("", "1") else "")
+    unit = "" if quantity.unit == "1" else quantity.unit
+    if unit in ("m", "m/N") and abs(value) < 0.1:
+        value, unit = value * 1e3, f"m{unit}"
+    text = f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
+    return f"{text} {unit}".rstrip()
 
 
 def compare_results(folders: list[Path]) -> Comparison:
