@@ -9,6 +9,14 @@ from prb3r.errors import Problem, SpecError
 SUFFIXES = (".csv", ".parquet")
 
 
+def _table_path(path: str | Path) -> Path:
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        what = f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"
+        raise SpecError(Problem(str(path), what))
+    return path
+
+
 def read_table(path: str | Path) -> pd.DataFrame:
     """A CSV or Parquet table; text stays text in the columns `sequence`, everything else becomes what it looks like.
 
@@ -17,11 +25,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     SpecError
         For a missing, unreadable or foreign file.
     """
-    path = Path(path)
-    if path.suffix not in SUFFIXES:
-        raise SpecError(
-            Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}")
-        )
+    path = _table_path(path)
     try:
         if path.suffix == ".parquet":
             return pd.read_parquet(path)
@@ -44,11 +48,7 @@ def write_table(frame: pd.DataFrame, path: str | Path) -> None:
     SpecError
         For a foreign suffix or a place that cannot be written.
     """
-    path = Path(path)
-    if path.suffix not in SUFFIXES:
-        raise SpecError(
-            Problem(str(path), f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}")
-        )
+    path = _table_path(path)
     try:
         if path.suffix == ".parquet":
             frame.to_parquet(path, index=False)
