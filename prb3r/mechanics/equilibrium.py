@@ -76,7 +76,7 @@ def solve(
     chain: Chain,
     loads: Loads,
     *,
-    from_rest: bool = False,
+    from_rest: bool | np.ndarray = False,
     eigenvalue: bool = False,
     detail: bool = True,
 ) -> Equilibria:
@@ -84,7 +84,7 @@ def solve(
 
     Parameters
     ----------
-    from_rest : every step is ramped from rest by itself instead of from the step before.
+    from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
     """
@@ -109,7 +109,8 @@ def solve(
     now = Loads(*(np.zeros_like(field[0]) for field in loads))
     space = (now, state(chain), state(chain), state(chain), state(chain), state(chain), np.zeros((plates, 2)))
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    follow(packed, onset, rows, dead, from_rest, modes, work, space, path)
+    anew = np.array(np.broadcast_to(from_rest, steps), bool)
+    follow(packed, onset, rows, dead, anew, modes, work, space, path)
     outcome = np.where(path.status[:, 0] == FAILED, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     if eigenvalue:
         modes = unit_modes(chain) if modes is None else modes

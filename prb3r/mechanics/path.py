@@ -309,12 +309,12 @@ def come_to_rest(packed, onset, dead, modes, work, now, kept):
 
 @kernel
 def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
-    """Solve every load step of `loads` after row 0, which is rest, and write `path`; each from rest or from the last.
+    """Solve every load step of `loads` after row 0, which is rest, and write `path`.
 
-    `onset` has no load in row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes`
-    (n, nodes, c) ties node angles together; None: they are free, and what ties them need not be compiled.  Where
-    `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles without dead loads
-    or history.
+    `from_rest` (s,) tells the steps that start from rest instead of from the step before.  `onset` has no load in
+    row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles
+    together; None: they are free, and what ties them need not be compiled.  Where `path.lowest` is not empty the
+    lowest eigenvalue is written where it is cheap: for free angles without dead loads or history.
     """
     eigenvalue = len(path.lowest) > 0
     history = packed.model[0].presliding != 0.0
@@ -324,7 +324,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     restore(packed, work, rest)
     save(packed, work, good)
     for s in range(1, len(loads.tension)):
-        if from_rest:
+        if from_rest[s - 1]:
             last = np.int64(0)
             restore(packed, work, rest)
             save(packed, work, good)

@@ -124,3 +124,12 @@ def spans(chain, found):
     out_x, out_y = found.x + half * c - offset * s, found.y + half * s + offset * c
     in_x, in_y = found.x - half * c - offset * s, found.y - half * s + offset * c
     return np.hypot(in_x[:, 1:] - out_x[:, :-1], in_y[:, 1:] - out_y[:, :-1]).sum(1)
+
+
+def test_sequences_that_start_from_rest_can_share_one_call():
+    first, second = pulls((80, 0), (40, 30)), pulls((0, 60), (50, 60))
+    together = solve(chain(), loads(chain(), np.vstack([first, second])), from_rest=np.array([0, 0, 1, 0], bool))
+    for half, table in ((slice(0, 2), first), (slice(2, 4), second)):
+        alone = path(chain(), table)
+        assert (together.x[half] == alone.x).all()
+        assert (together.slip[half] == alone.slip).all()
