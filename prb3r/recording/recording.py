@@ -1,0 +1,128 @@
+"""A recording in memory: the load steps of every sequence, and what was read at each."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+
+from prb3r.mechanics.chain import Loads
+from prb3r.model.manipulator import Manipulator, NonNegative, Positive, Strict
+
+
+class Kind(IntEnum):
+    """What a number in the table of markers is."""
+
+    X = 0
+    Y = 1
+    ANGLE = 2
+    BEND = 3
+
+    @property
+    def column(self) -> str:
+        return ("x_m", "y_m", "angle_rad", "bend_rad")[self]
+
+    @property
+    def is_position(self) -> bool:
+        return self <= Kind.Y
+
+
+class Measurement(Strict):
+    """How exactly was measured; standard deviations."""
+
+    position_sd_m: Positive | None = None
+    angle_sd_rad: Positive | None = None
+    """Of angles and of bends."""
+    tension_sd_relative: NonNegative = 0.0
+    """Scatter of each applied tension, per step."""
+    frame_rotation_sd_rad: NonNegative = 0.0
+    """Of the one rotation of the whole recording; 0: the frame is known."""
+    frame_position_sd_m: NonNegative = 0.0
+
+
+class Prior(Strict):
+    """Independent knowledge of the calibrated constants: relative standard deviations; absent is flat."""
+
+    youngs_modulus: Positive | None = None
+    friction_coefficient: Positive | None = None
+
+
+class RecordingFile(Strict):
+    """`recording.toml`."""
+
+    name: Annotated[str, Field(min_length=1)]
+    manipulator: Annotated[str, Field(min_length=1)]
+    """File of the nominal manipulator, seen from the recording's folder."""
+    image_centre_m: tuple[float, float] = (0.0, 0.0)
+    measurement: Measurement
+    prior: Prior = Prior()
+
+
+class Readings(NamedTuple):
+    """`r` numbers that were read; `step` counts the rows of the recording's steps."""
+
+    step: np.ndarray
+    """(r,) row of the load step."""
+    disk: np.ndarray
+    """(r,) disk; a bend is that of the plate ending there."""
+    kind: np.ndarray
+    """(r,) values of :class:`Kind`."""
+    value: np.ndarray
+    """(r,) m or rad."""
+
+    @property
+    def count(self) -> int:
+        return len(self.value)
+
+    def where(self, chosen: np.ndarray) -> "Readings":
+        """The readings that a mask or an index chooses."""
+        return Readings(*(field[chosen] for field in self))
+
+
+@dataclass(frozen=True)
+class Recording:
+    """`s` load steps in one or more sequences, each from rest, and their readings."""
+
+    name: str
+    manipulator: Manipulator
+    """Nominal."""
+    measurement: Measurement
+    prior: Prior
+    image_centre_m: tuple[float, float]
+    sequences: tuple[str, ...]
+    steps: pd.DataFrame
+    """The table of steps: `sequence, step` and loads, one row a step, the steps of a sequence together and in order."""
+    of_sequence: np.ndarray
+    """(s,) index of the sequence of each row of `steps`."""
+    loads: Loads
+    """Of the rows of `steps`."""
+    readings: Readings
+    remarks: tuple[str, ...] = ()
+    """What reading repaired, counted or took for something else, each one sentence."""
+
+    @property
+    def begins(self) -> np.ndarray:
+        """(s,) whether a sequence begins there, from rest."""
+        return np.concatenate([[True], np.diff(self.of_sequence) != 0])
+
+    def only(self, sequences: Iterable[int]) -> "Recording":
+        """The recording of the sequences with these indices, in their order in the recording."""
+        chosen = sorted(set(sequences))
+        rows = np.isin(self.of_sequence, chosen)
+        place = np.cumsum(rows) - 1
+        readings = self.readings.where(rows[self.readings.step])
+        return replace(
+            self,
+            sequences=tuple(self.sequences[k] for k in chosen),
+            steps=self.steps[rows].reset_index(drop=True),
+            of_sequence=np.searchsorted(chosen, self.of_sequence[rows]),
+            loads=Loads(*(field[rows] for field in self.loads)),
+            readings=readings._replace(step=place[readings.step]),
+        )
+
+    def with_values(self, value: np.ndarray, **changes: Any) -> "Recording":
+        """The same recording with other numbers read."""
+        return replace(self, readings=self.readings._replace(value=value), **changes)
