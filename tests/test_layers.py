@@ -6,7 +6,7 @@ from pathlib import Path
 import prb3r
 
 ROOT = Path(prb3r.__file__).parent
-ORDER = ["errors", "quantities", "mechanics", "model", "study", "proof", "present", "bench", "progress", "check", "cli"]
+ORDER = ["errors", "quantities", "mechanics", "model", "study", "recording", "proof", "present", "bench", "progress", "check", "cli"]
 ALLOWED = {
     "errors": set(),
     "quantities": set(),
@@ -14,6 +14,7 @@ ALLOWED = {
     "model": {"numpy", "pandas", "pydantic"},
     "study": {"numpy", "pandas", "scipy", "pydantic", "pyarrow"},
     "study/engine": {"joblib", "distributed", "threadpoolctl"},
+    "recording": {"numpy", "pandas", "scipy", "pydantic"},
     "proof": {"numpy", "scipy", "numba"},
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
