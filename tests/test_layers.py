@@ -6,7 +6,20 @@ from pathlib import Path
 import prb3r
 
 ROOT = Path(prb3r.__file__).parent
-ORDER = ["errors", "quantities", "mechanics", "model", "study", "recording", "proof", "present", "bench", "progress", "check", "cli"]
+ORDER = [
+    "errors",
+    "quantities",
+    "mechanics",
+    "model",
+    "study",
+    "recording",
+    "proof",
+    "present",
+    "bench",
+    "progress",
+    "check",
+    "cli",
+]
 ALLOWED = {
     "errors": set(),
     "quantities": set(),

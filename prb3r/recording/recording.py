@@ -74,7 +74,7 @@ class Readings(NamedTuple):
     """(r,) m or rad."""
 
     @property
-    def count(self) -> int:
+    def count(self) -> int:  # type: ignore[override]
         return len(self.value)
 
     def where(self, chosen: np.ndarray) -> "Readings":
