@@ -1,6 +1,7 @@
 """Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,11 +10,12 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.model.cells import count, is_empty, key_problems, number_problems, numbers, others, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.table import read_table
 
 REST_NOISE = 0.02
-"""A tension below zero by up to this share of the cable's largest is a force sensor at rest and taken as zero."""
+"""A tension below zero by up to this share of the largest is a force sensor at rest and taken as zero."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loa
     def column(name: str, absent: float) -> np.ndarray:
         if name not in frame:
             return np.full(len(frame), absent)
-        return np.nan_to_num(frame[name].to_numpy(float), nan=absent)
+        return np.nan_to_num(numbers(frame[name]).to_numpy(), nan=absent)
 
     def tension(name: str) -> np.ndarray:
         newtons = column(f"cable_{name}_n", 0.0) + manipulator.gravity_m_s2 * column(f"cable_{name}_kg", 0.0)
@@ -62,29 +64,38 @@ def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loa
     )
 
 
+def cable_columns(manipulator: Manipulator, frame: pd.DataFrame) -> list[str]:
+    """The columns of a table of steps that hold tensions, in newtons or kilograms."""
+    names = (f"cable_{name}_{unit}" for name in manipulator.cable_names for unit in ("n", "kg"))
+    return [name for name in names if name in frame]
+
+
 def problems_of(
-    manipulator: Manipulator, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
+    manipulator: Manipulator | None, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
 ) -> list[Problem]:
-    """Everything that is wrong with a table of steps."""
-    valid = [*keys, *column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
-    problems = [Problem(where, f"column {key!r} is missing") for key in keys if key not in frame]
-    for name in frame.columns:
-        place = f"{where} column {name}"
-        if name not in valid:
-            problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
-        elif name not in keys:
-            problems += _number_problems(frame[name], str(name), place)
-    for name in manipulator.cable_names:
+    """Everything that is wrong with a table of steps.
+
+    Parameters
+    ----------
+    manipulator : that the loads act on; without it, names of columns and signs of tensions stay unchecked.
+    """
+    problems = key_problems(frame, where, keys)
+    if not problems and keys:
+        problems += _repeated(with_keys(frame), where)
+    for name in frame.columns.difference(keys, sort=False):
+        if manipulator is None or name in _columns(manipulator):
+            problems += _load_problems(frame[name], str(name), f"{where} column {name}")
+        else:
+            hint = _hint(manipulator, str(name), [*keys, *_columns(manipulator)])
+            problems.append(Problem(f"{where} column {name}", f"unknown column{hint}"))
+    for name in manipulator.cable_names if manipulator else ():
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
             problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
-    if not problems and keys:
-        for key, rows in frame.groupby(list(keys), sort=False).groups.items():
-            if len(rows) > 1:
-                at = ", ".join(f"{k} {v}" for k, v in zip(keys, key, strict=True))
-                problems.append(
-                    Problem(where, f"{at} stands in {len(rows)} rows (first: rows {rows[0] + 1}, {rows[1] + 1})")
-                )
-    return problems
+    return problems + (list(_pushing(manipulator, frame, where)) if manipulator else [])
+
+
+def _columns(manipulator: Manipulator) -> list[str]:
+    return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
 
 
 def _hint(manipulator: Manipulator, name: str, valid: list[str]) -> str:
@@ -93,23 +104,36 @@ def _hint(manipulator: Manipulator, name: str, valid: list[str]) -> str:
     return did_you_mean(name, [v for v in valid if not v.startswith("disk")])
 
 
-def _number_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
-    numbers = pd.to_numeric(values, errors="coerce").astype(float)
-    strange = values[numbers.isna() & values.notna()]
-    if len(strange):
-        return [Problem(place, f"row {strange.index[0] + 1} holds {strange.iloc[0]!r}, not a number")]
-    if np.isinf(numbers).any():
-        return [Problem(place, f"row {int(np.flatnonzero(np.isinf(numbers))[0]) + 1} is infinite")]
-    if name.startswith("slip_") and not numbers.dropna().isin([-1, 0, 1]).all():
-        return [Problem(place, "must be -1 (drawn toward the base), 0 or +1 (paid out)")]
+def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Steps that stand in several rows."""
+    for name, rows in frame[frame.duplicated(["sequence", "step"], keep=False)].groupby("sequence", sort=False):
+        steps = rows["step"].unique()
+        each = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
+        more = f" and {count(len(steps) - 3, 'more step')} alike" if len(steps) > 3 else ""
+        differ = "" if len(rows.drop_duplicates()) == len(steps) else ", with different loads"
+        remedy = "a sequence that is pulled again needs a name of its own"
+        yield Problem(where, f"sequence {name}: {', '.join(each)}{more}{differ}; {remedy}")
+
+
+def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
+    problems, empty, found = number_problems(values, place), is_empty(values), numbers(values)
     if name.startswith("slip_"):
-        return []
-    if numbers.isna().any():
-        return [Problem(place, f"row {int(np.flatnonzero(numbers.isna())[0]) + 1} is empty; write 0 for no load")]
-    if name.startswith("cable_") and (numbers < -REST_NOISE * max(numbers.abs().max(), 0.0)).any():
-        row = int(np.flatnonzero(numbers < 0)[0])
-        return [Problem(place, f"row {row + 1} is {numbers.iloc[row]:g}: a cable cannot push; tensions are at least 0")]
-    return []
+        wrong = ~found.isin([-1, 0, 1]) & found.abs().lt(np.inf)
+        what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
+        return problems + [Problem(place, f"{rows_of(wrong)}: {what}")] * bool(wrong.any())
+    return problems + [Problem(place, f"{rows_of(empty)}: empty; write 0 for no load")] * bool(empty.any())
+
+
+def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Tensions too far below zero."""
+    names = cable_columns(manipulator, frame)
+    newtons = {name: numbers(frame[name]) * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1) for name in names}
+    largest = max((column.max() for column in newtons.values()), default=0.0)
+    for name, column in newtons.items():
+        if (pushes := column < -REST_NOISE * max(largest, 0.0)).any():
+            lowest = numbers(frame[name])[column.idxmin()]
+            what = f"row {column.idxmin() + 1} is {lowest:g}: a cable cannot push; tensions are at least 0"
+            yield Problem(f"{where} column {name}", what + others(pushes))
 
 
 def sequences_of(manipulator: Manipulator, steps: pd.DataFrame | str | Path, where: str = "steps") -> list[Sequence]:
@@ -122,12 +146,13 @@ def sequences_of(manipulator: Manipulator, steps: pd.DataFrame | str | Path, whe
     """
     if not isinstance(steps, pd.DataFrame):
         steps, where = read_table(steps), str(steps)
+    steps = steps.reset_index(drop=True)
     if problems := problems_of(manipulator, steps, where):
         raise SpecError(*problems)
     if steps.empty:
         raise SpecError(Problem(where, "holds no steps"))
     chain, sequences = manipulator.chain(), []
-    for name, rows in steps.groupby("sequence", sort=False):
+    for name, rows in with_keys(steps).groupby("sequence", sort=False):
         rows = rows.sort_values("step", kind="stable")
         sequences.append(Sequence(str(name), rows["step"].to_numpy(), loads_of(manipulator, chain, rows)))
     return sequences

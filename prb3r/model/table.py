@@ -1,5 +1,6 @@
 """Tables on disk: CSV and Parquet are interchangeable, by suffix."""
 
+import warnings
 from pathlib import Path
 
 import pandas as pd
@@ -27,17 +28,30 @@ def read_table(path: str | Path) -> pd.DataFrame:
     """
     path = _table_path(path)
     try:
-        if path.suffix == ".parquet":
-            return pd.read_parquet(path)
-        return pd.read_csv(path, dtype={"sequence": str}, skipinitialspace=True)
+        return _read(path)
     except FileNotFoundError:
         raise SpecError(Problem(str(path), "no such file")) from None
     except IsADirectoryError:
         raise SpecError(Problem(str(path), "is a folder, not a table")) from None
     except pd.errors.EmptyDataError:
         raise SpecError(Problem(str(path), "is empty")) from None
+    except pd.errors.ParserWarning:
+        raise SpecError(Problem(str(path), "rows have more cells than the header has names")) from None
     except (ValueError, OSError) as error:  # pandas and pyarrow raise both for damaged files
         raise SpecError(Problem(str(path), f"is not a readable table: {str(error).splitlines()[0]}")) from None
+
+
+def _read(path: Path) -> pd.DataFrame:
+    if path.suffix == ".parquet":
+        frame = pd.read_parquet(path)
+        return frame.reset_index(drop=frame.index.names == [None])
+    header = list(pd.read_csv(path, nrows=0).columns)
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(header) == 1 and mark in header[0]:
+            raise ValueError(f"columns are separated by {name}; write commas, and points in numbers")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would cut rows that are too long
+        return pd.read_csv(path, dtype={"sequence": str}, skipinitialspace=True, index_col=False)
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:

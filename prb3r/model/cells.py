@@ -1,0 +1,102 @@
+"""Cells of tables: numbers, names of sequences, and what is wrong with them.  The index of a table counts its rows."""
+
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from numbers import Real
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem
+
+
+def _plain(values: pd.Series) -> bool:
+    return pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
+
+
+def numbers(values: pd.Series) -> pd.Series:
+    """The cells of a column as floats; NaN where they are empty or hold something else."""
+    if not _plain(values):
+        text = values.map(lambda cell: isinstance(cell, str | Real | Decimal) and not isinstance(cell, bool))
+        values = pd.to_numeric(values.astype(object).where(text.astype(bool)), errors="coerce")
+    return values.astype(float)
+
+
+def is_empty(values: pd.Series) -> pd.Series:
+    """Whether each cell of a column is empty."""
+    if _plain(values):
+        return values.isna()
+    return values.isna() | values.map(lambda cell: isinstance(cell, str) and not cell.strip()).astype(bool)
+
+
+def number_problems(values: pd.Series, place: str) -> list[Problem]:
+    """Cells of a column that are neither finite numbers nor empty."""
+    found, problems = numbers(values), []
+    strange = found.isna() & ~is_empty(values)
+    if strange.any():
+        first = values[strange].iloc[0]
+        comma = isinstance(first, str) and pd.notna(pd.to_numeric(first.replace(",", "."), errors="coerce"))
+        remedy = "; write a decimal point" if comma else ""
+        problems.append(
+            Problem(place, f"row {strange.idxmax() + 1} holds {first!r}, not a number{remedy}{others(strange)}")
+        )
+    infinite = found.abs() == np.inf
+    if infinite.any():
+        problems.append(Problem(place, f"row {infinite.idxmax() + 1} is infinite{others(infinite)}"))
+    return problems
+
+
+def key_problems(frame: pd.DataFrame, where: str, keys: Sequence[str]) -> list[Problem]:
+    """What is wrong with the columns that say what a row is about: `sequence`, and whole or other numbers."""
+    problems = []
+    for key in keys:
+        if key not in frame:
+            problems.append(Problem(where, f"column {key!r} is missing"))
+            continue
+        place, empty = f"{where} column {key}", is_empty(frame[key])
+        if key != "sequence":
+            problems += number_problems(frame[key], place)
+        if empty.any():
+            problems.append(Problem(place, f"{rows_of(empty)}: empty; every row needs its {key}"))
+    return problems
+
+
+def with_keys(frame: pd.DataFrame) -> pd.DataFrame:
+    """A table, its keys checked, with sequences as text and steps as numbers, whole where they all are.
+
+    Numbers that name sequences in Parquet read as they would in CSV.
+    """
+    names, step = frame["sequence"], numbers(frame["step"])
+    if pd.api.types.is_float_dtype(names) and (names % 1 == 0).all():
+        names = names.astype(int)
+    whole = bool((step % 1 == 0).all())
+    return frame.assign(sequence=names.map(str).astype(object), step=step.astype(int) if whole else step)
+
+
+# Words ----------------------------------------------------------------------------------------------------------------
+
+
+def rows_of(which: pd.Series) -> str:
+    """`row 3` or `rows 3-5, 9`: where a mask holds."""
+    rows = which.index[which] + 1
+    return f"row{'s' * (len(rows) > 1)} {ranges(rows)}"
+
+
+def ranges(values: Iterable[int], most: int = 6) -> str:
+    """`1-3, 7`: whole numbers in words, at most so many stretches of them."""
+    each = np.unique(np.asarray(list(values), int))
+    stretches = [s for s in np.split(each, np.flatnonzero(np.diff(each) > 1) + 1) if len(s)]
+    texts = [f"{s[0]}" if len(s) == 1 else f"{s[0]}-{s[-1]}" for s in stretches[:most]]
+    left = sum(len(s) for s in stretches[most:])
+    return ", ".join(texts) + (f" and {left} more" if left else "")
+
+
+def count(number: int, what: str) -> str:
+    """`1 row`, `3 rows`."""
+    return f"{number} {what}{'s' * (number != 1)}"
+
+
+def others(which: pd.Series) -> str:
+    """Ending for a message about one row of a mask: how many more there are."""
+    more = int(which.sum()) - 1
+    return f" (and {count(more, 'more row')} like it)" if more else ""
