@@ -57,6 +57,11 @@ def read(path: str | Path, model: type[Model], context: Any = None) -> Model:
     raise SpecError(*(Problem(f"{path}:{line} {key}".rstrip(), what) for line, key, what in places))
 
 
+def place(path: str | Path, keys: Keys) -> str:
+    """Where a key stands in a readable TOML file, for a :class:`Problem`."""
+    return f"{path}:{_line(scan(_text(Path(path))), keys)} {dotted(keys)}"
+
+
 def dotted(keys: Keys) -> str:
     """`segment[1].thickness_m`."""
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")

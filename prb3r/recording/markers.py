@@ -1,0 +1,130 @@
+"""The table of markers of a recording: from rows that may be empty, repeated or strange to readings, none dropped."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, did_you_mean
+from prb3r.model.cells import count, is_empty, key_problems, number_problems, numbers, ranges, rows_of, with_keys
+from prb3r.model.manipulator import Manipulator
+from prb3r.quantities import other_unit
+from prb3r.recording.findings import Findings
+from prb3r.recording.recording import Kind, Measurement, Readings
+from prb3r.recording.units import scale_problems
+
+KEYS = ("sequence", "step", "disk")
+COLUMNS = tuple(kind.column for kind in Kind)
+
+
+def problems_of(
+    frame: pd.DataFrame,
+    steps: pd.DataFrame | None,
+    manipulator: Manipulator | None,
+    measurement: Measurement | None,
+    where: str,
+) -> list[Problem]:
+    """Everything that is wrong with a table of markers, as far as steps, manipulator and measurement are known."""
+    keys = key_problems(frame, where, KEYS)
+    problems = [*keys, *_column_problems(frame, where)]
+    if "disk" not in frame or any(problem.where == f"{where} column disk" for problem in keys):
+        return problems
+    disk = numbers(frame["disk"])
+    last = manipulator.plates if manipulator else np.inf
+    strange = (disk % 1 != 0) | (disk < 0) | (disk > last)
+    if strange.any():
+        row = strange.idxmax()
+        there = f"disks are 0 (base) to {last}" if manipulator else "disks are counted 0 (base), 1, 2, ..."
+        what = f"there is no disk {disk[row]:g} ({rows_of(strange)}); {there}"
+        problems.append(Problem(f"{where} column disk", what))
+    if "bend_rad" in frame and (at_base := (disk == 0) & ~is_empty(frame["bend_rad"])).any():
+        what = f"{rows_of(at_base)}: no plate ends at the base disk 0; the first bend is that of disk 1"
+        problems.append(Problem(f"{where} column bend_rad", what))
+    if not keys and steps is not None:
+        problems += _without_step(with_keys(frame), steps, where)
+    if manipulator:
+        readings = pd.DataFrame({name: numbers(frame[name]) for name in COLUMNS if name in frame}).assign(disk=disk)
+        readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
+        problems += scale_problems(readings, manipulator, measurement, where)
+    return problems
+
+
+def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    for name in frame.columns.difference(KEYS, sort=False):
+        place = f"{where} column {name}"
+        if name in COLUMNS:
+            yield from number_problems(frame[name], place)
+        else:
+            unit = other_unit(str(name), COLUMNS)
+            remedy = f": {unit}" if unit else did_you_mean(str(name), [*KEYS, *COLUMNS])
+            yield Problem(place, f"unknown column{remedy}")
+    read = [name for name in COLUMNS if name in frame]
+    if not read:
+        yield Problem(where, f"records nothing: give at least one of the columns {', '.join(COLUMNS)}")
+    elif all(is_empty(frame[name]).all() for name in read):
+        yield Problem(where, "holds no readings: every cell is empty")
+
+
+def _without_step(frame: pd.DataFrame, steps: pd.DataFrame, where: str) -> Iterator[Problem]:
+    names = steps["sequence"].unique()
+    for name, rows in frame[~frame["sequence"].isin(names)].groupby("sequence", sort=False):
+        here = rows_of(pd.Series(True, rows.index))
+        yield Problem(
+            f"{where} column sequence", f"{here}: no sequence {name!r} in the steps{did_you_mean(name, names)}"
+        )
+    lost = ~_index(frame).isin(_index(steps))
+    for (name, step), rows in frame[lost & frame["sequence"].isin(names)].groupby(["sequence", "step"], sort=False):
+        here = rows_of(pd.Series(True, rows.index))
+        yield Problem(f"{where} column step", f"{here}: sequence {name} has no step {step} in the steps")
+
+
+def _index(frame: pd.DataFrame) -> pd.MultiIndex:
+    return pd.MultiIndex.from_arrays([frame["sequence"], frame["step"].astype(float)])
+
+
+def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str, found: Findings) -> Readings:
+    """The readings of a table without problems, by step, disk, kind and row; what is odd about them is remarked."""
+    name = Path(where).name
+    read = [kind for kind in Kind if kind.column in raw]
+    frame = with_keys(raw).assign(**{kind.column: numbers(raw[kind.column]) for kind in read})
+    frame["disk"] = numbers(frame["disk"]).astype(int)
+    frame["row"] = _index(steps).get_indexer(_index(frame))
+    columns = [kind.column for kind in read]
+    repeated = frame.duplicated([*KEYS, *columns])
+    if repeated.any():
+        twice = int(frame.loc[repeated, columns].notna().to_numpy().sum())
+        what = f"({count(twice, 'reading')}) repeat a row before exactly and are used once"
+        found.remarks.append(f"{rows_of(repeated)} of {name} {what}")
+    frame = frame[~repeated]
+    again = frame.duplicated(["row", "disk"], keep=False)
+    if again.any():
+        markers = count(len(frame.loc[again, ["row", "disk"]].drop_duplicates()), "marker")
+        found.remarks.append(
+            f"{rows_of(again)} of {name}: {markers} read more than once with different values; every reading is used"
+        )
+    _say_missing(frame, columns, len(steps), plates, name, found)
+    value = frame[columns].to_numpy(float)
+    place, column = np.nonzero(~np.isnan(value))
+    step, disk = frame["row"].to_numpy()[place], frame["disk"].to_numpy()[place]
+    kind = np.array(read, int)[column]
+    order = np.lexsort((place, kind, disk, step))
+    return Readings(*(field[order] for field in (step, disk, kind, value[place, column])))
+
+
+def _say_missing(frame: pd.DataFrame, columns: list[str], steps: int, plates: int, name: str, found: Findings) -> None:
+    empty = int(frame[columns].isna().to_numpy().sum())
+    if empty:
+        found.remarks.append(f"{empty} of {frame[columns].size} cells of {name} are empty: not read")
+    full = frame[frame[columns].notna().any(axis=1)]
+    disks = np.unique(full["disk"])
+    never = np.setdiff1d(np.arange(1, plates + 1), disks)
+    if len(never):
+        found.remarks.append(f"disk{'s' * (len(never) > 1)} {ranges(never)} never read")
+    silent = steps - full["row"].nunique()
+    if silent:
+        found.remarks.append(f"{count(silent, 'step')} without any reading")
+    listed = frame.loc[frame["disk"].isin(disks), ["row", "disk"]].drop_duplicates()
+    absent = len(disks) * listed["row"].nunique() - len(listed)
+    if absent:
+        found.remarks.append(f"{count(absent, 'marker')} without a row in {name} at steps where others have one")

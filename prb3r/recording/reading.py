@@ -1,0 +1,105 @@
+"""From the folder of a recording to a :class:`Recording`, or to everything that is wrong with it."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, RecordingError
+from prb3r.model import toml
+from prb3r.model.cells import is_empty, rows_of
+from prb3r.model.manipulator import load_manipulator
+from prb3r.model.steps import loads_of
+from prb3r.model.table import SUFFIXES, read_table
+from prb3r.recording import markers
+from prb3r.recording.findings import Findings
+from prb3r.recording.recording import Kind, Measurement, Recording, RecordingFile
+from prb3r.recording.steps import cleaned
+from prb3r.recording.units import doubts
+
+FILE = "recording.toml"
+
+
+def load_recording(path: str | Path) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    path : the folder of the recording, or its TOML file.
+
+    Raises
+    ------
+    RecordingError
+        With every problem of its files at once.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise RecordingError(Problem(str(path), "no such file or folder"))
+    file = path / FILE if path.is_dir() else path
+    found = Findings()
+    described = found.tried(lambda: toml.read(file, RecordingFile))
+    named = described.manipulator if described else _named_manipulator(file)
+    manipulator = found.tried(lambda: load_manipulator(file.parent / named)) if named else None
+    measurement = described.measurement if described else None
+    step_file, steps = _table(file.parent, "steps", found)
+    if steps is not None:
+        steps = cleaned(steps, manipulator, step_file, found)
+    marker_file, rows = _table(file.parent, "markers", found)
+    if rows is not None:
+        found.problems += markers.problems_of(rows, steps, manipulator, measurement, marker_file)
+        if measurement:
+            found.problems += _without_deviation(rows, measurement, file)
+    if found.problems or described is None or manipulator is None or steps is None or rows is None:
+        raise RecordingError(*found.problems)
+    readings = markers.readings_of(rows, steps, manipulator.plates, marker_file, found)
+    of_sequence, names = pd.factorize(steps["sequence"])
+    return Recording(
+        name=described.name,
+        manipulator=manipulator,
+        measurement=described.measurement,
+        prior=described.prior,
+        image_centre_m=described.image_centre_m,
+        sequences=tuple(names),
+        steps=steps,
+        of_sequence=of_sequence.astype(np.int64),
+        loads=loads_of(manipulator, manipulator.chain(), steps),
+        readings=readings,
+        remarks=(*found.remarks, *doubts(manipulator, described.measurement)),
+    )
+
+
+def _named_manipulator(file: Path) -> str | None:
+    """The manipulator that a recording file names in spite of its problems."""
+    try:
+        named = tomllib.loads(file.read_text()).get("manipulator")
+    except (OSError, ValueError):
+        return None
+    return named if isinstance(named, str) and named else None
+
+
+def _table(folder: Path, name: str, found: Findings) -> tuple[str, pd.DataFrame | None]:
+    """One of the tables of a recording and the file it stands in; rows without any cell are left out."""
+    files = [folder / f"{name}{suffix}" for suffix in SUFFIXES if (folder / f"{name}{suffix}").exists()]
+    if len(files) != 1:
+        what = "there must be one" if files else "there is none"
+        found.problems.append(Problem(str(folder), f"{name}.csv or {name}.parquet: {what}{' of both' * bool(files)}"))
+        return "", None
+    frame = found.tried(lambda: read_table(files[0]))
+    if frame is None:
+        return str(files[0]), None
+    blank = frame.apply(is_empty).all(axis=1) if len(frame.columns) else pd.Series(False, frame.index)
+    if blank.any():
+        found.remarks.append(f"{rows_of(blank)} of {files[0].name} hold{'s' * (blank.sum() == 1)} nothing at all")
+    return str(files[0]), frame[~blank]
+
+
+def _without_deviation(rows: pd.DataFrame, measurement: Measurement, file: Path) -> list[Problem]:
+    """Kinds of readings whose standard deviation is not given."""
+    problems = []
+    for key, kinds in (("position_sd_m", (Kind.X, Kind.Y)), ("angle_sd_rad", (Kind.ANGLE, Kind.BEND))):
+        read = [kind.column for kind in kinds if kind.column in rows and not is_empty(rows[kind.column]).all()]
+        if read and getattr(measurement, key) is None:
+            place = toml.place(file, ("measurement",))
+            problems.append(Problem(place, f"{key!r} is missing, but {' and '.join(read)} were read"))
+    return problems
