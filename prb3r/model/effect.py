@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -364,6 +364,12 @@ Effect = Annotated[
     | LensDistortion,
     Field(discriminator="kind"),
 ]
+
+
+EFFECT_KINDS: dict[str, type[Base]] = {
+    get_args(member.model_fields["kind"].annotation)[0]: member for member in get_args(get_args(Effect)[0])
+}
+"""Every effect class by its kind."""
 
 
 def with_effects(chain: Chain, manipulator: Manipulator, effects: Iterable[Base]) -> Chain:

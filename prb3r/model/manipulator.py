@@ -179,13 +179,17 @@ class Manipulator(Strict):
         return self.per_plate(segment.outer_fibre for segment in self.segment)
 
     def chain(self, broken: Iterable[str] = ()) -> Chain:
-        """The mechanical problem; `broken` names cables that carry nothing.
+        """The mechanical problem, effects included; `broken` names cables that carry nothing.
 
         Raises
         ------
         ValueError
             For a broken cable that does not exist.
         """
+        return with_effects(self.plain_chain(broken), self, self.effect)
+
+    def plain_chain(self, broken: Iterable[str] = ()) -> Chain:
+        """As :meth:`chain`, without any effect."""
         broken = set(broken)
         for name in sorted(broken.difference(self.cable_names)):
             raise ValueError(f"there is no cable {name!r} to break{did_you_mean(name, self.cable_names)}")
@@ -197,7 +201,7 @@ class Manipulator(Strict):
         offset = [self.per_plate(cable.offset(k) for k in range(len(self.segment))) for cable in self.cable]
         reach = [0 if cable.name in broken else self.segment_ends[cable.ends_at_segment - 1] for cable in self.cable]
         shape = self.plates, len(self.cable)
-        nominal = Chain(
+        return Chain(
             plate=model,
             arc=arc,
             clamp=clamp,
@@ -212,7 +216,6 @@ class Manipulator(Strict):
             presliding=self.friction.presliding_m if self.friction.direction == "history" else 0.0,
             edges=self.friction.wrap == "edges",
         )
-        return with_effects(nominal, self, self.effect)
 
 
 def load_manipulator(path: str | Path) -> Manipulator:

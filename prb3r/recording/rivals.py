@@ -1,0 +1,73 @@
+"""Which other effects explain a recording as well: refitted rivals, and how far their predictions are apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.select import Choice, cost, examine, fits, plausible, shortlist
+
+SAME = 11.0
+"""Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
+CLOSE = 6.0
+"""A rival that fits these readings as well as this, by chi-square with its penalty, is named too."""
+ABSURD = 40.0
+"""A rival that fits so much worse is none, whatever its linearised distance."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another effect in place of a chosen one."""
+
+    hypothesis: Hypothesis
+    fitted: Fit
+    distance: float
+    """Squared whitened distance from the chosen model's prediction to the nearest of the rival's."""
+    behind: float
+    """How much worse it fits these readings: chi-square with its penalty."""
+
+    @property
+    def indistinguishable(self) -> bool:
+        return (self.distance < SAME or self.behind < CLOSE) and self.behind < ABSURD
+
+
+def distance(of: Fit, to: Fit) -> float:
+    """Least squared whitened distance between the prediction of `of` and any refit of `to` (linearised at `to`)."""
+    apart = to.residual - of.residual
+    basis = to.basis
+    apart = apart - basis @ (basis.T @ apart)
+    return float(apart @ apart)
+
+
+def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int) -> list[Rival]:
+    """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
+    chosen = choice.fitted
+    own = chosen.model.hypotheses
+    others = own[:number] + own[number + 1 :]
+    found = [each for each in choice.tried if _replaces(each.model.hypotheses, own[number], others)]
+    if not found:
+        found = _replacements(chosen, number, library, seed)
+    out = []
+    for each in found:
+        new = next(h for h in each.model.hypotheses if h not in others)
+        if plausible(each) or not new.free:
+            out.append(Rival(new, each, distance(chosen, each), cost(each) - cost(chosen)))
+    return sorted(out, key=lambda rival: rival.behind)
+
+
+def _replaces(hypotheses: Sequence[Hypothesis], old: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    return len(hypotheses) == len(others) + 1 and set(others) <= set(hypotheses) and old not in hypotheses
+
+
+def _replacements(chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int) -> list[Fit]:
+    """Full fits of the chosen model with one effect replaced."""
+    own, shares = chosen.model.hypotheses, chosen.model.shares(chosen.p)
+    model = replace(chosen.model, hypotheses=own[:number] + own[number + 1 :])
+    start = np.concatenate([chosen.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]])
+    base = fit(model, start)
+    if base is None:
+        return []
+    left = examine(base, [each for each in library if each != own[number]], seed)
+    return fits(base, shortlist(left, base.residual))

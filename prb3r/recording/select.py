@@ -1,0 +1,200 @@
+"""Which effects explain a recording: forward selection, pairs, backward deletion, whole sequences left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
+
+SHORTLIST = 12
+PAIRS = 8
+MOST_EFFECTS = 3
+BIC_FALL = 10.0
+AT_BOUND = 1e-6
+
+
+def left_out(fitted: Fit) -> np.ndarray:
+    """(q,) squared whitened error of each sequence, predicted by a fit to all others (linearised, exact for linear).
+
+    With the hat matrix H of the whole fit the residuals of a left out block are (I - H_bb)^-1 r_b.
+    """
+    recording = fitted.model.predict.recording
+    of_reading = recording.of_sequence[recording.readings.step]
+    basis, residual = fitted.basis, fitted.residual[: len(of_reading)]
+    errors = np.zeros(len(recording.sequences))
+    for k in range(len(errors)):
+        own = of_reading == k
+        part = basis[: len(of_reading)][own]
+        inner = np.eye(part.shape[1]) - part.T @ part
+        inner += 1e-9 * np.eye(len(inner))
+        error = residual[own] + part @ np.linalg.solve(inner, part.T @ residual[own])
+        errors[k] = error @ error
+    return errors
+
+
+def bic(fitted: Fit) -> float:
+    """Chi-square and a penalty on parameters; sequences, not coordinates, count as independent."""
+    return fitted.chi2 + len(fitted.p) * np.log(max(len(fitted.model.predict.recording.sequences), 2))
+
+
+def cost(fitted: Fit) -> float:
+    """Chi-square with the penalty that ranks models of different size: every reading counts."""
+    return fitted.chi2 + len(fitted.p) * np.log(fitted.model.predict.recording.readings.count)
+
+
+def improves_left_out(simple: Fit, rich: Fit) -> bool:
+    """Whether whole sequences left out are predicted better, by the mean of the logarithm paired by sequence."""
+    before, after = left_out(simple), left_out(rich)
+    return len(before) < 2 or float(np.mean(np.log(after / before))) < 0
+
+
+def plausible(fitted: Fit) -> bool:
+    """Whether no parameter of an effect ends on its bound."""
+    low, high = fitted.model.bounds(fitted.p)
+    own = slice(len(fitted.model.varied), None)
+    at_null = [
+        each.by_degrees and abs(u).max() < AT_BOUND
+        for each, u in zip(fitted.model.hypotheses, fitted.model.shares(fitted.p), strict=True)
+        if len(u)
+    ]
+    inside = (fitted.p[own] > low[own] + AT_BOUND) & (fitted.p[own] < high[own] - AT_BOUND)
+    return bool(inside.all()) and not any(at_null)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What selection found."""
+
+    fitted: Fit
+    """The chosen model; without effects, the calibrated one."""
+    tried: tuple[Fit, ...]
+    """Every full fit, for rivals and the ranking."""
+    scores: Scores
+    """Score test of what the chosen model leaves."""
+    chi2_threshold: float
+
+    @property
+    def structured(self) -> bool:
+        """Whether something is left that chance does not explain."""
+        return self.scores.largest > self.scores.threshold or self.fitted.chi2 > self.chi2_threshold
+
+
+def chi2_threshold(fitted: Fit) -> float:
+    """The chi-square that a right model exceeds in a share of `LEVEL`."""
+    return float(chi2_law.isf(LEVEL, fitted.freedom))
+
+
+def fits(base: Fit, candidates: Sequence[Direction]) -> list[Fit]:
+    """Full fits of `base` with one more effect each; the best start of each hypothesis wins."""
+    best: dict[Hypothesis, Fit] = {}
+    for each in candidates:
+        start = np.concatenate([base.p, each.start])
+        found = fit(base.model.adding(each.subject), start)
+        if found is not None and (each.subject not in best or found.chi2 < best[each.subject].chi2):
+            best[each.subject] = found
+    return list(best.values())
+
+
+def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> list[Direction]:
+    """The directions worth a full fit: the best hypotheses, and of each kind the best if it is not nothing."""
+    order = found.best()
+    chosen = order[:count]
+    kinds = {found.directions[k].subject.kind for k in chosen}
+    for k in order[count:]:
+        kind = found.directions[k].subject.kind
+        if kind not in kinds and found.z[k] > 0.3 * found.largest and found.z[k] > 2:
+            kinds.add(kind)
+            chosen.append(k)
+    picked = [found.directions[k] for k in chosen]
+    for k in chosen:  # effects that do not come by degrees are tried from their second probe too
+        each = found.directions[k].subject
+        others = [d for m, d in enumerate(found.directions) if d.subject is each and m != k]
+        picked += sorted(others, key=lambda d: -float(d.gain(residual)))[:1]
+    return picked
+
+
+def best_pairs(found: Scores, residual: np.ndarray, count: int) -> list[tuple[Direction, Direction]]:
+    """The pairs of directions that together would gain most, linearised; among the best and all that pair with them."""
+    order = [found.directions[k] for k in found.best()][:60]
+    gains = []
+    for a, b in combinations(range(len(order)), 2):
+        both = np.hstack([order[a].basis, order[b].basis])
+        normal, along = both.T @ both, both.T @ residual
+        gain = float(along @ np.linalg.solve(normal + 1e-6 * np.eye(len(normal)), along))
+        gains.append((gain, a, b))
+    gains.sort(reverse=True)
+    return [(order[a], order[b]) for _, a, b in gains[:count]]
+
+
+def accepted(simple: Fit, rich: Fit, threshold: float) -> bool:
+    """Whether the additional effects of `rich` are kept: beyond chance, by BIC, on left-out sequences, plausible."""
+    more = len(rich.model.hypotheses) - len(simple.model.hypotheses)
+    gain = simple.chi2 - rich.chi2
+    return (
+        gain > more * threshold**2
+        and bic(simple) - bic(rich) > BIC_FALL
+        and improves_left_out(simple, rich)
+        and plausible(rich)
+    )
+
+
+def examine(fitted: Fit, library: Sequence[Hypothesis], seed: int) -> Scores:
+    """Score test of the library on what `fitted` leaves, without the hypotheses that it has."""
+    rest = [each for each in library if each not in fitted.model.hypotheses]
+    return scores(fitted, directions(fitted, rest), seed)
+
+
+def choose(calibrated: Fit, library: Sequence[Hypothesis], seed: int) -> Choice:
+    """Forward selection to `MOST_EFFECTS`, with all pairs of the best at the second, and backward deletion."""
+    current, tried = calibrated, []
+    for _ in range(MOST_EFFECTS):
+        left = examine(current, library, seed)
+        limit = chi2_threshold(current)
+        if left.largest <= left.threshold and current.chi2 <= limit:
+            break
+        found = fits(current, shortlist(left, current.residual))
+        if len(current.model.hypotheses) == 1:
+            found += pair_fits(calibrated, library, seed)
+        tried += found
+        good = [each for each in found if accepted(_parent(each, calibrated, current), each, left.threshold)]
+        if not good:
+            break
+        current = without_needless(min(good, key=cost), left.threshold)
+    left = examine(current, library, seed)
+    return Choice(current, tuple(tried), left, chi2_threshold(current))
+
+
+def _parent(rich: Fit, calibrated: Fit, current: Fit) -> Fit:
+    own = set(current.model.hypotheses)
+    return current if own <= set(rich.model.hypotheses) else calibrated
+
+
+def pair_fits(calibrated: Fit, library: Sequence[Hypothesis], seed: int) -> list[Fit]:
+    """Full fits of the pairs that promise most."""
+    found = examine(calibrated, library, seed)
+    out = []
+    for a, b in best_pairs(found, calibrated.residual, PAIRS):
+        start = np.concatenate([calibrated.p, a.start, b.start])
+        if (fitted := fit(calibrated.model.adding(a.subject, b.subject), start)) is not None:
+            out.append(fitted)
+    return out
+
+
+def without_needless(fitted: Fit, threshold: float) -> Fit:
+    """Backward deletion: drop effects whose absence costs no more than chance."""
+    own = fitted.model.hypotheses
+    if len(own) < 2:
+        return fitted
+    for k in range(len(own)):
+        model = replace(fitted.model, hypotheses=own[:k] + own[k + 1 :])
+        shares = fitted.model.shares(fitted.p)
+        start = np.concatenate([fitted.p[: len(model.varied)], *shares[:k], *shares[k + 1 :]])
+        simpler = fit(model, start)
+        if simpler is not None and simpler.chi2 - fitted.chi2 <= threshold**2:
+            return without_needless(simpler, threshold)
+    return fitted
