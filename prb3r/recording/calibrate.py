@@ -108,7 +108,7 @@ class Model:
 
     def jacobian(self, p: np.ndarray, predicted: np.ndarray, states: Equilibria) -> np.ndarray:
         """(r + c, p) derivatives of the residuals, by differences; NaN where a change leads out of equilibrium."""
-        c, (low, high) = len(self.varied), self.bounds(p)
+        c, (_, high) = len(self.varied), self.bounds(p)
         effects = self.effects(p)
         chain = self.predict.chain_of(self.constants(p), effects)
         change = HISTORY_CHANGE if chain.presliding > 0 else DECLARED_CHANGE
@@ -187,10 +187,10 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     return basis[:, length > 1e-8]
 
 
-def fit(model: Model, start: np.ndarray) -> Fit | None:
+def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = ()) -> Fit | None:
     """Levenberg-Marquardt within bounds, from `start`; None where the start has no equilibrium.
 
-    A step into loads without equilibrium is taken back and shortened.
+    A step into loads without equilibrium is taken back and shortened.  `fixed` numbers parameters that stay.
     """
     low, high = model.bounds(start)
     p = np.clip(start, low, high)
@@ -206,7 +206,7 @@ def fit(model: Model, start: np.ndarray) -> Fit | None:
             jacobian = np.nan_to_num(jacobian)
         gradient = jacobian.T @ residual
         low, high = model.bounds(p)
-        held = ((p <= low) & (gradient > 0)) | ((p >= high) & (gradient < 0))
+        held = np.isin(np.arange(len(p)), fixed) | ((p <= low) & (gradient > 0)) | ((p >= high) & (gradient < 0))
         normal = jacobian.T @ jacobian
         scale = np.diag(normal) + 1e-12
         accepted = False

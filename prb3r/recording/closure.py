@@ -16,7 +16,7 @@ from prb3r.recording.locate import Direction, direction
 from prb3r.recording.recording import Kind
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Law:
     """A pattern of missing moments, or of shifted readings, that a recording can be tested for."""
 

@@ -23,45 +23,38 @@ LISTED = 4.0
 """Readings further off than this many sd are listed."""
 
 
-def field(readings: Readings, values: np.ndarray, kind: int, steps: int) -> np.ndarray:
-    """(s, n + 1) mean of `values` of one kind by step and disk; NaN where nothing was read."""
-    own, disks = readings.kind == kind, int(readings.disk.max(initial=0)) + 1
-    place = readings.step[own] * disks + readings.disk[own]
-    count = np.bincount(place, minlength=steps * disks)
-    total = np.bincount(place, values[own], minlength=steps * disks)
-    with np.errstate(invalid="ignore"):
-        return (total / count).reshape(steps, disks)
+def expectations(place: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(6, k) what the neighbours of each of `k` values along a line lead to expect; NaN where there are none.
 
-
-def expectations(table: np.ndarray) -> list[np.ndarray]:
-    """What the neighbours along the columns of `table` lead to expect: between them, and beyond them."""
-    padded = np.pad(table, ((0, 0), (3, 3)), constant_values=np.nan)
-    count = table.shape[1]
-    at = lambda shift: padded[:, 3 + shift : 3 + shift + count]  # noqa: E731
-    between = [(at(-1) + at(1)) / 2, (4 * (at(-1) + at(1)) - at(-2) - at(2)) / 6]
-    beyond = [weights for side in (1, -1) for weights in (2 * at(side) - at(2 * side),)]
-    bent = [3 * at(side) - 3 * at(2 * side) + at(3 * side) for side in (1, -1)]
-    return [*between, *beyond, *bent]
+    The line through both neighbours, the parabola through three, the lines and parabolas through those on one side.
+    """
+    guesses = np.full((6, len(values)), np.nan)
+    for row, shifts in enumerate([(-1, 1), (-2, -1, 1), (-1, -2), (1, 2), (-1, -2, -3), (1, 2, 3)]):
+        first, last = max(0, -min(shifts)), len(values) - max(0, *shifts)
+        if last <= first:
+            continue
+        own = np.arange(first, last)
+        near = [own + shift for shift in shifts]
+        guesses[row, own] = sum(
+            values[a] * np.prod([(place[own] - place[b]) / (place[a] - place[b]) for b in near if b is not a], axis=0)
+            for a in near
+        )
+    return guesses
 
 
 def lonely(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
     """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell."""
-    out, steps = np.zeros(readings.count), len(of_sequence)
-    for kind in np.unique(readings.kind):
-        own = readings.kind == kind
-        table = field(readings, deviation, kind, steps)
-        guesses = expectations(table)
-        for k in np.unique(of_sequence):
-            rows = of_sequence == k
-            along = np.full((len(guesses), *table.shape), np.nan)
-            along[:, rows] = [guess.T for guess in expectations(table[rows].T)]
-            guesses += list(along)
-        guess = np.stack(guesses)[:, readings.step[own], readings.disk[own]]
-        away = np.abs(deviation[own] - guess)
-        enough = np.isfinite(away).sum(0) >= 3
-        nearest = np.where(enough, np.nanmin(np.where(np.isfinite(away), away, np.inf), axis=0), 0.0)
-        out[own] = nearest
-    return out
+    guesses = np.full((2, 6, readings.count), np.nan)
+    sequence = of_sequence[readings.step]
+    for side, (line, place) in enumerate([(readings.step, readings.disk), (readings.disk, readings.step)]):
+        order = np.lexsort((place, line, sequence, readings.kind))
+        keys = np.stack([readings.kind, sequence, line])[:, order]
+        for own in np.split(order, np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1):
+            if len(np.unique(place[own])) == len(own):
+                guesses[side][:, own] = expectations(place[own].astype(float), deviation[own])
+    away = np.abs(deviation - guesses.reshape(12, -1))
+    known = np.isfinite(away)
+    return np.where(known.sum(0) >= 3, np.where(known, away, np.inf).min(0), 0.0)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.closure import law_directions, laws, mechanism
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
 
@@ -102,7 +103,7 @@ def fits(base: Fit, candidates: Sequence[Direction]) -> list[Fit]:
 
 def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> list[Direction]:
     """The directions worth a full fit: the best hypotheses, and of each kind the best if it is not nothing."""
-    order = found.best()
+    order = [k for k in found.best() if isinstance(found.directions[k].subject, Hypothesis)]
     chosen = order[:count]
     kinds = {found.directions[k].subject.kind for k in chosen}
     for k in order[count:]:
@@ -120,7 +121,7 @@ def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> li
 
 def best_pairs(found: Scores, residual: np.ndarray, count: int) -> list[tuple[Direction, Direction]]:
     """The pairs of directions that together would gain most, linearised; among the best and all that pair with them."""
-    order = [found.directions[k] for k in found.best()][:60]
+    order = [d for k in found.best() if isinstance((d := found.directions[k]).subject, Hypothesis)][:60]
     gains = []
     for a, b in combinations(range(len(order)), 2):
         both = np.hstack([order[a].basis, order[b].basis])
@@ -144,9 +145,11 @@ def accepted(simple: Fit, rich: Fit, threshold: float) -> bool:
 
 
 def examine(fitted: Fit, library: Sequence[Hypothesis], seed: int) -> Scores:
-    """Score test of the library on what `fitted` leaves, without the hypotheses that it has."""
+    """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
     rest = [each for each in library if each not in fitted.model.hypotheses]
-    return scores(fitted, directions(fitted, rest), seed)
+    mechanics = mechanism(fitted)
+    unnamed = law_directions(fitted, mechanics, laws(fitted, mechanics))
+    return scores(fitted, [*directions(fitted, rest), *unnamed], seed)
 
 
 def choose(calibrated: Fit, library: Sequence[Hypothesis], seed: int) -> Choice:

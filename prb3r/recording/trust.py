@@ -1,0 +1,72 @@
+"""Calibration under doubt: covariance, gross outliers and wrong weights settled before any physics is judged."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prb3r.model.effect import Base
+from prb3r.recording.calibrate import Fit, Model, calibrate, fit
+from prb3r.recording.covariance import noise_of, tension_sensitivity
+from prb3r.recording.hypothesis import Hypothesis, bench, hypotheses
+from prb3r.recording.locate import scores
+from prb3r.recording.outliers import Trust, Weight, distrust, wrong_weights
+from prb3r.recording.predict import Constants, Predictor
+from prb3r.recording.select import examine
+
+ROUNDS = 2
+MOST_WRONG_WEIGHTS = 3
+
+
+@dataclass(frozen=True)
+class Start:
+    """A calibrated recording, ready to be explained."""
+
+    calibrated: Fit
+    trust: Trust
+    library: tuple[Hypothesis, ...]
+
+
+def renewed(fitted: Fit, trust: Trust) -> Fit:
+    """The same model under the covariance that it predicts itself."""
+    sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, fitted.effects)
+    model: Model = replace(fitted.model, noise=trust.noise(fitted, sensitivity))
+    return fit(model, fitted.p) or fitted
+
+
+def start(predict: Predictor, without: frozenset[str], seed: int) -> Start:
+    """Calibrate, weigh gross outliers down, and set wrong weights aside.
+
+    Raises
+    ------
+    ValueError
+        If nothing near the nominal manipulator is in balance under the recorded loads.
+    """
+    recording = predict.recording
+    rough = noise_of(recording, tension_sensitivity(predict, Constants()))
+    fitted = calibrate(predict, rough)
+    trust = Trust(np.ones(recording.readings.count))
+    for _ in range(ROUNDS):
+        trust = Trust(distrust(fitted))
+        fitted = renewed(fitted, trust)
+    library = hypotheses(bench(recording, predict.chain, fitted.states), without)
+    for _ in range(MOST_WRONG_WEIGHTS):
+        wrong = wrong_weight(fitted, library, trust.doubted, seed)
+        if wrong is None:
+            break
+        trust = replace(trust, doubted=(*trust.doubted, wrong))
+        fitted = renewed(fitted, trust)
+    return Start(fitted, trust, library)
+
+
+def wrong_weight(fitted: Fit, library: Sequence[Hypothesis], known: Sequence[Weight], seed: int) -> Weight | None:
+    """The weight that explains more than any effect and any law could, if there is one."""
+    effects: list[Base] = fitted.effects
+    sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, effects)
+    doubted = {weight.step for weight in known}
+    candidates = [d for d in wrong_weights(fitted, sensitivity) if d.subject.step not in doubted]
+    tested = scores(fitted, candidates, seed)
+    if tested.largest <= tested.threshold:
+        return None
+    others = examine(fitted, library, seed)
+    return candidates[int(np.argmax(tested.z))].subject if tested.largest > others.largest else None
