@@ -40,6 +40,17 @@ class Noise:
     sd: np.ndarray
     """(r,) reading noise, m or rad."""
     blocks: tuple[Block, ...]
+    believed: np.ndarray
+    """(r,) whether a reading is not weighed down."""
+
+    @property
+    def total_sd(self) -> np.ndarray:
+        """(r,) standard deviation of every reading, tension scatter included, m or rad."""
+        out = self.sd**2
+        for block in self.blocks:
+            common = block.basis**2 @ (1 / (1 - block.shrink) ** 2 - 1)
+            out[block.rows] += self.sd[block.rows] ** 2 * common
+        return np.sqrt(out)
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
         """(r, ...) deviations in units of the noise, made independent of each other."""
@@ -113,4 +124,4 @@ def noise_of(
         basis, size, _ = np.linalg.svd(columns, full_matrices=False)
         kept = size > 1e-9
         blocks.append(Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2)))
-    return Noise(sd, tuple(blocks))
+    return Noise(sd, tuple(blocks), sd == reading_sd(recording))

@@ -3,14 +3,15 @@
 An effect moves neighbouring disks and neighbouring steps alike; a slip of the eye or of a label does not.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.recording.calibrate import Fit, Model, fit
+from prb3r.recording.calibrate import Fit
 from prb3r.recording.covariance import Noise, noise_of, reading_sd
 from prb3r.recording.locate import Direction, direction
+from prb3r.recording.predict import Predictor
 from prb3r.recording.recording import Readings
 
 ALONE = 5.0
@@ -62,15 +63,20 @@ def student(deviation: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum((FREEDOM + deviation**2) / (FREEDOM + 1), 1.0))
 
 
-def distrust(fitted: Fit) -> np.ndarray:
+def distrust_of(predict: Predictor, predicted: np.ndarray) -> np.ndarray:
     """(r,) factor on the standard deviation of every reading: 1 but for gross outliers."""
-    recording = fitted.model.predict.recording
-    deviation = fitted.model.predict.misfit(fitted.predicted()) / reading_sd(recording)
+    recording = predict.recording
+    deviation = predict.misfit(predicted) / reading_sd(recording)
     off = lonely(recording.readings, deviation, recording.of_sequence)
     gross = off > ALONE
-    if gross.mean() > MOST:
+    if not np.isfinite(predicted).all() or gross.mean() > MOST:
         return np.ones(len(off))
     return np.where(gross, student(np.maximum(off, np.abs(deviation))), 1.0)
+
+
+def distrust(fitted: Fit) -> np.ndarray:
+    """(r,) of :func:`distrust_of` for a fitted model."""
+    return distrust_of(fitted.model.predict, fitted.predicted())
 
 
 class Weight(NamedTuple):
@@ -102,12 +108,6 @@ class Trust:
     def noise(self, fitted: Fit, sensitivity: np.ndarray) -> Noise:
         doubted = sorted({weight.step for weight in self.doubted})
         return noise_of(fitted.model.predict.recording, sensitivity, self.distrust, doubted)
-
-
-def refit(fitted: Fit, noise: Noise) -> Fit:
-    """The same model under other noise."""
-    model: Model = replace(fitted.model, noise=noise)
-    return fit(model, fitted.p) or fitted
 
 
 def far_off(fitted: Fit, trust: Trust) -> list[int]:

@@ -38,10 +38,14 @@ def sentence(hypothesis: Hypothesis, found: Mapping[str, Estimate], nominal_fric
     millimetres = value.times(1e3)
     match hypothesis.kind:
         case "cable_friction":
-            return f"The cables rub in their holes with a coefficient of {value}, where the nominal model has no friction."
+            return (
+                f"The cables rub in their holes with a coefficient of {value}, where the nominal model has no friction."
+            )
         case "pulley_friction":
             loss = value.less(1.0).times(100)
-            return f"The pulley (or sheath) of {of_cables} takes {loss:.2g} % of the tension before it reaches the base."
+            return (
+                f"The pulley (or sheath) of {of_cables} takes {loss:.2g} % of the tension before it reaches the base."
+            )
         case "slip_history":
             return (
                 "The cables stick and slip with the load history: friction builds up over "
@@ -66,7 +70,9 @@ def sentence(hypothesis: Hypothesis, found: Mapping[str, Estimate], nominal_fric
             as_if = "as if its stiffness were"
             return f"Plate {place['plate']} bends {as_if} {value} of nominal: look for a crack, a loose clamp, a wrong plate."
         case "segment_stiffness":
-            return f"The plates of segment {place['segment']} are {value} times as stiff as those of the others suggest."
+            return (
+                f"The plates of segment {place['segment']} are {value} times as stiff as those of the others suggest."
+            )
         case "nonlinear_plate" if place["law"] == "cubic":
             return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {value} m^2."
         case "nonlinear_plate":

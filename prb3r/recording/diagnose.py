@@ -1,0 +1,363 @@
+"""From a recording to a verdict: locate the mismatch, name the physics that was left out, and say how sure that is."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from prb3r.errors import Problem, RecordingError
+from prb3r.model.effect import Base
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.closure import Mechanism, MomentMap, mechanism, missing_moments
+from prb3r.recording.clues import Clue, clues
+from prb3r.recording.experiment import Experiment, best_experiment
+from prb3r.recording.heldout import HeldOut, judge, noise_on, predictions, set_aside
+from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.locate import DETECTABLE, Scores
+from prb3r.recording.outliers import Trust, far_off
+from prb3r.recording.predict import Constants, predictor
+from prb3r.recording.profile import Profile, profile
+from prb3r.recording.recording import Recording
+from prb3r.recording.rivals import Rival, rivals
+from prb3r.recording.select import Choice, bic, chi2_threshold, choose, examine
+from prb3r.recording.statements import Estimate, sentence
+from prb3r.recording.trust import renewed, start
+
+VERDICTS = ("adequate", "explained", "ambiguous", "unexplained")
+FAR_FROM_ONE = 1.5
+"""With a larger reduced chi-square no interval is printed."""
+MOST_EXPERIMENTS = 2
+
+Report = Callable[[str], None]
+"""Hears which step is under way."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that the diagnosis names."""
+
+    hypothesis: Hypothesis
+    effect: Base
+    parameters: Mapping[str, Estimate]
+    places: Mapping[str, tuple[Any, tuple[Any, ...]]]
+    """Where: the best place, and all that cannot be told from it."""
+    statement: str
+    rivals: tuple[Rival, ...]
+    """Effects of another kind that cannot be told apart."""
+    delta_bic: float
+    """Negative: better with the effect than without."""
+    heldout_gain: float | None
+    """Share of the excess squared error on held-out sequences that this effect removes."""
+    partial: bool
+    profiles: Mapping[str, Profile]
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Where the calibrated model misses, and what that depends on."""
+
+    plates: tuple[int, ...]
+    sequences: tuple[str, ...]
+    depends_on: tuple[str, ...]
+    statement: str
+    moments: MomentMap
+    mechanics: Mechanism
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest effect of a kind that the recording would have shown."""
+
+    hypothesis: Hypothesis
+    size: float | None
+    """Change of the first free parameter; None for an effect without degrees."""
+    shown: bool
+    """Whether an effect without degrees would have shown."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a recording tells."""
+
+    recording: Recording
+    seed: int
+    verdict: str
+    training: Recording
+    """The sequences that were fitted."""
+    nominal_chi2: float | None
+    """Reduced, of the nominal model; None where it has no equilibrium."""
+    calibrated: Fit
+    explained: Fit
+    trust: Trust
+    choice: Choice
+    before: Scores
+    """Score test of what calibration leaves."""
+    named: tuple[Named, ...]
+    mismatch: Mismatch
+    heldout: HeldOut | None
+    clues: tuple[Clue, ...]
+    detectable: tuple[Detectable, ...]
+    experiments: tuple[tuple[str, str, Experiment], ...]
+    """Two rivals by name, and the load program that separates them."""
+    remarks: tuple[str, ...]
+
+    @property
+    def outliers(self) -> list[int]:
+        """Readings of the training part beyond 4 sd of the explained model."""
+        return far_off(self.explained, self.trust)
+
+    def manipulator(self, fitted: Fit) -> Manipulator:
+        """The recorded manipulator with the constants and effects of a fitted model."""
+        return adjusted(self.recording.manipulator, fitted.constants, fitted.effects)
+
+
+def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Base]) -> Manipulator:
+    """A manipulator with calibrated constants and more effects, on the elastica plate model."""
+    plain = nominal.model_dump(exclude_none=True)
+    stiffer = float(np.exp(constants.log_stiffness))
+    plain["model"] = "elastica"
+    plain["youngs_modulus_pa"] *= stiffer
+    for segment in plain["segment"]:
+        if "bending_stiffness_n_m2" in segment:
+            segment["bending_stiffness_n_m2"] *= stiffer
+    plain["friction"]["coefficient"] *= float(np.exp(constants.log_friction))
+    plain["effect"] = [*plain.get("effect", []), *(effect.model_dump(exclude_none=True) for effect in effects)]
+    return Manipulator.model_validate(plain)
+
+
+def diagnose(
+    recording: Recording,
+    *,
+    seed: int = 0,
+    without: frozenset[str] = frozenset(),
+    report: Report = lambda step: None,
+    hold_out: bool = True,
+) -> Diagnosis:
+    """Diagnose a recording.
+
+    Parameters
+    ----------
+    seed : of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis.
+    without : kinds of effects that are not considered.
+    report : hears the name of every step as it begins.
+    hold_out : set a quarter of the sequences aside; False where another recording is held out instead.
+
+    Raises
+    ------
+    RecordingError
+        If nothing near the nominal manipulator is in balance under the recorded loads.
+    """
+    report("calibrate")
+    aside = set_aside(recording.of_sequence, recording.loads.tension > 0, seed) if hold_out else ()
+    training = recording.only(set(range(len(recording.sequences))) - set(aside))
+    predict = predictor(training)
+    try:
+        begun = start(predict, without, seed)
+    except ValueError as error:
+        raise RecordingError(Problem(recording.name, str(error))) from None
+    calibrated, trust, library = begun.calibrated, begun.trust, begun.library
+    report("locate")
+    before = examine(calibrated, library, seed)
+    report("explain")
+    choice = choose(calibrated, library, seed)
+    if choice.fitted.model.hypotheses:  # covariance and outliers as the explanation has them
+        trust = replace(trust, distrust=begun.trust.distrust)
+        explained = renewed(choice.fitted, trust)
+        left = examine(explained, library, seed)
+        choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
+    report("rivals")
+    unexplained = choice.structured
+    held = _held_out(recording, aside, calibrated, choice.fitted)
+    named = tuple(
+        _named(choice, k, library, seed, recording, aside, partial=unexplained)
+        for k in range(len(choice.fitted.model.hypotheses))
+    )
+    if not named:
+        verdict = "unexplained" if unexplained else "adequate"
+    else:
+        verdict = "unexplained" if unexplained else "ambiguous" if any(n.rivals for n in named) else "explained"
+    report("next experiment")
+    experiments = _experiments(choice, named) if verdict == "ambiguous" else ()
+    return Diagnosis(
+        recording=recording,
+        seed=seed,
+        verdict=verdict,
+        training=training,
+        nominal_chi2=_nominal_chi2(calibrated),
+        calibrated=calibrated,
+        explained=choice.fitted,
+        trust=trust,
+        choice=choice,
+        before=before,
+        named=named,
+        mismatch=_mismatch(calibrated, choice, before, named),
+        heldout=held,
+        clues=tuple(clues(calibrated)),
+        detectable=_detectable(choice.scores),
+        experiments=experiments,
+        remarks=_remarks(recording, training, trust),
+    )
+
+
+def _nominal_chi2(calibrated: Fit) -> float | None:
+    """Reduced chi-square of the nominal constants in the calibrated frame."""
+    model, constants = calibrated.model, calibrated.constants
+    predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
+    if not np.isfinite(predicted).all():
+        return None
+    misfit = model.noise.whiten(model.predict.misfit(predicted))
+    return float(misfit @ misfit / len(misfit))
+
+
+def _held_out(recording: Recording, aside: Sequence[int], calibrated: Fit, explained: Fit) -> HeldOut | None:
+    if not aside:
+        return None
+    predict = predictor(recording.only(aside))
+    noise = noise_on(predict, explained)
+    return judge(predict, noise, *predictions(predict, [calibrated, explained]))
+
+
+def _named(choice: Choice, number: int, library, seed: int, recording: Recording, aside, *, partial: bool) -> Named:
+    """Everything that is said of one chosen effect."""
+    fitted = choice.fitted
+    hypothesis = fitted.model.hypotheses[number]
+    friction = fitted.model.friction(fitted.p)
+    found = rivals(choice, number, library, seed)
+    near = [rival for rival in found if rival.indistinguishable]
+    places, others = {}, []
+    same = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
+    for key, value in hypothesis.place:
+        if key != "law":
+            values = {value, *(dict(rival.hypothesis.place)[key] for rival in same)}
+            places[key] = (value, tuple(sorted(values, key=str if isinstance(value, str) else None)))
+    others = [rival for rival in near if rival not in same]
+    first = len(fitted.model.varied) + sum(len(each.free) for each in fitted.model.hypotheses[:number])
+    sure = fitted.reduced < FAR_FROM_ONE
+    parameters, profiles = {}, {}
+    for k, free in enumerate(hypothesis.free):
+        u = fitted.p[first + k]
+        if sure:
+            profiles[free.name] = profile(fitted, first + k)
+            ends = sorted(free.value(end, friction) for end in (profiles[free.name].low, profiles[free.name].high))
+            parameters[free.name] = Estimate(free.value(u, friction), *ends)
+        else:
+            parameters[free.name] = Estimate(free.value(u, friction))
+    simpler = _without(choice, number)
+    gain = None
+    if aside and simpler is not None and (held := _held_out(recording, aside, simpler, fitted)) is not None:
+        gain = held.gain
+    statement = sentence(hypothesis, parameters, friction)
+    for key, (value, among) in places.items():
+        if len(among) > 1:
+            listed = ", ".join(str(each) for each in among)
+            statement += f" These recordings cannot tell {key} {value} from {key} {listed}."
+    return Named(
+        hypothesis,
+        fitted.effects[number],
+        parameters,
+        places,
+        statement,
+        tuple(others),
+        bic(fitted) - bic(simpler) if simpler is not None else float("nan"),
+        gain,
+        partial,
+        profiles,
+    )
+
+
+def _same_but_place(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether two hypotheses are the same effect elsewhere."""
+    a, b = dict(one.place), dict(other.place)
+    return one.kind == other.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
+
+
+def _without(choice: Choice, number: int) -> Fit | None:
+    """The chosen model refitted without one effect."""
+    fitted = choice.fitted
+    own, shares = fitted.model.hypotheses, fitted.model.shares(fitted.p)
+    model = replace(fitted.model, hypotheses=own[:number] + own[number + 1 :])
+    first = np.concatenate([fitted.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]])
+    return fit(model, first)
+
+
+def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
+    out = []
+    for each in named:
+        for rival in each.rivals[: MOST_EXPERIMENTS - len(out)]:
+            best = best_experiment(choice.fitted, rival.fitted)
+            out.append((each.hypothesis.name, rival.hypothesis.name, best))
+    return tuple(out)
+
+
+def _mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[Named]) -> Mismatch:
+    """Where and on what: of what calibration leaves, or of what the best model leaves where that is structured."""
+    judged, fitted = (choice.scores, choice.fitted) if choice.structured else (before, calibrated)
+    mechanics = mechanism(fitted)
+    moments = missing_moments(fitted, mechanics)
+    strong = [
+        (float(z), d.subject)
+        for z, d in zip(judged.z, judged.directions, strict=True)
+        if not isinstance(d.subject, Hypothesis) and z > judged.threshold
+    ]
+    strong.sort(key=lambda pair: -pair[0])
+    top = [law for z, law in strong if z > 0.7 * strong[0][0]]
+    depends = tuple(dict.fromkeys({"bend_cubed": "bend", "constant": "position"}.get(law.of, law.of) for law in top))
+    plates = [int(law.place.split()[1]) for law in top if law.place.startswith("plate ")]
+    plates += [p for n in named for key, (_, among) in n.places.items() if key in ("plate",) for p in among]
+    count = fitted.model.predict.recording.readings.count
+    recording = fitted.model.predict.recording
+    of_reading = recording.of_sequence[recording.readings.step]
+    squared = np.array(
+        [np.mean(fitted.residual[:count][of_reading == k] ** 2) for k in range(len(recording.sequences))]
+    )
+    rows = np.bincount(of_reading, minlength=len(squared))
+    loud = squared > 1 + 3 * np.sqrt(2 / np.maximum(rows, 1))
+    sequences = tuple(name for name, on in zip(recording.sequences, loud, strict=True) if on)
+    if not strong and not named and not choice.structured:
+        statement = "Nothing is left that chance does not explain."
+    else:
+        where = ", ".join(dict.fromkeys(law.place for law in top[:4])) or "no single place"
+        on = " and ".join(depends[:3]) or "nothing that was tried"
+        what = "What is left after the best explanation" if choice.structured and named else "What calibration leaves"
+        statement = f"{what} sits at {where} and goes with {on}."
+        if sequences and len(sequences) < len(recording.sequences):
+            statement += f" It is seen in {', '.join(sequences)}."
+    return Mismatch(tuple(sorted(set(plates))), sequences, depends, statement, moments, mechanics)
+
+
+def _detectable(judged: Scores) -> tuple[Detectable, ...]:
+    best: dict[str, Detectable] = {}
+    for each in judged.directions:
+        hypothesis = each.subject
+        if not isinstance(hypothesis, Hypothesis) or each.size == 0:
+            continue
+        if not hypothesis.by_degrees:
+            found = Detectable(hypothesis, None, each.size > DETECTABLE)
+            if hypothesis.kind not in best or (found.shown and not best[hypothesis.kind].shown):
+                best[hypothesis.kind] = found
+            continue
+        free = hypothesis.free[0]
+        size = abs(free.value(DETECTABLE / each.size) - free.null)
+        if free.log:
+            size = abs(free.null * np.expm1(DETECTABLE / each.size))
+        old = best.get(hypothesis.kind)
+        if old is None or old.size is None or size < old.size:
+            best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
+    return tuple(best.values())
+
+
+def _remarks(recording: Recording, training: Recording, trust: Trust) -> tuple[str, ...]:
+    remarks = list(recording.remarks)
+    for step, cable in trust.doubted:
+        row, name = training.steps.iloc[step], recording.manipulator.cable_names[cable]
+        noted = training.loads.tension[step, cable]
+        remarks.append(
+            f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
+            "not go with its readings; it was not believed"
+        )
+    weighed = int((trust.distrust > 1).sum())
+    if weighed:
+        remarks.append(f"{weighed} readings are far from what their neighbours show; they were weighed down")
+    return tuple(remarks)

@@ -1,0 +1,95 @@
+"""Before and after on sequences, or recordings, that no fit has seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from prb3r.recording.calibrate import Fit
+from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
+from prb3r.recording.outliers import distrust_of
+from prb3r.recording.predict import Predictor
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors of models on readings that were set aside."""
+
+    sequences: tuple[str, ...]
+    rmse_calibrated_m: float | None
+    """Root mean square error of positions, gross outliers left out; None where no position was read."""
+    rmse_explained_m: float | None
+    noise_m: float | None
+    """What a perfect model would leave."""
+    rmse_calibrated_rad: float | None
+    """Of angles and bends."""
+    rmse_explained_rad: float | None
+    noise_rad: float | None
+    chi2_calibrated: float
+    """Squared whitened error."""
+    chi2_explained: float
+    readings: int
+
+    @property
+    def gain(self) -> float:
+        """Share of the excess squared error that the explanation removes; at most 1, 0 where there is no excess."""
+        excess = self.chi2_calibrated - self.readings
+        return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
+
+
+def set_aside(of_sequence: np.ndarray, pulled: np.ndarray, seed: int) -> tuple[int, ...]:
+    """A quarter of the sequences, at least one where there are three or more, so that no cable goes unseen.
+
+    Parameters
+    ----------
+    of_sequence : (s,) sequence of every step.
+    pulled : (s, m) whether a cable is pulled there.
+    """
+    count = int(of_sequence.max()) + 1
+    if count < 3:
+        return ()
+    used = np.stack([pulled[of_sequence == k].any(0) for k in range(count)])
+    chosen: list[int] = []
+    for k in np.random.default_rng(seed).permutation(count):
+        rest = np.delete(used, [*chosen, k], axis=0)
+        if (rest.sum(0) >= np.minimum(used.sum(0), 2)).all() and len(chosen) < max(count // 4, 1):
+            chosen.append(int(k))
+    return tuple(sorted(chosen or [int(np.random.default_rng(seed).integers(count))]))
+
+
+def noise_on(predict: Predictor, fitted: Fit) -> Noise:
+    """Covariance of other readings of the same manipulator, gross outliers weighed down."""
+    sensitivity = tension_sensitivity(predict, fitted.constants, fitted.effects)
+    doubt = distrust_of(predict, predict(fitted.constants, fitted.effects))
+    return noise_of(predict.recording, sensitivity, doubt)
+
+
+def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
+    """Compare two predictions (r,) of readings that were set aside."""
+    recording = predict.recording
+    clean = noise.believed
+    before, after = predict.misfit(calibrated), predict.misfit(explained)
+    position = recording.readings.kind <= 1
+
+    def rms(values: np.ndarray, own: np.ndarray) -> float | None:
+        own = own & clean
+        return float(np.sqrt(np.mean(values[own] ** 2))) if own.any() else None
+
+    scatter = noise.total_sd
+    return HeldOut(
+        recording.sequences,
+        rms(before, position),
+        rms(after, position),
+        rms(scatter, position),
+        rms(before, ~position),
+        rms(after, ~position),
+        rms(scatter, ~position),
+        float(np.sum(noise.whiten(before) ** 2)),
+        float(np.sum(noise.whiten(after) ** 2)),
+        recording.readings.count,
+    )
+
+
+def predictions(predict: Predictor, fits: Sequence[Fit]) -> list[np.ndarray]:
+    """(r,) what each fitted model predicts for other readings of the same manipulator in the same frame."""
+    return [predict(each.constants, each.effects) for each in fits]
