@@ -283,7 +283,7 @@ def _without(choice: Choice, number: int) -> Fit | None:
 
 
 def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
-    out = []
+    out: list[tuple[str, str, Experiment]] = []
     for each in named:
         for rival in each.rivals[: MOST_EXPERIMENTS - len(out)]:
             best = best_experiment(choice.fitted, rival.fitted)

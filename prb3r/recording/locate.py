@@ -82,8 +82,8 @@ def directions(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Direction]
                 columns.append((moved - middle) / abs(step))
             whole = np.stack(columns, 1)
             whole = np.nan_to_num(whole) if np.isfinite(whole).all() else np.zeros_like(whole)
-            moved = direction(fitted, hypothesis, whole, basis)
-            found.append(replace(moved, start=start, one_sided=hypothesis.sided or not hypothesis.by_degrees))
+            one = direction(fitted, hypothesis, whole, basis)
+            found.append(replace(one, start=start, one_sided=hypothesis.sided or not hypothesis.by_degrees))
     return found
 
 

@@ -67,8 +67,8 @@ def sentence(hypothesis: Hypothesis, found: Mapping[str, Estimate], nominal_fric
         case "hole_clearance":
             return f"The cables have play in their holes and lie {millimetres} mm toward the inner side of the bend."
         case "weakened_plate":
-            as_if = "as if its stiffness were"
-            return f"Plate {place['plate']} bends {as_if} {value} of nominal: look for a crack, a loose clamp, a wrong plate."
+            look = "look for a crack, a loose clamp, a wrong plate"
+            return f"Plate {place['plate']} bends as if its stiffness were {value} of nominal: {look}."
         case "segment_stiffness":
             return (
                 f"The plates of segment {place['segment']} are {value} times as stiff as those of the others suggest."
