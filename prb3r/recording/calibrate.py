@@ -6,6 +6,7 @@ squares is minus twice the logarithm of the posterior density, up to a constant.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class Model:
     def shares(self, p: np.ndarray) -> list[np.ndarray]:
         """The part of `p` that belongs to each hypothesis."""
         ends = len(self.varied) + np.cumsum([0] + [len(each.free) for each in self.hypotheses])
-        return [p[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        return [p[a:b] for a, b in pairwise(ends)]
 
     def effects(self, p: np.ndarray) -> list[Base]:
         friction = self.friction(p)

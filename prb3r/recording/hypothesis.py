@@ -115,7 +115,7 @@ class Bench(NamedTuple):
     @property
     def pulled(self) -> list[str]:
         """Cables that are ever loaded."""
-        loaded = (self.recording.loads.tension > 0).any(0)
+        loaded = (self.recording.loads.tension > 0).any(axis=0).tolist()
         return [name for name, on in zip(self.manipulator.cable_names, loaded, strict=True) if on]
 
     @property
