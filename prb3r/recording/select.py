@@ -17,6 +17,8 @@ PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
 AT_BOUND = 1e-6
+STRONG, SOFTER = 0.2, (0.35, 0.7)
+"""Sizes of effects, and falls of ln stiffness, that a fit begins from where softer plates alone have no equilibrium."""
 
 
 def left_out(fitted: Fit) -> np.ndarray:
@@ -90,14 +92,39 @@ def chi2_threshold(fitted: Fit) -> float:
     return float(chi2_law.isf(LEVEL, fitted.freedom))
 
 
+def cornered(fitted: Fit) -> bool:
+    """Whether a slightly softer manipulator has no equilibrium: the fit may be pinned there."""
+    softer = fitted.p.copy()
+    softer[0] -= 0.1
+    return not np.isfinite(fitted.model.predicted(softer)).all()
+
+
+def beginnings(base: Fit, candidate: Direction, pinned: bool) -> list[np.ndarray]:
+    """Where full fits with one more effect begin; from softer plates and a strong effect too where `base` is pinned."""
+    found = [np.concatenate([base.p, candidate.start])]
+    hypothesis = candidate.subject
+    if not pinned or not hypothesis.mechanical:
+        return found
+    strong = [candidate.start]
+    if hypothesis.by_degrees and len(hypothesis.free) == 1:
+        low, high = hypothesis.free[0].bounds(base.model.friction(base.p))
+        strong = [np.array([u]) for u in (-STRONG, STRONG, 3 * STRONG) if low <= u <= high]
+    for softer in SOFTER:
+        softened = base.p.copy()
+        softened[0] -= softer
+        found += [np.concatenate([softened, u]) for u in strong]
+    return found
+
+
 def fits(base: Fit, candidates: Sequence[Direction]) -> list[Fit]:
     """Full fits of `base` with one more effect each; the best start of each hypothesis wins."""
     best: dict[Hypothesis, Fit] = {}
+    pinned = cornered(base)
     for each in candidates:
-        start = np.concatenate([base.p, each.start])
-        found = fit(base.model.adding(each.subject), start)
-        if found is not None and (each.subject not in best or found.chi2 < best[each.subject].chi2):
-            best[each.subject] = found
+        for start in beginnings(base, each, pinned):
+            found = fit(base.model.adding(each.subject), start)
+            if found is not None and (each.subject not in best or found.chi2 < best[each.subject].chi2):
+                best[each.subject] = found
     return list(best.values())
 
 
