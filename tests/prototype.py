@@ -58,7 +58,7 @@ def random_chain(rng, plate=PRB_3R, plates=6, cables=3):
 
 
 def random_loads(rng, chain, steps=1, tension=20.0, dead=0.4):
-    """Tensions, slips, and dead loads on every disk and on the tip."""
+    """Tensions, slips, dead loads on every disk and on the tip, and moments on the arcs."""
     cables, plates = len(chain.reach), chain.plates
     return loads(
         chain,
@@ -66,6 +66,7 @@ def random_loads(rng, chain, steps=1, tension=20.0, dead=0.4):
         rng.uniform(-1, 1, (steps, cables)),
         rng.normal(0, 1, (steps, plates, 2)) * dead / plates,
         rng.normal(0, 1, (steps, 2)) * dead,
+        rng.normal(0, 0.1, (steps, plates)),
     )
 
 

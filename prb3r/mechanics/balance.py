@@ -3,11 +3,12 @@ r"""The only statement of equilibrium: what one plate feels, and how that change
 A plate is cut free at each of its nodes `P_k`.  The part beyond carries the tension of every cable that crosses the
 plate and the dead loads further out (Eq. 8-10, 12); in the frame of the plate's proximal disk
 
-    r_k = K_k (q_k - rest_k) - [ moment - P_k x force ]
+    r_k = K_k (q_k - rest_k) - [ moment + extra - P_k x force ]
 
-with `force` and `moment` (about the frame's origin) of cables and dead loads together.  Plates further in enter only
-through the tensions and directions with which cables arrive and through the frame; plates further out only through
-the dead loads, whose forces are known and whose total moment about the world origin is one scalar.
+with `force` and `moment` (about the frame's origin) of cables and dead loads together, and `extra` on the arc itself.
+Plates further in enter only through the tensions and directions with which cables arrive and through the frame; plates
+further out only through the dead loads, whose forces are known and whose total moment about the world origin is one
+scalar.
 """
 
 from math import copysign
@@ -79,7 +80,7 @@ def balance_plate(model, plate, span, cable):
     pull_cables(model, plate, span, cable)
     n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-    moment = plate.wrench[2] + plate.load[2]
+    moment = plate.wrench[2] + plate.load[2] + plate.extra
     help = 0.0  # tangent stiffness of disks in contact, between the ends of the plate
     if abs(plate.bend) > model.contact_angle:
         help = model.contact_stiffness

@@ -27,6 +27,16 @@ class Contact(NamedTuple):
     stiffness: float = 0.0
 
 
+class Term(NamedTuple):
+    """A moment on the arc of each plate that follows the state: `coefficient` (n,) times what `of` names.
+
+    The mechanics leaves terms alone; `prb3r.model.closure` turns them into `Loads.moment`.
+    """
+
+    of: str
+    coefficient: np.ndarray
+
+
 class Chain(NamedTuple):
     """Geometry, stiffness and friction of a manipulator of `n` plates and `m` cables."""
 
@@ -69,6 +79,8 @@ class Chain(NamedTuple):
     """Loads that always act (one step), at rest too; tensions are added to the applied ones."""
     tip_efficiency: float = 1.0
     """Share of the tip load that arrives."""
+    closure: tuple[Term, ...] = ()
+    """Moments on the arcs that follow the state."""
 
     @property
     def plates(self) -> int:
@@ -91,24 +103,27 @@ class Loads(NamedTuple):
     """(s, n, 2) dead force at the centre of each disk 1..n, N."""
     tip: np.ndarray
     """(s, 2) dead force at the centre of the tip disk's distal face, N."""
+    moment: np.ndarray
+    """(s, n) extra bending moment on the arc of each plate, the same all along it, N m."""
 
     @property
     def steps(self) -> int:
         return self.tension.shape[0]
 
 
-def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0) -> Loads:
+def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0) -> Loads:
     """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`."""
     tension = np.atleast_2d(np.asarray(tension, float))
     steps, cables = tension.shape
     full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
-    return Loads(tension.copy(), full(slip, cables), full(force, chain.plates, 2), full(tip, 2))
+    return Loads(
+        tension.copy(), full(slip, cables), full(force, chain.plates, 2), full(tip, 2), full(moment, chain.plates)
+    )
 
 
 def no_loads(chain: Chain) -> Loads:
     """One step without any load."""
-    plates, cables = chain.offset.shape
-    return Loads(np.zeros((1, cables)), np.zeros((1, cables)), np.zeros((1, plates, 2)), np.zeros((1, 2)))
+    return loads(chain, np.zeros((1, chain.offset.shape[1])), slip=0.0)
 
 
 def acting(chain: Chain, loads: Loads) -> Loads:
@@ -118,12 +133,11 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     """
     constant = chain.constant or no_loads(chain)
     tip = loads.tip * chain.tip_efficiency
-    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.tension, loads.force, tip)]
-    tension, force, tip = (
-        f + c for f, c in zip(applied, (constant.tension, constant.force, constant.tip), strict=True)
-    )
+    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.tension, loads.force, tip, loads.moment)]
+    always = constant.tension, constant.force, constant.tip, constant.moment
+    tension, force, tip, moment = (f + c for f, c in zip(applied, always, strict=True))
     slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])
-    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip)))
+    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip, moment)))
 
 
 class Pose(NamedTuple):

@@ -68,7 +68,7 @@ def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.nda
     """
     work = scratch(packed, modes.shape[2])
     packed.plate["q"][:-1] = q
-    chain_tangent(packed, *loads, modes, work)
+    chain_tangent(packed, loads.tension, loads.slip, loads.force, loads.tip, modes, work)
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
 
@@ -94,6 +94,7 @@ def solve(
     rows = acting(chain, loads)
     onset = Loads(*(np.concatenate([np.zeros_like(field[:1]), field[:1]]) for field in rows))
     dead = rows.force.any((1, 2)) | rows.tip.any(1)
+    packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
         status=np.full((steps, 2), FAILED),
@@ -119,7 +120,7 @@ def solve(
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            step = Loads(np.maximum(rows.tension[s + 1], 0.0), rows.slip[s + 1], rows.force[s + 1], rows.tip[s + 1])
+            step = Loads(*(field[s + 1] for field in rows))._replace(tension=np.maximum(rows.tension[s + 1], 0.0))
             path.lowest[s] = lowest_under_load(packed, modes, step, path.q[s])
         outcome[path.lowest <= 0] = Outcome.UNSTABLE
     x, y, angle = np.moveaxis(path.disk, -1, 0)

@@ -153,6 +153,10 @@ def attempt(packed, loads, last, s, share, loaded, modes, work, now):
     if loaded:
         blend(loads.force, last, s, share, now.force)
         blend(loads.tip, last, s, share, now.tip)
+    if packed.model[0].extra:
+        start, target = loads.moment[last], loads.moment[s]
+        for i in range(len(target)):
+            packed.plate[i].extra = start[i] + share * (target[i] - start[i])
     if modes is not None:
         return newton_modes(packed, now.tension, now.slip, now.force, now.tip, modes, work)
     if loaded or packed.model[0].presliding != 0.0:

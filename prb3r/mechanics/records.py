@@ -45,6 +45,7 @@ def plate_fields(n: int, links: int) -> list[tuple]:
         ("wrench", float, (3,)),  # force and moment (about the frame's origin) of the cables on the distal part
         ("dwrench", float, (3, n)),
         ("load", float, (3,)),  # the same of the dead loads further out
+        ("extra", float),  # extra bending moment all along the arc
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
     ]
 
@@ -89,6 +90,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("ratio", float),
         ("contact_angle", float),
         ("contact_stiffness", float),
+        ("extra", bool),  # whether any plate ever has an extra moment
     ]
 
 

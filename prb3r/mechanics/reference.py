@@ -68,6 +68,7 @@ def seed_residual(chain: Chain, step: Loads, q: np.ndarray) -> np.ndarray:
     bend = q.sum(1)
     force, moment = wrench(chain, step, (bend, _end(chain, bend, links @ plate.end)))
     hinge = chain.clamp[:, None] + arc * (links @ plate.reach.T)
+    moment = moment + step.moment
     return chain.stiffness * (q - chain.rest) - moment[:, None] + _cross(hinge, force[:, None])
 
 
@@ -153,7 +154,7 @@ def elastica_shooting(chain: Chain, step: Loads, ramp: int = 4) -> tuple[np.ndar
     """
     ends = _arcs(np.zeros(chain.plates))
     for share in np.arange(1, ramp + 1) / ramp:
-        part = Loads(share * step.tension, step.slip, share * step.force, share * step.tip)
+        part = Loads(*(share * field for field in step))._replace(slip=step.slip)
         ends, _ = _root(chain, part, _initial_value, ends, xtol=1e-12)
     bend, x, y = ends
     return bend, _pose(chain, (bend, _end(chain, bend, x + 1j * y)))
@@ -167,7 +168,9 @@ def _felt(chain: Chain, step: Loads, ends: np.ndarray) -> tuple[np.ndarray, np.n
     bend, x, y = ends
     force, moment = wrench(chain, step, (bend, _end(chain, bend, x + 1j * y)))
     flexibility = chain.plate.stiffness[0] / chain.stiffness[:, 0]  # l / EI
-    return chain.rest.sum(1) + flexibility * (moment - chain.clamp * force.imag), flexibility * chain.arc * force
+    return chain.rest.sum(1) + flexibility * (
+        moment + step.moment - chain.clamp * force.imag
+    ), flexibility * chain.arc * force
 
 
 def _quadrature(ends: np.ndarray, curvature: np.ndarray, force: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ def plate_moments(packed, out):
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-        moment = plate.wrench[2] + plate.load[2]
+        moment = plate.wrench[2] + plate.load[2] + plate.extra
         limit = packed.model[0].contact_angle
         if abs(plate.bend) > limit:  # what the disks carry, the plate does not
             moment -= packed.model[0].contact_stiffness * (plate.bend - copysign(limit, plate.bend))

@@ -60,8 +60,8 @@ def test_tangent_of_the_chain_is_the_derivative_of_the_reference_balance(plate, 
     for modes in (unit_modes(chain), segment_modes(chain)):
         packed, columns = pack(chain), modes.shape[-1]
         work, flat = scratch(packed, columns), modes.reshape(q.size, columns)
-        packed.plate["q"][:-1] = q
-        largest, _ = chain_tangent(packed, *step, modes, work)
+        packed.plate["q"][:-1], packed.plate["extra"][:-1] = q, step.moment
+        largest, _ = chain_tangent(packed, step.tension, step.slip, step.force, step.tip, modes, work)
         scale = chain.stiffness.max()
         assert work.system[:, -1] == pytest.approx(flat.T @ residual.ravel(), abs=1e-13 * scale)
         assert work.system[:, :-1] == pytest.approx(flat.T @ tangent @ flat, abs=1e-7 * scale)

@@ -14,7 +14,7 @@ def tied(chain):
 
 
 def potential_energy(chain, step, bends):
-    """Elastic energy of circular arcs, plus what cables and dead weights would give, without friction, J."""
+    """Elastic energy of circular arcs, plus what cables, dead weights and moments would give, without friction, J."""
     pose = constant_curvature_pose(chain, bends)
     axis, centre = np.exp(1j * pose.angle), pose.x + 1j * pose.y
     distal, proximal = centre + chain.disk / 2 * axis, centre - chain.disk / 2 * axis
@@ -27,7 +27,7 @@ def potential_energy(chain, step, bends):
         energy += step.tension[j] * spans[:reach].sum()
     weights = step.force @ (1, 1j)
     energy -= (weights.conj() @ centre[1:] + complex(*step.tip).conjugate() * distal[-1]).real
-    return energy
+    return energy - step.moment @ bends
 
 
 @pytest.mark.parametrize("seed", range(6))

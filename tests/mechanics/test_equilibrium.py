@@ -68,7 +68,7 @@ def test_collocation_converges_at_order_2n_to_the_shot_elastica(points):
 def test_elastica_equals_shooting_with_friction_cables_and_dead_loads():
     chain = prototype(plate=gauss_collocation(4))
     dead = np.linspace([0, -0.3], [0.2, 0.1], 14)
-    steps = loads(chain, [60, 30, 10, 20], [-1, 1, -1, 1], dead, [-1, 0.8])
+    steps = loads(chain, [60, 30, 10, 20], [-1, 1, -1, 1], dead, [-1, 0.8], np.linspace(0.2, -0.1, 14))
     bends, exact = elastica_shooting(chain, row(steps))
     states = good(chain, steps)
     assert np.diff(states.angle[0]) == pytest.approx(bends, abs=1e-9)
@@ -94,7 +94,7 @@ def test_mirror(plate):
     chain = random_chain(rng, plate)
     steps = random_loads(rng, chain, steps=3)
     mirrored = chain._replace(offset=-chain.offset, rest=-chain.rest)
-    across = steps._replace(force=steps.force * [1, -1], tip=steps.tip * [1, -1])
+    across = steps._replace(force=steps.force * [1, -1], tip=steps.tip * [1, -1], moment=-steps.moment)
     one, other = good(chain, steps), good(mirrored, across)
     assert other.q == pytest.approx(-one.q, abs=1e-11)
     assert other.tension == pytest.approx(one.tension)
@@ -111,7 +111,7 @@ def test_similar_manipulators_take_similar_shapes(plate):
     similar = chain._replace(stiffness=chain.stiffness * 5 / 3, **lengths)
     factor = 5 / 9
     forces = {name: factor * getattr(steps, name) for name in ("tension", "force", "tip")}
-    one, other = good(chain, steps), good(similar, steps._replace(**forces))
+    one, other = good(chain, steps), good(similar, steps._replace(moment=3 * factor * steps.moment, **forces))
     assert other.q == pytest.approx(one.q, abs=1e-10)
     assert other.x == pytest.approx(3 * one.x, abs=1e-10)
     assert other.tension == pytest.approx(factor * one.tension)
@@ -199,7 +199,18 @@ def test_moments_at_the_base_balance_all_cables_and_all_dead_loads(plate):
         arrival = centre[:, 1] + (-chain.disk / 2 + 1j * offset) * axis[:, 1]
         span = 1j * offset - arrival  # from Q to H
         moment += cross(arrival - start, states.tension[:, 0, j] * span / np.abs(span))
-    assert states.moment[:, 0, 0] == pytest.approx(moment, abs=1e-8)
+    assert states.moment[:, 0, 0] == pytest.approx(moment + steps.moment[:, 0], abs=1e-8)
+
+
+@MODELS
+def test_a_moment_bends_the_arc_it_acts_on_by_moment_times_compliance_and_no_other(plate):
+    chain, extra = cantilever(4, plate), np.array([[0.0, 0.3, 0.0, -0.2], [0.0, 0.0, 0.1, 0.0]])
+    states = good(chain, loads(chain, np.zeros((2, 0)), moment=extra))
+    compliance = (1 / plate.stiffness).sum() / 4  # l / EI; the springs of PRB 3R make 0.9988 of it
+    assert np.diff(states.angle) == pytest.approx(compliance * extra, abs=1e-12)
+    assert states.moment == pytest.approx(np.repeat(extra[..., None], states.moment.shape[-1], -1), abs=1e-12)
+    always = chain._replace(constant=loads(chain, NO_CABLES, moment=extra[0]))
+    assert solve(always, loads(chain, NO_CABLES)).q[0] == pytest.approx(states.q[0], abs=1e-12)
 
 
 # corners

@@ -24,8 +24,8 @@ def pulls(*tensions):
     return table
 
 
-def path(chain, table, tip=0.0):
-    found = solve(chain, loads(chain, table, tip=tip))
+def path(chain, table, tip=0.0, moment=0.0):
+    found = solve(chain, loads(chain, table, tip=tip, moment=moment))
     assert (found.outcome == Outcome.CONVERGED).all()
     return found
 
@@ -133,3 +133,17 @@ def test_sequences_that_start_from_rest_can_share_one_call():
         alone = path(chain(), table)
         assert (together.x[half] == alone.x).all()
         assert (together.slip[half] == alone.slip).all()
+
+
+def test_moments_act_along_the_path_too():
+    """Moments that hold an idle, rubbing chain bent, and the same shape from stress-free angles that change nothing."""
+    extra = np.linspace(0.3, -0.1, 14)
+    straight, steps = chain(), pulls((40, 0), (20, 30))
+    always = straight._replace(constant=loads(straight, np.zeros((1, 4)), moment=extra))
+    bent = straight._replace(rest=extra[:, None] / straight.stiffness)
+    one, other = path(always, steps), path(bent, steps)
+    assert one.q == pytest.approx(other.q, abs=1e-8)
+    assert one.slip == pytest.approx(other.slip, abs=1e-6)
+    ramped = path(straight, np.zeros((1, 4)), moment=extra)
+    assert (np.abs(ramped.slip[0]) == 1).any()  # cables have travelled while the moments grew
+    assert ramped.q[0] == pytest.approx(bent.rest, abs=1e-9)
