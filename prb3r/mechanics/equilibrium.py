@@ -59,6 +59,8 @@ class Equilibria:
     """(s, n, m) slip at the hole before each plate, -1 drawn in to +1 paid out; empty where slip is declared."""
     lowest_eigenvalue: np.ndarray | None
     """(s,) of the tangent, N m/rad; None where it was not asked for."""
+    closed: np.ndarray | None = None
+    """(s,) whether moments that follow the state agree with it; None where there are none."""
 
 
 def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.ndarray) -> float:

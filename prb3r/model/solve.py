@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.mechanics.equilibrium import Outcome
-from prb3r.mechanics.equilibrium import solve as equilibria
+from prb3r.model.closure import equilibria_of
 from prb3r.model.effect import observed
 from prb3r.model.manipulator import Manipulator, Model
 from prb3r.model.steps import sequences_of
@@ -42,7 +42,7 @@ def solve(
         manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
     chain, tables = manipulator.chain(), []
     for sequence in sequences_of(manipulator, steps):
-        found = equilibria(chain, sequence.loads, eigenvalue=True)
+        found = equilibria_of(chain, sequence.loads, eigenvalue=True, number=sequence.steps)
         count, disks = found.x.shape
         tables.append(
             pd.DataFrame(

@@ -82,6 +82,8 @@ def _nominal(manipulator: Mapping[str, Any]) -> SimpleNamespace:
         segments=range(1, len(segments) + 1),
         laws=("cubic", "bilinear"),
         segment_of=number,
+        moment=np.zeros(n),
+        moment_per_bend=np.zeros(n),
         tension_offset=np.zeros(m),
         disk_force=np.zeros((n, 2)),
         tip_force=np.zeros(2),
@@ -120,6 +122,7 @@ def bench(manipulator: Mapping[str, Any]) -> Bench:
     hinge, clearance = float(d.compliance), float(d.clearance)
     presliding = float(d.presliding if d.cables else np.inf)
     plate = d.arc, d.clamp, d.disk, d.rigidity, d.rest, law, float(first), float(second), hinge, angle, stiffness
-    rig = Rig(*plate, d.offset, clearance, d.reach, d.friction, d.pulley, d.edges, presliding)
+    law_of_moment = d.moment, d.moment_per_bend
+    rig = Rig(*plate, d.offset, clearance, d.reach, d.friction, d.pulley, d.edges, presliding, *law_of_moment)
     fixed = d.tension_offset, d.disk_force, d.tip_force, d.tip_efficiency, d.scale, d.lens
     return Bench(rig, d.cables, float(manipulator.get("gravity_m_s2", 9.80665)), *fixed)

@@ -10,6 +10,8 @@ Where a meaning leaves room, the rig takes it as follows.
   positive; angles and lengths are those of the shifted spans; what happens inside a disk is free of friction.
 - `pulley_friction` is one more factor at the base hole and shares its slip state.
 - `cable_friction` replaces the nominal coefficient of every hole, `worn_hole` what then stands at one disk.
+- `empirical_moment` acts on arc and hinges alike, as a couple from disk to disk beside the plate would; the rig knows
+  its terms in `constant`, `position` and `bend`.
 - `gravity` pulls at the centres of disks 1..n; `tip_load_friction` spares the constant `tip_force`.
 - Effects act in the order of `EFFECTS`, whatever their order in the file.  Repeated factors multiply; repeated forces,
   compliances, offsets and curvatures add; a second law, contact, clearance or friction of the whole rig is refused.
@@ -52,6 +54,13 @@ def _several(options: str) -> Callable[[Any, Any], str]:
         return "; ".join(filter(None, (_one_of(options)(each, draft) for each in value)))
 
     return complaint
+
+
+def _terms(value: Any, draft: Any) -> str:
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        return f"must be a list of terms, not {value!r}"
+    known = [isinstance(term, dict) and term.get("of") in ("constant", "position", "bend") for term in value]
+    return "" if all(known) else "the rig has terms of constant, position and bend only"
 
 
 def _which(d: SimpleNamespace, names: Sequence[str] | None) -> list[int]:
@@ -128,6 +137,18 @@ def clamp_compliance(d, compliance_rad_per_n_m):
     d.compliance += compliance_rad_per_n_m
 
 
+def empirical_moment(d, terms):
+    numbers = np.array(d.plates)
+    for term in terms:
+        acting = term["coefficient"] * np.isin(numbers, term.get("plates", numbers))
+        if term["of"] == "bend":
+            d.moment_per_bend += acting
+        elif term["of"] == "position":
+            d.moment += acting * (2 * (numbers - 1) / max(len(numbers) - 1, 1) - (len(numbers) > 1))
+        else:
+            d.moment += acting
+
+
 def gravity(d, x_m_s2, y_m_s2):
     if d.mass is None:
         raise ValueError("needs mass_kg in [disk]")
@@ -169,6 +190,7 @@ EFFECTS: dict[Callable, dict[str, Callable[[Any, Any], str]]] = {
     precurvature: {"curvature_per_m": _ANY, "plates": _several("plates")},
     disk_contact: {"angle_rad": _FROM_ZERO, "stiffness_n_m_per_rad": _FROM_ZERO},
     clamp_compliance: {"compliance_rad_per_n_m": _FROM_ZERO},
+    empirical_moment: {"terms": _terms},
     gravity: {"x_m_s2": _ANY, "y_m_s2": _ANY},
     tip_force: {"x_n": _ANY, "y_n": _ANY},
     tip_load_friction: {"efficiency": _SHARE},

@@ -42,6 +42,8 @@ class Rig(NamedTuple):
     pulley: np.ndarray  # (m,) -ln(efficiency)
     edges: bool  # turning counted at both edges of a hole
     presliding: float  # infinite: declared slip
+    moment: np.ndarray  # (n,) extra bending moment all along an arc
+    moment_per_bend: np.ndarray  # (n,) and per bend of the plate
 
 
 class Forces(NamedTuple):
@@ -245,6 +247,8 @@ def imbalance(rig, forces, slip, sticking, ends, elements):
         if excess > 0:  # the touching disks carry this part past plate and hinges
             wrench[i, 0] -= rig.contact_stiffness * excess * np.sign(ends[i, 2])
             d_wrench[i, 0, i, 2] -= rig.contact_stiffness
+        wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
+        d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
         answer, softness = shape(rig, i, wrench[i], elements)
         gap[i] = answer - ends[i]
         tangent[3 * i : 3 * i + 3] = softness @ d_wrench[i].reshape(3, 3 * n)

@@ -16,13 +16,16 @@ from pydantic import Field
 from scipy.optimize import brentq
 
 from prb3r.mechanics.chain import Chain, Loads, loads, pose
-from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
+from prb3r.model.closure import equilibria_of
 from prb3r.model.manipulator import Manipulator, Positive, Strict
 from prb3r.quantities import Quantity
 from prb3r.study.workspace import area, cloud_loads
 
+OPTIONAL = ("lowest_eigenvalue", "closed")
+"""What equilibria of a metric's own loads do without."""
 CIRCLE_POINTS = 6
 """Gauss points that integrate a circular arc to rounding error."""
 
@@ -67,8 +70,8 @@ class Solved:
     def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps, each reached from the last one of the case."""
         paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
-        found = [solve(self.chain, path) for path in paths]
-        names = [field.name for field in dataclasses.fields(Equilibria) if field.name != "lowest_eigenvalue"]
+        found = [equilibria_of(self.chain, path, number=np.ones(2)) for path in paths]
+        names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in OPTIONAL]
         last = {name: np.concatenate([getattr(one, name)[-1:] for one in found]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
@@ -212,7 +215,7 @@ class Workspace(Base):
         if self.tension_n is not None:
             limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
             cloud = cloud_loads(case.manipulator, case.chain, limits, self.count)
-            states = solve(case.chain, cloud, from_rest=True, detail=False)
+            states = equilibria_of(case.chain, cloud, from_rest=True, detail=False)
         x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
         half, whole = len(x) // 2, area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
@@ -245,7 +248,7 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
     def bends(pulls: np.ndarray) -> np.ndarray:
         tension = np.zeros((len(pulls), len(manipulator.cable)))
         tension[:, column] = pulls
-        states = solve(chain, loads(chain, tension))
+        states = equilibria_of(chain, loads(chain, tension))
         return np.abs(states.angle[:, end] - states.angle[:, start])
 
     grid = np.linspace(0.0, up_to, 41)
@@ -317,7 +320,7 @@ class Stability(Base):
         return [Quantity("stability_margin", "", "1", self.about)]
 
     def values(self, case: Solved) -> Sequence[float]:
-        rest = solve(case.chain, Loads(*(np.zeros_like(field) for field in case.last)), eigenvalue=True)
+        rest = equilibria_of(case.chain, Loads(*(np.zeros_like(field) for field in case.last)), eigenvalue=True)
         loaded, unloaded = case.states.lowest_eigenvalue, rest.lowest_eigenvalue
         return [float(np.nanmin(loaded) / unloaded[0]) if loaded is not None and unloaded is not None else np.nan]
 
@@ -341,7 +344,7 @@ class ChangingPoint(Base):
         def bend(pull: float) -> float:
             tension = case.last.tension.copy()
             tension[0, case.cable(self.cable)] = pull
-            found = solve(case.chain, case.last._replace(tension=tension, slip=slip))
+            found = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))
             return found.angle[0, end] - found.angle[0, start]
 
         if not bend(0.0) * bend(self.up_to_n) < 0:

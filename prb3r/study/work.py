@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome
+from prb3r.model.closure import NOT_CLOSED, equilibria_of
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
 from prb3r.study.metrics import Base, Solved, Workspace, drive_tension
@@ -46,11 +47,13 @@ def solve_case(case: Case) -> Solved:
         if cloud.limit == "bend":
             limits = {name: bend_limit(case, name, cloud) for name in names}
         loads = cloud_loads(manipulator, chain, limits, cloud.count)
-        states = solve(chain, loads, from_rest=True, eigenvalue=True, detail=False)
+        states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True, detail=False)
         return Solved(manipulator, chain, loads, states, cloud=True)
     loads = loads_of(manipulator, chain, steps_frame(case.settings))
-    states = solve(chain, loads, eigenvalue=True)
-    return Solved(manipulator, chain, loads, states, initial=bool(case.settings["initial"]))
+    initial = bool(case.settings["initial"])
+    numbers = np.arange(loads.steps) + (0 if initial else 1)
+    states = equilibria_of(chain, loads, eigenvalue=True, number=numbers)
+    return Solved(manipulator, chain, loads, states, initial)
 
 
 def bend_limit(case: Case, cable: str, cloud: Cloud) -> float:
@@ -81,7 +84,7 @@ def summary(solved: Solved) -> Row:
         ]
         reason = f"of {len(failed)} loads {' and '.join(counts)}"
         if not solved.cloud and last != Outcome.CONVERGED:
-            reason = last.sentence
+            reason = last.sentence if states.closed is None or states.closed[-1] else NOT_CLOSED
     return {
         "outcome": outcome,
         "reason": reason,

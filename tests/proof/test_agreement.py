@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.model.closure import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import loads_of
 from prb3r.proof.rig import simulate
@@ -116,6 +117,23 @@ def test_engine_and_rig_agree_with_history_to_a_twentieth_of_a_percent(seed, rig
     assert len(away) > rigs
     assert away.max() < 5e-4
     assert np.median(away) < 1e-5
+
+
+@pytest.mark.parametrize("history", [False, True])
+def test_engine_and_rig_agree_on_a_fitted_moment_law(history):
+    """The rig has the law in its tangent, the engine goes round it."""
+    rng = np.random.default_rng(6)
+    data = random_manipulator(rng, 2, history)
+    steps = random_steps(rng, data, history)
+    terms = [{"of": "constant", "coefficient": 0.1}, {"of": "position", "coefficient": -0.2, "plates": [2, 3]}]
+    data["effect"].append({"kind": "empirical_moment", "terms": [*terms, {"of": "bend", "coefficient": -5.0}]})
+    manipulator = Manipulator.model_validate(data)
+    chain = manipulator.chain()
+    engine, rig = equilibria_of(chain, loads_of(manipulator, chain, pd.DataFrame(steps))), simulate(data, steps)
+    away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
+    assert away.max() < 1e-5
+    bare = solve(chain._replace(closure=(), constant=None), loads_of(manipulator, chain, pd.DataFrame(steps)))
+    assert np.hypot(bare.x - rig.x, bare.y - rig.y).max() / chain.length > 1e-2
 
 
 def test_a_hole_that_turns_back_within_a_step_is_noticed():

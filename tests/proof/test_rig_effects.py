@@ -22,6 +22,10 @@ LAWS = [
     (effect("precurvature", curvature_per_m=-2.0, plates=[1, 3]), lambda k: k),
     (effect("clamp_compliance", compliance_rad_per_n_m=0.02), lambda k: k),
     (effect("disk_contact", angle_rad=0.03, stiffness_n_m_per_rad=20.0), lambda k: k),
+    (
+        effect("empirical_moment", terms=[{"of": "bend", "coefficient": 4.0}, {"of": "position", "coefficient": 0.2}]),
+        lambda k: k,
+    ),
     (effect("gravity", x_m_s2=-3.0, y_m_s2=-9.0), lambda k: k),
     (effect("hole_clearance", clearance_m=0.001), lambda k: k),
 ]
@@ -45,6 +49,8 @@ def test_every_plate_balances_in_a_second_integration(what, law):
         acting = [*zip(ends[i], -way[i] * states.tension[-1, i], strict=True), *loads[i:]]
         excess = max(abs(bends[i]) - what.get("angle_rad", np.inf), 0) * np.sign(bends[i])
         beside = excess * what.get("stiffness_n_m_per_rad", 0)
+        if what["kind"] == "empirical_moment":
+            beside = -4 * bends[i] - 0.2 * (i - 1)
         rigidity = RIGIDITY * (0.7 if what.get("plate") == i + 1 else 1)
         free = -2.0 if i + 1 in what.get("plates", []) else 0
 
