@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from prb3r.present import style
 from prb3r.present.bars import bars
 from prb3r.present.lines import lines
+from prb3r.present.loops import loops
 from prb3r.present.shapes import shapes
 from prb3r.present.sheet import Scene, Sheet
 from prb3r.present.workspace import workspace
@@ -25,7 +26,7 @@ def draw(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Sc
     ValueError
         If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
     """
-    kinds = {"lines": lines, "shapes": shapes, "workspace": workspace, "bars": bars}
+    kinds = {"lines": lines, "shapes": shapes, "workspace": workspace, "bars": bars, "loops": loops}
     with matplotlib.rc_context(style.RC):
         return kinds[plot.kind](Sheet(plot, cases, states, scene))
 

@@ -50,7 +50,8 @@ class Sheet:
         plot, rows = self.plot, select(self.cases, self.plot.where)
         if rows.empty:
             raise ValueError(f"plot {plot.name!r}: no case has {plot.where}")
-        wanted = [plot.by, plot.style, plot.panel, plot.x, *(plot.y if plot.kind in ("lines", "bars") else ())]
+        across = plot.x if plot.kind != "loops" else None
+        wanted = [plot.by, plot.style, plot.panel, across, *(plot.y if plot.kind in ("lines", "bars") else ())]
         missing = {column for column in wanted if column and column not in rows}
         if missing and self.states is not None:
             columns = ["case_id", "step", *missing] if plot.kind == "shapes" else self.states.columns

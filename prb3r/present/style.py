@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
@@ -172,18 +172,23 @@ def with_unit(value: float, unit: str) -> str:
 
 
 def panels(
-    titles: Sequence[str], handles: Sequence[Artist], ratio: float, shared: bool = True
+    titles: Sequence[str],
+    handles: Sequence[Artist],
+    ratio: float,
+    shared: bool | Literal["row"] = True,
+    columns: int | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """A figure with a panel for each title and one legend below; a single panel has the width of one column.
 
     Parameters
     ----------
     ratio : height of a panel over its width.
-    shared : all panels show the same range, and only outer ones carry numbers.
+    shared : all panels (of a row) show the same range, and only outer ones carry numbers.
+    columns : panels in a row, up to three by themselves.
     """
     count = max(len(titles), 1)
     width = SINGLE if count == 1 else DOUBLE
-    columns = count if count <= 3 else 2 if count == 4 else 3
+    columns = columns or (count if count <= 3 else 2 if count == 4 else 3)
     rows = -(-count // columns)
     beside = legend_columns([str(handle.get_label()) for handle in handles], width)
     inner = (width - (14 if shared else 14 * columns)) / columns
@@ -191,7 +196,7 @@ def panels(
     height = rows * (ratio * inner + (4 if any(titles) else 1)) + labels + 1
     figure = Figure(figsize=(width * MM, height * MM), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.8 * MM, h_pad=0.8 * MM, wspace=0.02, hspace=0.02)
-    grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
+    grid = figure.subplots(rows, columns, sharex=bool(shared), sharey=shared, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.remove()
     for index, (axes, text) in enumerate(zip(grid, titles, strict=False)):

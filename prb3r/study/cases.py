@@ -19,7 +19,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.model import toml
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import problems_of
-from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study
+from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study, Sweep
 
 MAX_PROBLEMS = 20
 """Problems of cases that are listed; more of them only say the same again."""
@@ -35,7 +35,7 @@ class Case:
     factors: dict[str, Any]
     """Value or label of each factor: columns of the table of cases."""
     settings: Tree
-    """`manipulator, broken, initial, step, cloud`, all plain values."""
+    """`manipulator, broken, initial, step, sweep, cloud`, all plain values."""
 
     def manipulator(self) -> Manipulator:
         return Manipulator.model_validate(self.settings["manipulator"])
@@ -132,6 +132,7 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
         "broken": list(study.broken),
         "initial": dict(study.initial),
         "step": [dict(step) for step in study.step],
+        "sweep": study.sweep.model_dump() if study.sweep else {},
         "cloud": study.cloud.model_dump(exclude_none=True) if study.cloud else {},
     }
     if study.model is not None:
@@ -209,7 +210,7 @@ def _enter(tree: Any, part: str, path: str) -> tuple[Any, Any]:
 
 def _locate(settings: Tree, path: str) -> tuple[Any, Any]:
     parts = path.removeprefix("manipulator.").split(".")
-    tree: Any = settings if parts[0] in ("initial", "step", "cloud", "broken") else settings["manipulator"]
+    tree: Any = settings if parts[0] in ("initial", "step", "sweep", "cloud", "broken") else settings["manipulator"]
     for part in parts[:-1]:
         container, key = _enter(tree, part, path)
         if isinstance(container, dict) and key not in container:
@@ -261,19 +262,49 @@ def _check(settings: Tree) -> Iterator[str]:
         for name in cloud.tension_n:
             if name not in manipulator.cable_names:
                 yield f"cloud drives cable {name!r}, which does not exist{did_you_mean(name, manipulator.cable_names)}"
-    elif not settings["initial"] and not settings["step"]:
-        yield "no loads: give [[step]], [initial] or [cloud]"
+    elif not settings["initial"] and not settings["step"] and not settings["sweep"]:
+        yield "no loads: give [[step]], [initial], [sweep] or [cloud]"
     else:
+        if settings["sweep"]:
+            sweep, wrong = toml.validate(settings["sweep"], Sweep)
+            yield from (f"sweep {toml.dotted(keys)} {what}" for keys, what in wrong)
+            if sweep is None or wrong:
+                return
+            if other := _other_unit(sweep.column, [settings["initial"], *settings["step"]]):
+                yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
         yield from (problem.what for problem in problems_of(manipulator, steps_frame(settings), "", keys=()))
 
 
+def _in_other_unit(name: str) -> str:
+    """The column that gives the same load in kilograms instead of newtons, or the reverse; nothing for others."""
+    pairs = (("_n", "_kg"), ("_kg", "_n"))
+    return next((name.removesuffix(one) + other for one, other in pairs if name.endswith(one)), "")
+
+
+def _other_unit(column: str, steps: list[dict[str, float]]) -> str:
+    other = _in_other_unit(column)
+    return other if any(other in step for step in steps) else ""
+
+
+def _swept(sweep: Tree | None, before: list[dict[str, float]]) -> Iterator[dict[str, float]]:
+    """The steps of a sweep, which begins where the steps before it have left its column."""
+    if not sweep:
+        return
+    column, value = sweep["column"], 0.0
+    for step in before:
+        value = step.get(column, value)
+    for turn in sweep["turns"]:
+        for share in np.arange(1, sweep["count"] + 1) / sweep["count"]:
+            yield {column: _short(value + share * (turn - value))}
+        value = turn
+
+
 def steps_frame(settings: Tree) -> pd.DataFrame:
-    """Initial loads and steps as a table: each row keeps what it does not name from the row before."""
+    """Initial loads, steps and sweep as a table: each row keeps what it does not name from the row before."""
     rows: list[dict[str, float]] = []
-    for step in ([settings["initial"]] if settings["initial"] else []) + settings["step"]:
-        replaced = {
-            name.removesuffix(a) + b for name in step for a, b in (("_n", "_kg"), ("_kg", "_n")) if name.endswith(a)
-        }
+    steps = ([settings["initial"]] if settings["initial"] else []) + settings["step"]
+    for step in [*steps, *_swept(settings.get("sweep"), steps)]:
+        replaced = {_in_other_unit(name) for name in step}
         before = rows[-1] if rows else {}
         rows.append({name: value for name, value in before.items() if name not in replaced} | step)
     absent = {name: -1.0 if name.startswith("slip_") else 0.0 for row in rows for name in row}

@@ -1,12 +1,13 @@
 """What the columns of a study mean, and whether plots and comparisons name columns that exist."""
 
+import re
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
-from prb3r.study.spec import Comparison, Factor, Study
+from prb3r.study.spec import Comparison, Factor, Plot, Study
 
 
 def described(study: Study) -> list[Quantity]:
@@ -50,6 +51,27 @@ def _named(study: Study) -> Iterator[tuple[str, str | None]]:
             yield from (("designs.objective", name) for name in (objective.metric, *objective.where))
 
 
+def disk_of(column: str, tip: int) -> int:
+    """The disk that a column of positions, such as `disk7_y_m` or `tip_y_m`, is about; -1 for any other column."""
+    match = re.fullmatch(r"(?:disk(\d+)|tip)_(?:x_m|y_m|angle_rad)", column)
+    return -1 if match is None else int(match[1]) if match[1] else tip
+
+
+def _loop_problems(study: Study, plot: Plot, place: str) -> Iterator[Problem]:
+    """What keeps a plot of loops from finding its paths among the states."""
+    if study.states != "path":
+        yield Problem(place, "a plot of loops needs states = 'path'")
+    if not re.fullmatch(r"cable_.+_n", plot.x or ""):
+        yield Problem(place, f"x must be the tension of a cable, such as cable_1_n, not {plot.x}")
+    kept = study.state_disks
+    for column in plot.y:
+        disk = disk_of(column, 0)
+        if disk < 0:
+            yield Problem(place, f"y must be positions of disks, such as tip_y_m or disk7_y_m, not {column}")
+        elif kept is not None and not {0, disk} <= set(kept):
+            yield Problem(place, f"needs disks 0 and {disk} in state_disks")
+
+
 def check_columns(path: Path, study: Study, columns: Set[str], quantities: Sequence[Quantity]) -> None:
     """Refuse two columns of one name, names without a column, units that do not fit and plots without states.
 
@@ -77,6 +99,8 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
                 problems.append(Problem(place, str(error)))
         if plot.kind in ("shapes", "workspace") and study.states == "none":
             problems.append(Problem(place, f"a plot of {plot.kind} needs states = 'final' or 'path'"))
+        if plot.kind == "loops":
+            problems += _loop_problems(study, plot, place)
         if plot.kind == "shapes" and study.state_disks is not None:
             problems.append(Problem(place, "a plot of shapes needs the states of all disks; leave out state_disks"))
         if plot.fit and not any(fit.x == plot.x and fit.y in plot.y for fit in study.fit):

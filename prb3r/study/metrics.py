@@ -274,6 +274,53 @@ class FrictionDirection(Base):
         return [np.hypot(*np.diff([found.x[:, disk], found.y[:, disk]]).ravel())]
 
 
+class Loop(Base):
+    """What a disk does where a cable is let go and drawn in again: the last fall and rise of the cable's tension."""
+
+    kind: Literal["loop"]
+    cable: str
+    disk: Disk = "tip"
+    share: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    """Of its way back that the disk must have gone to count as moving."""
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = _stem(self.disk), _words(self.disk)
+        way = f"tension of cable {self.cable} over the way of {disk} across the manipulator"
+        back = f"fall of the tension of cable {self.cable} until {disk} has gone {100 * self.share:g} % of its way back"
+        return [
+            Quantity(f"{stem}_loop_area_n_m", "", "N m", f"area of the loop of the {way}; no energy"),
+            Quantity(f"{stem}_loop_opening_m", "", "m", f"largest gap in y of {disk} between fall and rise"),
+            Quantity(f"{stem}_dead_band_n", "", "N", back),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        tension, y = case.loads.tension[:, case.cable(self.cable)], case.states.y[:, case.at(self.disk)]
+        top, bottom, end = last_loop(tension)
+        if not tension[top] > tension[bottom]:
+            raise ValueError(f"the tension of cable {self.cable} does not fall and rise at the end")
+        pull, way = (np.append(values[top : end + 1], values[top]) for values in (tension, y))
+        area = abs(np.sum((way[1:] + way[:-1]) / 2 * np.diff(pull)))
+        fall, rise = slice(top, bottom + 1), slice(bottom, end + 1)
+        shared = tension[fall] <= tension[end]
+        opening = np.abs(y[fall] - np.interp(tension[fall], tension[rise], y[rise]))[shared].max()
+        gone = (y[fall] - y[top]) / ((y[bottom] - y[top]) or np.nan)
+        first = int(np.argmax(gone >= self.share))
+        if not first:
+            return area, opening, np.nan
+        part = (self.share - gone[first - 1]) / (gone[first] - gone[first - 1])
+        moves = tension[fall][first - 1] + part * np.diff(tension[fall])[first - 1]
+        return area, opening, tension[top] - moves
+
+
+def last_loop(tension: np.ndarray) -> tuple[int, int, int]:
+    """Rows at which the last two monotonic parts of `tension` begin and the last one ends."""
+    going = np.sign(np.diff(tension))
+    moving = np.flatnonzero(going)
+    turns = moving[1:][np.diff(going[moving]) != 0]
+    first, second, third = ([0, 0, *turns.tolist(), len(tension) - 1])[-3:]
+    return first, second, third
+
+
 class TipCompliance(Base):
     """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
 
@@ -360,6 +407,7 @@ Metric = Annotated[
     | Workspace
     | DriveTension
     | FrictionDirection
+    | Loop
     | TipCompliance
     | Safety
     | Stability

@@ -98,7 +98,8 @@ class Plan:
         """Columns that plots and comparisons may name."""
         fixed = set(blank_row(self.cases[0], tuple(self.study.metric), "", ""))
         compared = {comparison.name for comparison in self.study.comparison}
-        return fixed | compared | ({"step"} if self.study.states != "none" else set())
+        cables = {f"cable_{name}_n" for name in self.chunks[0].cables}
+        return fixed | compared | (cables | {"step"} if self.study.states != "none" else set())
 
     @property
     def quantities(self) -> list[Quantity]:

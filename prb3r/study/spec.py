@@ -1,5 +1,6 @@
 """What a study file may say: factors, loads, metrics, comparisons and plots."""
 
+import itertools
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -119,6 +120,23 @@ class Cloud(Strict):
         return self
 
 
+class Sweep(Strict):
+    """Load steps of one column, after all others: from turning point to turning point in equal parts."""
+
+    column: Annotated[str, Field(min_length=1)]
+    """Such as `cable_1_n`."""
+    turns: Annotated[list[float], Field(min_length=1)]
+    """Values that it is brought to, one after the other; it starts where the steps before have left it."""
+    count: Annotated[int, Field(ge=1, le=10_000)]
+    """Steps from one turning point to the next."""
+
+    @model_validator(mode="after")
+    def _turning(self) -> "Sweep":
+        if any(one == other for one, other in itertools.pairwise(self.turns)):
+            raise ValueError("turns must differ from one to the next")
+        return self
+
+
 class Comparison(Strict):
     """A metric that compares each case with another one that differs in the factors `to` alone."""
 
@@ -152,14 +170,15 @@ class Plot(Strict):
     """A figure made from the tables of a study; written as PNG and SVG."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
-    kind: Literal["lines", "shapes", "workspace", "bars"]
+    kind: Literal["lines", "shapes", "workspace", "bars", "loops"]
     caption: str = ""
     where: dict[str, Scalar | list[Scalar]] = {}
     """Only cases with these factor values."""
     x: str | None = None
-    """lines, bars: a column."""
+    """lines, bars: a column.  loops: the tension of a cable."""
     y: list[str] = []
-    """lines: columns of one quantity.  bars: metrics, a panel each.  shapes, workspace: not used."""
+    """lines: columns of one quantity.  bars: metrics, a panel each.  loops: positions of disks, a row of panels each.
+    shapes, workspace: not used."""
     x_unit: str | None = None
     y_unit: str | None = None
     by: str | None = None
@@ -179,7 +198,7 @@ class Plot(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Plot":
-        if self.kind in ("lines", "bars") and (not self.y or self.x is None):
+        if self.kind in ("lines", "bars", "loops") and (not self.y or self.x is None):
             raise ValueError(f"a plot of {self.kind} needs x and y")
         if self.log_y and self.y_from_zero:
             raise ValueError("log_y and y_from_zero exclude each other")
@@ -226,6 +245,8 @@ class Study(Strict):
     """Loads applied first, ramped from rest."""
     step: list[dict[str, float]] = []
     """Load steps after that; each keeps what it does not name."""
+    sweep: Sweep | None = None
+    """And after those, many steps of one column."""
     cloud: Cloud | None = None
     factor: list[Factor] = []
     sampling: Sampling | None = None
@@ -240,8 +261,8 @@ class Study(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> "Study":
         problems = []
-        if self.cloud is not None and (self.step or self.initial):
-            problems.append("cloud excludes initial and step: its loads are independent of each other")
+        if self.cloud is not None and (self.step or self.initial or self.sweep):
+            problems.append("cloud excludes initial, step and sweep: its loads are independent of each other")
         sampled = [factor.name for factor in self.factor if factor.range is not None]
         if sampled and self.sampling is None:
             problems.append(

@@ -195,6 +195,24 @@ def test_bars_have_a_panel_and_a_unit_for_each_metric():
     assert any(line.get_marker() == "x" for line in figure.axes[0].lines)
 
 
+def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():
+    pulls = np.concatenate([np.linspace(10, 40, 4), np.linspace(30, 10, 3), np.linspace(20, 40, 3)])
+    states = pd.concat(
+        states_of(pulls[:, None] * [1.0, 0, 0, 0], 0).assign(step=lambda t: t["case_id"], case_id=case)
+        for case in (0, 1)
+    )
+    cases = cases_of(friction_coefficient=[0.1, 0.3], tip_y_m=0.1, disk7_y_m=0.1)
+    plot = Plot(name="a", kind="loops", x="cable_1_n", y=["tip_y_m", "disk7_y_m"], panel="friction_coefficient")
+    figure = draw(plot, cases, states, SCENE)
+    assert len(figure.axes) == 4
+    assert [axes.get_ylabel() for axes in figure.axes] == ["Tip y (mm)", "", "Disk 7 y (mm)", ""]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "Cable 1 (N)", "Cable 1 (N)"]
+    loop = figure.axes[2].lines[1]
+    assert loop.get_xdata().tolist() == pulls[3:].tolist()
+    disk = states[(states["case_id"] == 0) & (states["disk"] == 7)]
+    assert loop.get_ydata() == pytest.approx(1e3 * disk["y_m"].to_numpy()[3:])
+
+
 def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
     first = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
@@ -222,11 +240,14 @@ def test_selecting_no_case_is_an_error(coupling):
         draw(plot, coupling, None, SCENE)
 
 
-@pytest.mark.parametrize("kind", ["lines", "shapes", "workspace", "bars"])
+@pytest.mark.parametrize("kind", ["lines", "shapes", "workspace", "bars", "loops"])
 def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
-    cases = cases_of(cable_1_n=[20.0, 60.0]).assign(outcome="crashed", tip_shift_m=np.nan, limit_n=np.nan)
+    cases = cases_of(cable_1_n=[20.0, 60.0]).assign(
+        outcome="crashed", tip_shift_m=np.nan, tip_y_m=np.nan, limit_n=np.nan
+    )
     states = states_of([[20.0, 0, 0, 0]])[:0]
-    plot = Plot(name="a", kind=kind, x="cable_1_n", y=["tip_shift_m"], by="cable_1_n", vertical="limit_n")
+    y = "tip_y_m" if kind == "loops" else "tip_shift_m"
+    plot = Plot(name="a", kind=kind, x="cable_1_n", y=[y], by="cable_1_n", vertical="limit_n")
     figure = draw(plot, cases, states, SCENE)
     assert any("crashed" in text for text in texts(figure))
     assert len(save(figure, tmp_path, "a")) == 2

@@ -165,3 +165,16 @@ def test_three_segments_a_drive_bends_what_it_passes_but_nothing_beyond():
         assert base["tip_angle_rad"] == pytest.approx(base["disk5_angle_rad"], abs=1e-9)
         assert frame.loc[(mu, "tip"), "disk5_angle_rad"] > base["disk5_angle_rad"]  # outer holes, longer lever
     assert frame.loc[(0.3, "tip"), "tip_angle_rad"] < frame.loc[(0.0, "tip"), "tip_angle_rad"]
+
+
+def test_hysteresis_loops_need_friction_and_grow_with_it():
+    frame = small("hysteresis", mu=[0.0, 0.2, 0.5], presliding_m=[3e-5, 5e-3])
+    table = frame.set_index(["presliding_m", "mu"]).sort_index()
+    for name in ("tip_loop_area_n_m", "disk7_loop_area_n_m", "tip_loop_opening_m", "disk7_loop_opening_m"):
+        for presliding in (3e-5, 5e-3):
+            none, some, much = table.loc[presliding, name]
+            assert none < 1e-12 < some < much
+        assert (table.loc[3e-5, name].iloc[1:] > table.loc[5e-3, name].iloc[1:]).all()
+    dead = table["tip_dead_band_n"]
+    assert dead[3e-5, 0.0] == pytest.approx(2.87, abs=0.01)
+    assert dead[3e-5, 0.5] == pytest.approx(10.8, abs=0.1)

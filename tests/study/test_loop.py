@@ -1,0 +1,156 @@
+"""Sweeps and the loops they make: laws of dry friction seen from outside."""
+
+import copy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+
+from prb3r.errors import SpecError
+from prb3r.study.cases import Case, resolve, steps_frame
+from prb3r.study.metrics import Loop, last_loop
+from prb3r.study.run import plan_study
+from prb3r.study.spec import load_study
+from prb3r.study.work import case_row, solve_case
+
+ROOT = Path(__file__).parents[2]
+STUDY = {
+    "name": "trial",
+    "title": "A trial",
+    "manipulator": str(ROOT / "studies/manipulators/two-segment.toml"),
+    "sweep": {"column": "cable_1_n", "turns": [40.0, 10.0, 40.0], "count": 6},
+}
+LEVER, RIGIDITY = 0.02, 0.24
+ONE_PLATE = {
+    "name": "one plate",
+    "youngs_modulus_pa": 1e11,
+    "model": "elastica",
+    "disk": {"thickness_m": 0.004},
+    "segment": [{"plates": 1, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": RIGIDITY}],
+    "cable": [{"name": "1", "offset_m": LEVER, "ends_at_segment": 1}],
+}
+
+
+def loop(manipulator, turns, count, share=0.05, **friction):
+    """A case and its row, of a manipulator with friction along a sweep of cable 1."""
+    data = copy.deepcopy(manipulator) | {"friction": {"direction": "history"} | friction}
+    sweep = {"column": "cable_1_n", "turns": list(turns), "count": count}
+    loads = {"broken": [], "initial": {}, "step": [], "sweep": sweep, "cloud": {}}
+    case = Case(0, {}, {"manipulator": data} | loads)
+    solved = solve_case(case)
+    row = case_row(case, solved, (Loop(kind="loop", cable="1", share=share),))
+    assert row["outcome"] == "converged", row["reason"]
+    return solved, row
+
+
+def refusal(tmp_path, **changes):
+    path = tmp_path / "trial.toml"
+    path.write_text(tomli_w.dumps(STUDY | changes))
+    with pytest.raises(SpecError) as error:
+        plan_study(path)
+    return str(error.value)
+
+
+def test_a_sweep_goes_on_from_the_steps_before_it_in_equal_parts():
+    sweep = {"column": "cable_1_n", "turns": [4.0, 1.0], "count": 2}
+    frame = steps_frame({"initial": {}, "step": [{"cable_1_n": 2.0, "cable_3_n": 5.0}], "sweep": sweep})
+    assert frame["cable_1_n"].tolist() == [2.0, 3.0, 4.0, 2.5, 1.0]
+    assert (frame["cable_3_n"] == 5.0).all()
+    alone = steps_frame({"initial": {}, "step": [], "sweep": sweep})
+    assert alone["cable_1_n"].tolist() == [2.0, 4.0, 2.5, 1.0]
+
+
+def test_a_factor_may_set_parts_of_a_sweep(tmp_path):
+    path = tmp_path / "trial.toml"
+    path.write_text(tomli_w.dumps(STUDY | {"factor": [{"name": "count", "path": "sweep.count", "values": [2, 3]}]}))
+    cases = resolve(path, load_study(path))
+    assert [len(steps_frame(case.settings)) for case in cases] == [6, 9]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"sweep": {"column": "cable_1_n", "turns": [], "count": 3}}, "at least 1"),
+        ({"sweep": {"column": "cable_1_n", "turns": [5.0, 5.0], "count": 3}}, "turns must differ"),
+        ({"sweep": {"column": "cable_9_n", "turns": [5.0], "count": 3}}, "unknown column"),
+        ({"sweep": {"column": "cable_1_n", "turns": [-5.0], "count": 3}}, "a cable cannot push"),
+        ({"step": [{"cable_1_kg": 1.0}]}, "the sweep of cable_1_n goes on from cable_1_kg"),
+        ({"cloud": {"count": 16, "tension_n": {"1": 5.0}}}, "cloud excludes initial, step and sweep"),
+        ({"factor": [{"name": "count", "path": "sweep.count", "values": [0.5]}]}, "sweep count"),
+        (
+            {
+                "plot": [{"name": "p", "kind": "loops", "x": "cable_1_n", "y": ["tip_y_m"]}],
+                "metric": [{"kind": "position"}],
+            },
+            "a plot of loops needs states = 'path'",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_sweep_is_said(changes, said, tmp_path):
+    assert said in refusal(tmp_path, **changes)
+
+
+def test_a_plot_of_loops_needs_the_states_it_draws(tmp_path):
+    plot = {"name": "p", "kind": "loops", "x": "step", "y": ["tip_angle_rad", "disk7_y_m", "reason"]}
+    metrics = [{"kind": "position"}, {"kind": "position", "disk": 7}]
+    said = refusal(tmp_path, plot=[plot], metric=metrics, states="path", state_disks=[0, 14])
+    assert "x must be the tension of a cable" in said
+    assert "needs disks 0 and 7 in state_disks" in said
+    assert "y must be positions of disks" in said
+
+
+def test_the_last_loop_is_the_last_fall_and_rise():
+    assert last_loop(np.array([1.0, 3, 2, 1, 2, 2, 3])) == (1, 3, 6)
+    assert last_loop(np.array([3.0, 3, 1, 2])) == (0, 2, 3)
+    assert last_loop(np.array([1.0, 2, 3])) == (0, 0, 2)
+
+
+def test_a_rise_alone_is_no_loop():
+    case = Case(
+        0, {}, {"manipulator": ONE_PLATE, "broken": [], "initial": {}, "step": [{"cable_1_n": 1.0}], "cloud": {}}
+    )
+    row = case_row(case, solve_case(case), (Loop(kind="loop", cable="1"),))
+    assert row["outcome"] == "failed"
+    assert "does not fall and rise" in row["reason"]
+
+
+def test_without_friction_loops_have_no_area_and_a_linear_plate_follows_at_once():
+    solved, row = loop(ONE_PLATE, (2.0, 1.0, 2.0), 8, coefficient=0.0)
+    assert row["tip_loop_area_n_m"] < 1e-12
+    assert row["tip_loop_opening_m"] < 1e-12
+    assert row["tip_dead_band_n"] == pytest.approx(0.05 * 1.0, rel=1e-3)
+    assert solved.states.y[-1, -1] > 0
+
+
+def test_the_dead_band_of_one_plate_is_the_capstans():
+    """The span keeps its tension while the base hole goes over from rubbing one way to the other:
+    T0 e^(-mu phi) = T e^(mu phi).  That takes twice the presliding length of travel, 0.04 % of the way back.
+    """
+    mu, top = 0.8, 200.0
+    solved, row = loop(ONE_PLATE, (top, 40.0, top), 640, share=0.001, coefficient=mu, presliding_m=1e-6)
+    states, at = solved.states, 639
+    axis = np.exp(1j * states.angle[at, 1])
+    arrival = states.x[at, 1] + 1j * states.y[at, 1] + (-0.002 + 1j * LEVER) * axis
+    turning = np.angle(arrival - 1j * LEVER)
+    assert turning > 0.1
+    assert row["tip_dead_band_n"] == pytest.approx(top * (1 - np.exp(-2 * mu * turning)), rel=0.005)
+    held = (solved.loads.tension[at:1280, 0] > top * np.exp(-2 * mu * turning)).sum()
+    assert held > 100
+    assert states.angle[at : at + held, 1] == pytest.approx(states.angle[at, 1], rel=5e-4)
+
+
+def test_loops_do_not_depend_on_how_finely_or_how_fast_they_are_gone_through():
+    manipulator = plan_study(ROOT / "studies/hysteresis.toml").cases[0].settings["manipulator"]
+    coarse, fine = (
+        loop(manipulator, (50.0, 10.0, 50.0), count, coefficient=0.3, presliding_m=3e-4)[0] for count in (4, 20)
+    )
+    assert fine.loads.tension[4::5] == pytest.approx(coarse.loads.tension)
+    assert fine.states.y[4::5] == pytest.approx(coarse.states.y, abs=2e-6)
+
+
+def test_a_loop_gone_through_twice_is_the_same_loop():
+    turns = (30.0, 10.0, 30.0, 10.0, 30.0)
+    solved, _ = loop(ONE_PLATE, turns, 5, coefficient=0.5, presliding_m=1e-4)
+    y = solved.states.y[:, -1]
+    assert y[14:] == pytest.approx(y[4:15], abs=1e-8)
