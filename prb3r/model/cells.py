@@ -11,11 +11,13 @@ from prb3r.errors import Problem
 
 
 def _plain(values: pd.Series) -> bool:
-    return pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
+    return values.dtype.kind in "fiu"
 
 
 def numbers(values: pd.Series) -> pd.Series:
     """The cells of a column as floats; NaN where they are empty or hold something else."""
+    if values.dtype == float:
+        return values
     if not _plain(values):
         text = values.map(lambda cell: isinstance(cell, str | Real | Decimal) and not isinstance(cell, bool))
         values = pd.to_numeric(values.astype(object).where(text.astype(bool)), errors="coerce")

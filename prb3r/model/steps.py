@@ -79,15 +79,16 @@ def problems_of(
     ----------
     manipulator : that the loads act on; without it, names of columns and signs of tensions stay unchecked.
     """
+    valid = [*keys, *_columns(manipulator)] if manipulator else list(frame.columns)
     problems = key_problems(frame, where, keys)
     if not problems and keys:
         problems += _repeated(with_keys(frame), where)
-    for name in frame.columns.difference(keys, sort=False):
-        if manipulator is None or name in _columns(manipulator):
-            problems += _load_problems(frame[name], str(name), f"{where} column {name}")
-        else:
-            hint = _hint(manipulator, str(name), [*keys, *_columns(manipulator)])
-            problems.append(Problem(f"{where} column {name}", f"unknown column{hint}"))
+    for name in frame.columns:
+        place = f"{where} column {name}"
+        if name not in valid:
+            problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
+        elif name not in keys:
+            problems += _load_problems(frame[name], str(name), place)
     for name in manipulator.cable_names if manipulator else ():
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
             problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
@@ -98,8 +99,8 @@ def _columns(manipulator: Manipulator) -> list[str]:
     return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
 
 
-def _hint(manipulator: Manipulator, name: str, valid: list[str]) -> str:
-    if disk := re.fullmatch(r"disk(\d+)_[xy]_n", name):
+def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
+    if manipulator and (disk := re.fullmatch(r"disk(\d+)_[xy]_n", name)):
         return f": there is no disk {disk[1]}, disks that can carry loads are 1 to {manipulator.plates}"
     return did_you_mean(name, [v for v in valid if not v.startswith("disk")])
 
@@ -116,12 +117,15 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
 
 
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
-    problems, empty, found = number_problems(values, place), is_empty(values), numbers(values)
+    problems, found = number_problems(values, place), numbers(values)
     if name.startswith("slip_"):
         wrong = ~found.isin([-1, 0, 1]) & found.abs().lt(np.inf)
         what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
-        return problems + [Problem(place, f"{rows_of(wrong)}: {what}")] * bool(wrong.any())
-    return problems + [Problem(place, f"{rows_of(empty)}: empty; write 0 for no load")] * bool(empty.any())
+    else:
+        wrong, what = is_empty(values), "empty; write 0 for no load"
+    if wrong.any():
+        problems.append(Problem(place, f"{rows_of(wrong)}: {what}"))
+    return problems
 
 
 def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:

@@ -8,6 +8,8 @@ import pandas as pd
 from prb3r.errors import Problem, SpecError
 
 SUFFIXES = (".csv", ".parquet")
+EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "None")
+"""What an empty cell may hold in a CSV, but for names of sequences."""
 
 
 def _table_path(path: str | Path) -> Path:
@@ -45,13 +47,22 @@ def _read(path: Path) -> pd.DataFrame:
     if path.suffix == ".parquet":
         frame = pd.read_parquet(path)
         return frame.reset_index(drop=frame.index.names == [None])
-    header = list(pd.read_csv(path, nrows=0).columns)
+    header = list(pd.read_csv(path, nrows=0, skipinitialspace=True).columns)
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
         if len(header) == 1 and mark in header[0]:
             raise ValueError(f"columns are separated by {name}; write commas, and points in numbers")
     with warnings.catch_warnings():
         warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would cut rows that are too long
-        return pd.read_csv(path, dtype={"sequence": str}, skipinitialspace=True, index_col=False)
+        frame = pd.read_csv(
+            path,
+            dtype={"sequence": str},
+            skipinitialspace=True,
+            index_col=False,
+            keep_default_na=False,
+            na_values={name: EMPTY for name in header if name != "sequence"},
+        )
+    nothing = [name for name in frame if str(name).startswith("Unnamed: ") and frame[name].isna().all()]
+    return frame.drop(columns=nothing)  # commas at the end of every line
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:

@@ -64,11 +64,19 @@ def test_steps_sort_by_number_and_rows_of_any_index_are_taken():
 
 
 def test_trailing_commas_and_an_index_in_parquet_shift_nothing(tmp_path):
-    (tmp_path / "a.csv").write_text("sequence,step,cable_1_n\na,1,3,\nb,2,4,\n")
+    (tmp_path / "a.csv").write_text("sequence,step,cable_1_n\na,1,3\nb,2,4\n")
+    (tmp_path / "b.csv").write_text("sequence,step,cable_1_n,\na,1,3,\nb,2,4,\n")
     frame = pd.DataFrame({"sequence": list("ab"), "step": [1, 2], "cable_1_n": [3.0, 4.0]})
     frame.set_index("sequence").to_parquet(tmp_path / "a.parquet")
-    for suffix in (".csv", ".parquet"):
-        pd.testing.assert_frame_equal(read_table(tmp_path / f"a{suffix}"), frame, check_dtype=False)
+    for name in ("a.csv", "b.csv", "a.parquet"):
+        pd.testing.assert_frame_equal(read_table(tmp_path / name), frame, check_dtype=False)
+
+
+def test_a_sequence_may_have_any_name(tmp_path):
+    (tmp_path / "a.csv").write_text("sequence,step,x_m\nNA,1,NA\n007,2,0\n")
+    frame = read_table(tmp_path / "a.csv")
+    assert frame["sequence"].tolist() == ["NA", "007"]
+    assert frame["x_m"].isna().tolist() == [True, False]
 
 
 def test_cells_of_any_type_become_numbers():
