@@ -12,7 +12,7 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import other_unit
 from prb3r.recording.findings import Findings
 from prb3r.recording.recording import Kind, Measurement, Readings
-from prb3r.recording.units import scale_problems
+from prb3r.recording.units import angle_problems, position_problems
 
 KEYS = ("sequence", "step", "disk")
 COLUMNS = tuple(kind.column for kind in Kind)
@@ -46,7 +46,7 @@ def problems_of(
     if manipulator:
         readings = pd.DataFrame({name: numbers(frame[name]) for name in COLUMNS if name in frame}).assign(disk=disk)
         readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
-        problems += scale_problems(readings, manipulator, measurement, where)
+        problems += [*position_problems(readings, manipulator, measurement, where), *angle_problems(readings, where)]
     return problems
 
 

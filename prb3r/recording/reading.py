@@ -37,6 +37,8 @@ def load_recording(path: str | Path) -> Recording:
     if not path.exists():
         raise RecordingError(Problem(str(path), "no such file or folder"))
     file = path / FILE if path.is_dir() else path
+    if file.suffix != ".toml":
+        raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {FILE}"))
     found = Findings()
     described = found.tried(lambda: toml.read(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
@@ -82,15 +84,17 @@ def _table(folder: Path, name: str, found: Findings) -> tuple[str, pd.DataFrame 
     """One of the tables of a recording and the file it stands in; rows without any cell are left out."""
     files = [folder / f"{name}{suffix}" for suffix in SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(files) != 1:
-        what = "there must be one" if files else "there is none"
-        found.problems.append(Problem(str(folder), f"{name}.csv or {name}.parquet: {what}{' of both' * bool(files)}"))
+        what = f"both {name}.csv and {name}.parquet; keep one" if files else f"no {name}.csv or {name}.parquet"
+        found.problems.append(Problem(str(folder), what))
         return "", None
     frame = found.tried(lambda: read_table(files[0]))
     if frame is None:
         return str(files[0]), None
     blank = frame.apply(is_empty).all(axis=1) if len(frame.columns) else pd.Series(False, frame.index)
     if blank.any():
-        found.remarks.append(f"{rows_of(blank)} of {files[0].name} hold{'s' * (blank.sum() == 1)} nothing at all")
+        found.remarks.append(
+            f"{rows_of(blank)} of {files[0].name} hold{'s' if blank.sum() == 1 else ''} nothing at all"
+        )
     return str(files[0]), frame[~blank]
 
 
@@ -101,5 +105,5 @@ def _without_deviation(rows: pd.DataFrame, measurement: Measurement, file: Path)
         read = [kind.column for kind in kinds if kind.column in rows and not is_empty(rows[kind.column]).all()]
         if read and getattr(measurement, key) is None:
             place = toml.place(file, ("measurement",))
-            problems.append(Problem(place, f"{key!r} is missing, but {' and '.join(read)} were read"))
+            problems.append(Problem(place, f"{key!r} is missing, but the markers record {' and '.join(read)}"))
     return problems

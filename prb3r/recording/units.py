@@ -13,37 +13,41 @@ FAR, NEAR = 3.0, 0.01
 """Positions are of another unit beyond so many lengths of the manipulator, or within so small a part of each disk's
 distance from the base along the axis."""
 TURNS, BEND = 1.5, 0.6
-"""Angles beyond so many turns are taken for degrees, unless the plates up to there bend by less than this, rad."""
+"""Angles are taken for degrees beyond so many turns, if the plates up to there bend by more than this on average, rad;
+bends beyond half a turn."""
 
 
-def scale_problems(
+def position_problems(
     readings: pd.DataFrame, manipulator: Manipulator, measurement: Measurement | None, where: str
 ) -> Iterator[Problem]:
-    """Readings (`disk` and columns of :class:`Kind`, as numbers) that no manipulator of this length can give."""
+    """Positions that no disk of a manipulator of this length can have; `readings` with the disk of each row."""
     positions = readings[[kind.column for kind in Kind if kind.is_position and kind.column in readings]]
     slack = 3 * measurement.frame_position_sd_m if measurement else 0.0
     chain = manipulator.chain()
     along = np.concatenate([[np.nan], np.cumsum(chain.arc + 2 * chain.clamp + chain.disk)])
     relative = positions.abs().div(along[readings["disk"].to_numpy(int)], axis=0).max(axis=1).quantile(0.9)
+    length, guess = f"the manipulator is {chain.length:.4g} m long", ""
+    if relative > FAR:
+        guess = "; millimetres? write metres" if relative > 300 else "; centimetres? write metres"
     for name, column in positions.items():
         if (far := column.abs() > FAR * chain.length + slack).any():
-            row, guess = column.abs().idxmax(), ""
-            if relative > FAR:
-                guess = "; millimetres? write metres" if relative > 300 else "; centimetres? write metres"
-            what = f"row {row + 1} is {column[row]:g}, but the manipulator is {chain.length:.4g} m long{guess}"
-            yield Problem(f"{where} column {name}", f"{what} ({far.sum()} of {column.count()} are too far away)")
+            row, share = column.abs().idxmax(), f"{far.sum()} of {column.count()} readings are too far away"
+            what = f"row {row + 1} is {column[row]:g}, but {length}{guess} ({share})"
+            yield Problem(f"{where} column {name}", what)
     if len(positions.columns) == 2 and relative < NEAR:
-        what = f"x_m and y_m reach {positions.abs().max().max():.2g} only, but the manipulator is {chain.length:.4g} m"
-        yield Problem(where, f"{what} long; all lengths, those of the manipulator too, are in metres")
-    for kind in (Kind.ANGLE, Kind.BEND):
-        if kind.column in readings:
-            column, disk = readings[kind.column], readings["disk"]
-            limit = np.pi if kind is Kind.BEND else np.maximum(2 * np.pi * TURNS, BEND * disk)
-            if (column.abs() > limit).any():
-                row = column.abs().idxmax()
-                yield Problem(
-                    f"{where} column {kind.column}", f"row {row + 1} is {column[row]:g}; degrees? write radians"
-                )
+        what = f"x_m and y_m reach only {positions.abs().max().max():.2g}, but {length}; all lengths are in metres"
+        yield Problem(where, what)
+
+
+def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Angles and bends that are too large; `readings` with the disk of each row."""
+    limits = {Kind.ANGLE: np.maximum(2 * np.pi * TURNS, BEND * readings["disk"]), Kind.BEND: np.pi}
+    for kind, limit in limits.items():
+        column = readings.get(kind.column)
+        if column is not None and (column.abs() > limit).any():
+            row = column.abs().idxmax()
+            what = f"row {row + 1} is {column[row]:g}; degrees? write radians"
+            yield Problem(f"{where} column {kind.column}", what)
 
 
 def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
