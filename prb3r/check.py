@@ -4,25 +4,33 @@ import tomllib
 from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
+from prb3r.model.cells import count, ranges
 from prb3r.model.manipulator import load_manipulator
 from prb3r.model.table import SUFFIXES, read_table
+from prb3r.recording.reading import FILE, load_recording
+from prb3r.recording.recording import Kind
 
 
 def check_file(path: Path) -> str:
-    """One line on a manipulator, study or step table that is in order.
+    """What a manipulator, study, table or recording is that is in order: one line, and one for each remark.
 
     Raises
     ------
-    SpecError
+    Prb3rError
         With every problem of the file.
     """
     if not path.exists():
-        raise SpecError(Problem(str(path), "no such file"))
+        raise SpecError(Problem(str(path), "no such file or folder"))
+    if path.is_dir():
+        return _check_recording(path)
     if path.suffix in SUFFIXES:
         return _check_table(path)
     if path.suffix != ".toml":
         raise SpecError(Problem(str(path), "not a .toml, .csv or .parquet file"))
-    if _is_manipulator(path):
+    keys = _keys(path)
+    if keys & {"measurement", "prior", "image_centre_m"} or path.name == FILE:
+        return _check_recording(path)
+    if keys & {"segment", "cable", "disk", "youngs_modulus_pa"}:
         manipulator = load_manipulator(path)
         return (
             f"manipulator, {len(manipulator.segment)} segments, {manipulator.plates} plates, "
@@ -34,12 +42,26 @@ def check_file(path: Path) -> str:
     return f"study of {len(plan.cases)} cases"
 
 
-def _is_manipulator(path: Path) -> bool:
+def _keys(path: Path) -> set[str]:
     try:
-        keys = set(tomllib.loads(path.read_text()))
+        return set(tomllib.loads(path.read_text()))
     except (OSError, ValueError):
-        return False  # the strict reader says what is wrong
-    return bool(keys & {"segment", "cable", "disk", "youngs_modulus_pa"})
+        return set()  # the strict reader says what is wrong
+
+
+def _check_recording(path: Path) -> str:
+    recording = load_recording(path)
+    readings, measured = recording.readings, recording.measurement
+    kinds = [(kind.column, int((readings.kind == kind).sum())) for kind in Kind]
+    deviations = {"positions": (measured.position_sd_m, "m"), "angles": (measured.angle_sd_rad, "rad")}
+    exact = [f"{name} within {sd:g} {unit}" for name, (sd, unit) in deviations.items() if sd]
+    line = (
+        f"recording, {count(len(recording.sequences), 'sequence')}, {count(len(recording.steps), 'step')}, "
+        f"{count(readings.count, 'reading')} ({', '.join(f'{number} {name}' for name, number in kinds if number)}) "
+        f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
+        f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
+    )
+    return "\n  ".join([line, *recording.remarks])
 
 
 def _check_table(path: Path) -> str:

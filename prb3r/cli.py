@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -172,7 +173,7 @@ def compare(results, output) -> None:
 @main.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 def check(files) -> None:
-    """Validate specs, manipulators and step tables; all problems at once."""
+    """Validate studies, manipulators, recordings (folders) and step tables; all problems at once."""
     from prb3r.check import check_file
 
     problems: list[Problem] = []
@@ -189,14 +190,15 @@ def check(files) -> None:
 
 
 @main.command()
-@click.argument("what", type=click.Choice(["study", "manipulator"]))
+@click.argument("what", type=click.Choice(["study", "manipulator", "recording"]))
 def schema(what) -> None:
     """JSON Schema of a file format, for editors."""
     from prb3r.model.manipulator import Manipulator
+    from prb3r.recording.recording import RecordingFile
     from prb3r.study.spec import Study
 
-    described = Study if what == "study" else Manipulator
-    click.echo(json.dumps(described.model_json_schema(), indent=1))
+    described: dict[str, Any] = {"study": Study, "manipulator": Manipulator, "recording": RecordingFile}
+    click.echo(json.dumps(described[what].model_json_schema(), indent=1))
 
 
 @main.command()
