@@ -1,6 +1,7 @@
 """The command line: exit codes, streams, messages; what a user meets first."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -76,6 +77,24 @@ def test_check_says_what_files_are_and_all_that_is_wrong(steps, tmp_path):
     assert "nan is not allowed" in done.stderr
 
 
+def test_check_sums_a_recording_up_with_every_remark_or_refuses_it_with_every_problem(tmp_path):
+    example = ROOT / "studies/recordings/bench-example"
+    done = prb3r("check", example, example / "recording.toml")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 2 * 3
+    assert "recording, 6 sequences, 42 steps, 1713 readings (567 x_m, 577 y_m, 569 angle_rad) of disks" in done.stdout
+    assert "positions within 0.0003 m, angles within 0.005 rad, tensions within 0.3 %" in done.stdout
+    assert "  30 of 1743 cells of markers.csv are empty: not read" in done.stdout
+    folder = shutil.copytree(example, tmp_path / "bad")
+    (folder / "steps.csv").unlink()
+    (folder / "recording.toml").write_text('name = "bad"\nmanipulator = "manipulator.toml"\n[measurement]\n')
+    done = prb3r("check", folder, example)
+    assert done.returncode == 2
+    assert "no steps.csv or steps.parquet" in done.stderr
+    assert "recording.toml:3 measurement: 'position_sd_m' is missing, but the markers record x_m and y_m" in done.stderr
+    assert "6 sequences" in done.stdout
+
+
 def test_dry_run_says_how_many_what_they_cost_and_where_they_go(tmp_path):
     done = prb3r("run", ROOT / "studies/stiffness-coupling.toml", "-o", tmp_path / "out", "--dry-run")
     assert done.returncode == 0, done.stderr
@@ -103,7 +122,7 @@ def test_compare_needs_results_with_designs(tmp_path):
     assert "no manifest.json" in prb3r("compare", tmp_path).stderr
 
 
-@pytest.mark.parametrize("what", ["study", "manipulator"])
+@pytest.mark.parametrize("what", ["study", "manipulator", "recording"])
 def test_schema_is_json_schema(what):
     schema = json.loads(prb3r("schema", what).stdout)
     assert schema["additionalProperties"] is False
