@@ -87,12 +87,12 @@ def tension_sensitivity(predict: Predictor, constants: Constants, effects: Seque
         for j in np.flatnonzero((tension[steps] > 0).any(0)):
             changed = tension.copy()
             changed[steps, j] *= 1 + TENSION_CHANGE
-            moved = (predict(constants, effects, changed) - middle) / TENSION_CHANGE
+            moved = predict(constants, effects, recording.loads._replace(tension=changed)) - middle
             for s in np.flatnonzero(steps):
                 own = recording.readings.step == s
                 if history:
                     own = (recording.of_sequence == recording.of_sequence[s])[recording.readings.step]
-                out[own, s, j] = moved[own]
+                out[own, s, j] = moved[own] / TENSION_CHANGE
     return np.nan_to_num(out)
 
 

@@ -10,18 +10,19 @@ from prb3r.errors import Problem, RecordingError
 from prb3r.model.effect import Base
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.calibrate import Fit, fit
-from prb3r.recording.closure import Mechanism, MomentMap, mechanism, missing_moments
+from prb3r.recording.closure import Closure, close
 from prb3r.recording.clues import Clue, clues
 from prb3r.recording.experiment import Experiment, best_experiment
 from prb3r.recording.heldout import HeldOut, judge, noise_on, predictions, set_aside
 from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.laws import Mechanism, MomentMap, mechanism, missing_moments
 from prb3r.recording.locate import DETECTABLE, Scores
 from prb3r.recording.outliers import Trust, far_off
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
 from prb3r.recording.rivals import Rival, rivals
-from prb3r.recording.select import Choice, bic, chi2_threshold, choose, examine
+from prb3r.recording.select import Choice, bic, chi2_threshold, choose, cost, examine
 from prb3r.recording.statements import Estimate, sentence
 from prb3r.recording.trust import renewed, start
 
@@ -96,6 +97,10 @@ class Diagnosis:
     """Score test of what calibration leaves."""
     named: tuple[Named, ...]
     mismatch: Mismatch
+    closure: Closure | None
+    """An empirical law of the unexplained."""
+    closure_gain: float | None
+    """Share of the excess squared error on held-out sequences that it removes."""
     heldout: HeldOut | None
     clues: tuple[Clue, ...]
     detectable: tuple[Detectable, ...]
@@ -178,6 +183,10 @@ def diagnose(
         verdict = "unexplained" if unexplained else "adequate"
     else:
         verdict = "unexplained" if unexplained else "ambiguous" if any(n.rivals for n in named) else "explained"
+    closure, closure_gain = None, None
+    if verdict == "unexplained":
+        report("closure")
+        closure, closure_gain = _closure(recording, aside, calibrated, choice.fitted, seed)
     report("next experiment")
     experiments = _experiments(choice, named) if verdict == "ambiguous" else ()
     return Diagnosis(
@@ -193,6 +202,8 @@ def diagnose(
         before=before,
         named=named,
         mismatch=_mismatch(calibrated, choice, before, named),
+        closure=closure,
+        closure_gain=closure_gain,
         heldout=held,
         clues=tuple(clues(calibrated)),
         detectable=_detectable(choice.scores),
@@ -217,6 +228,21 @@ def _held_out(recording: Recording, aside: Sequence[int], calibrated: Fit, expla
     predict = predictor(recording.only(aside))
     noise = noise_on(predict, explained)
     return judge(predict, noise, *predictions(predict, [calibrated, explained]))
+
+
+def _closure(
+    recording: Recording, aside: Sequence[int], calibrated: Fit, explained: Fit, seed: int
+) -> tuple[Closure | None, float | None]:
+    """The empirical law that describes what is left best, and its gain on held-out sequences, which must not fall."""
+    laws = [close(base, seed) for base in ([calibrated, explained] if explained.model.hypotheses else [calibrated])]
+    found = [law for law in laws if law is not None]
+    if not found:
+        return None, None
+    best = min(found, key=lambda law: cost(law.fitted))
+    held = _held_out(recording, aside, calibrated, best.fitted)
+    if held is not None and held.chi2_explained > held.chi2_calibrated:
+        return None, None
+    return best, None if held is None else held.gain
 
 
 def _named(choice: Choice, number: int, library, seed: int, recording: Recording, aside, *, partial: bool) -> Named:

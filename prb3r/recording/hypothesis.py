@@ -115,8 +115,8 @@ class Bench(NamedTuple):
     @property
     def pulled(self) -> list[str]:
         """Cables that are ever loaded."""
-        loaded = (self.recording.loads.tension > 0).any(axis=0).tolist()
-        return [name for name, on in zip(self.manipulator.cable_names, loaded, strict=True) if on]
+        names = self.manipulator.cable_names
+        return [names[j] for j in np.flatnonzero((self.recording.loads.tension > 0).any(0))]
 
     @property
     def moment(self) -> float:

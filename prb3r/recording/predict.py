@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.model.closure import equilibria_of
 from prb3r.model.effect import Base, observed, with_effects
 from prb3r.recording.recording import Kind, Recording
 
@@ -48,12 +49,17 @@ class Predictor:
         )
         return with_effects(scaled, manipulator, [*manipulator.effect, *effects])
 
-    def equilibria(self, constants: Constants, effects: Sequence[Base] = (), tension: np.ndarray | None = None):
-        """States of all steps; `tension` (s, m) instead of the recorded one, N."""
-        loads: Loads = self.recording.loads
-        if tension is not None:
-            loads = loads._replace(tension=tension)
-        return solve(self.chain_of(constants, effects), loads, from_rest=self.recording.begins, detail=False)
+    def equilibria(
+        self, constants: Constants, effects: Sequence[Base] = (), loads: Loads | None = None, detail: bool = False
+    ) -> Equilibria:
+        """States of all steps, under `loads` instead of the recorded ones; with tensions and slip if `detail`."""
+        return equilibria_of(
+            self.chain_of(constants, effects),
+            loads or self.recording.loads,
+            from_rest=self.recording.begins,
+            detail=detail,
+            number=self.recording.steps["step"].to_numpy(float),
+        )
 
     def read(self, states: Equilibria, constants: Constants, effects: Sequence[Base] = ()) -> np.ndarray:
         """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
@@ -68,11 +74,9 @@ class Predictor:
         read = np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
         return np.where((states.outcome == Outcome.NO_EQUILIBRIUM)[step], np.nan, read)
 
-    def __call__(
-        self, constants: Constants, effects: Sequence[Base] = (), tension: np.ndarray | None = None
-    ) -> np.ndarray:
-        """(r,) predicted readings, m and rad."""
-        return self.read(self.equilibria(constants, effects, tension), constants, effects)
+    def __call__(self, constants: Constants, effects: Sequence[Base] = (), loads: Loads | None = None) -> np.ndarray:
+        """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""
+        return self.read(self.equilibria(constants, effects, loads), constants, effects)
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
         """(r,) readings less `predicted`; angles by the shorter way round."""

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from prb3r.recording.calibrate import Fit, fit
-from prb3r.recording.closure import law_directions, laws, mechanism
 from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.laws import law_directions, laws, mechanism
 from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
 
 SHORTLIST = 12
