@@ -22,7 +22,7 @@ from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
 from prb3r.recording.rivals import Rival, rivals
-from prb3r.recording.select import Choice, bic, chi2_threshold, choose, cost, examine
+from prb3r.recording.select import Choice, Each, bic, chi2_threshold, choose, cost, examine, serially
 from prb3r.recording.statements import Estimate, sentence
 from prb3r.recording.trust import renewed, start
 
@@ -139,6 +139,7 @@ def diagnose(
     without: frozenset[str] = frozenset(),
     report: Report = lambda step: None,
     hold_out: bool = True,
+    each: Each = serially,
 ) -> Diagnosis:
     """Diagnose a recording.
 
@@ -148,6 +149,7 @@ def diagnose(
     without : kinds of effects that are not considered.
     report : hears the name of every step as it begins.
     hold_out : set a quarter of the sequences aside; False where another recording is held out instead.
+    each : applies a function to many tasks, in worker processes for instance.
 
     Raises
     ------
@@ -159,24 +161,24 @@ def diagnose(
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
     predict = predictor(training)
     try:
-        begun = start(predict, without, seed)
+        begun = start(predict, without, seed, each)
     except ValueError as error:
         raise RecordingError(Problem(recording.name, str(error))) from None
     calibrated, trust, library = begun.calibrated, begun.trust, begun.library
     report("locate")
-    before = examine(calibrated, library, seed)
+    before = examine(calibrated, library, seed, each)
     report("explain")
-    choice = choose(calibrated, library, seed)
+    choice = choose(calibrated, library, seed, before, each)
     if choice.fitted.model.hypotheses:  # covariance and outliers as the explanation has them
         trust = replace(trust, distrust=begun.trust.distrust)
         explained = renewed(choice.fitted, trust)
-        left = examine(explained, library, seed)
+        left = examine(explained, library, seed, each)
         choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
     report("rivals")
     unexplained = choice.structured
     held = _held_out(recording, aside, calibrated, choice.fitted)
     named = tuple(
-        _named(choice, k, library, seed, recording, aside, partial=unexplained)
+        _named(choice, k, library, seed, recording, aside, each, partial=unexplained)
         for k in range(len(choice.fitted.model.hypotheses))
     )
     if not named:
@@ -245,12 +247,14 @@ def _closure(
     return best, None if held is None else held.gain
 
 
-def _named(choice: Choice, number: int, library, seed: int, recording: Recording, aside, *, partial: bool) -> Named:
+def _named(
+    choice: Choice, number: int, library, seed: int, recording: Recording, aside, each: Each, *, partial: bool
+) -> Named:
     """Everything that is said of one chosen effect."""
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
     friction = fitted.model.friction(fitted.p)
-    found = rivals(choice, number, library, seed)
+    found = rivals(choice, number, library, seed, each)
     near = [rival for rival in found if rival.indistinguishable]
     places, others = {}, []
     same = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]

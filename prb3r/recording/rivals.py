@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.recording.calibrate import Fit, fit
 from prb3r.recording.hypothesis import Hypothesis
-from prb3r.recording.select import Choice, cost, examine, fits, plausible, shortlist
+from prb3r.recording.select import Choice, Each, cost, examine, fits, plausible, serially, shortlist
 
 SAME = 11.0
 """Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
@@ -41,19 +41,19 @@ def distance(of: Fit, to: Fit) -> float:
     return float(apart @ apart)
 
 
-def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int) -> list[Rival]:
+def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> list[Rival]:
     """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
     chosen = choice.fitted
     own = chosen.model.hypotheses
     others = own[:number] + own[number + 1 :]
-    found = [each for each in choice.tried if _replaces(each.model.hypotheses, own[number], others)]
+    found = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, own[number], others)]
     if not found:
-        found = _replacements(chosen, number, library, seed)
+        found = _replacements(chosen, number, library, seed, each)
     out = []
-    for each in found:
-        new = next(h for h in each.model.hypotheses if h not in others)
-        if plausible(each) or not new.free:
-            out.append(Rival(new, each, distance(chosen, each), cost(each) - cost(chosen)))
+    for fitted in found:
+        new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
+        if plausible(fitted) or not new.free:
+            out.append(Rival(new, fitted, distance(chosen, fitted), cost(fitted) - cost(chosen)))
     return sorted(out, key=lambda rival: rival.behind)
 
 
@@ -61,7 +61,7 @@ def _replaces(hypotheses: Sequence[Hypothesis], old: Hypothesis, others: Sequenc
     return len(hypotheses) == len(others) + 1 and set(others) <= set(hypotheses) and old not in hypotheses
 
 
-def _replacements(chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int) -> list[Fit]:
+def _replacements(chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int, each: Each) -> list[Fit]:
     """Full fits of the chosen model with one effect replaced."""
     own, shares = chosen.model.hypotheses, chosen.model.shares(chosen.p)
     model = replace(chosen.model, hypotheses=own[:number] + own[number + 1 :])
@@ -69,5 +69,5 @@ def _replacements(chosen: Fit, number: int, library: Sequence[Hypothesis], seed:
     base = fit(model, start)
     if base is None:
         return []
-    left = examine(base, [each for each in library if each != own[number]], seed)
-    return fits(base, shortlist(left, base.residual))
+    left = examine(base, [hypothesis for hypothesis in library if hypothesis != own[number]], seed, each)
+    return fits(base, shortlist(left, base.residual), each)

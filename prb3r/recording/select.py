@@ -1,8 +1,9 @@
 """Which effects explain a recording: forward selection, pairs, backward deletion, whole sequences left out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2 as chi2_law
@@ -12,13 +13,22 @@ from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.laws import law_directions, laws, mechanism
 from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
 
+Each = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
+"""Applies a function to many tasks, here or in workers, and returns what it returned in their order."""
 SHORTLIST = 12
 PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
 AT_BOUND = 1e-6
+SHARE = 8
+"""Hypotheses that are tested in one task."""
 STRONG, SOFTER = 0.2, (0.35, 0.7)
 """Sizes of effects, and falls of ln stiffness, that a fit begins from where softer plates alone have no equilibrium."""
+
+
+def serially(function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
+    """One after the other, here."""
+    return [function(task) for task in tasks]
 
 
 def left_out(fitted: Fit) -> np.ndarray:
@@ -116,15 +126,27 @@ def beginnings(base: Fit, candidate: Direction, pinned: bool) -> list[np.ndarray
     return found
 
 
-def fits(base: Fit, candidates: Sequence[Direction]) -> list[Fit]:
+def fits(base: Fit, candidates: Sequence[Direction], each: Each = serially) -> list[Fit]:
     """Full fits of `base` with one more effect each; the best start of each hypothesis wins."""
-    best: dict[Hypothesis, Fit] = {}
     pinned = cornered(base)
-    for each in candidates:
-        for start in beginnings(base, each, pinned):
-            found = fit(base.model.adding(each.subject), start)
-            if found is not None and (each.subject not in best or found.chi2 < best[each.subject].chi2):
-                best[each.subject] = found
+    tasks = [(base, candidate, beginnings(base, candidate, pinned)) for candidate in candidates]
+    return lowest(fitted for fitted in each(_fit_from, tasks) if fitted is not None)
+
+
+def _fit_from(task: tuple[Fit, Direction, list[np.ndarray]]) -> Fit | None:
+    """The best of the fits from several beginnings."""
+    base, candidate, starts = task
+    found = [fit(base.model.adding(candidate.subject), start) for start in starts]
+    return min((one for one in found if one is not None), key=lambda one: one.chi2, default=None)
+
+
+def lowest(found: Iterable[Fit]) -> list[Fit]:
+    """Of fits of the same effects the best, in order of appearance."""
+    best: dict[tuple[Hypothesis, ...], Fit] = {}
+    for each in found:
+        own = each.model.hypotheses
+        if own not in best or each.chi2 < best[own].chi2:
+            best[own] = each
     return list(best.values())
 
 
@@ -171,31 +193,43 @@ def accepted(simple: Fit, rich: Fit, threshold: float) -> bool:
     )
 
 
-def examine(fitted: Fit, library: Sequence[Hypothesis], seed: int) -> Scores:
+def examine(fitted: Fit, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> Scores:
     """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
-    rest = [each for each in library if each not in fitted.model.hypotheses]
+    rest = [hypothesis for hypothesis in library if hypothesis not in fitted.model.hypotheses]
+    history = fitted.model.predict.chain_of(fitted.constants, fitted.effects).presliding > 0
+    share = SHARE if history else max(len(rest), 1)
+    tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]
+    named = [direction for part in (each if history else serially)(_directions, tasks) for direction in part]
     mechanics = mechanism(fitted)
     unnamed = law_directions(fitted, mechanics, laws(fitted, mechanics))
-    return scores(fitted, [*directions(fitted, rest), *unnamed], seed)
+    return scores(fitted, [*named, *unnamed], seed)
 
 
-def choose(calibrated: Fit, library: Sequence[Hypothesis], seed: int) -> Choice:
-    """Forward selection to `MOST_EFFECTS`, with all pairs of the best at the second, and backward deletion."""
-    current, tried = calibrated, []
+def _directions(task: tuple[Fit, list[Hypothesis]]) -> list[Direction]:
+    return directions(*task)
+
+
+def choose(
+    calibrated: Fit, library: Sequence[Hypothesis], seed: int, before: Scores | None = None, each: Each = serially
+) -> Choice:
+    """Forward selection to `MOST_EFFECTS`, with all pairs of the best at the second, and backward deletion.
+
+    `before` is the score test of the calibrated model, if it was made; `each` applies a function to many tasks.
+    """
+    before = before or examine(calibrated, library, seed, each)
+    current, left, tried = calibrated, before, []
     for _ in range(MOST_EFFECTS):
-        left = examine(current, library, seed)
-        limit = chi2_threshold(current)
-        if left.largest <= left.threshold and current.chi2 <= limit:
+        if left.largest <= left.threshold and current.chi2 <= chi2_threshold(current):
             break
-        found = fits(current, shortlist(left, current.residual))
+        found = fits(current, shortlist(left, current.residual), each)
         if len(current.model.hypotheses) == 1:
-            found += pair_fits(calibrated, library, seed)
+            found += pair_fits(calibrated, before, each)
         tried += found
-        good = [each for each in found if accepted(_parent(each, calibrated, current), each, left.threshold)]
+        good = [one for one in found if accepted(_parent(one, calibrated, current), one, left.threshold)]
         if not good:
             break
         current = without_needless(min(good, key=cost), left.threshold)
-    left = examine(current, library, seed)
+        left = examine(current, library, seed, each)
     return Choice(current, tuple(tried), left, chi2_threshold(current))
 
 
@@ -204,15 +238,15 @@ def _parent(rich: Fit, calibrated: Fit, current: Fit) -> Fit:
     return current if own <= set(rich.model.hypotheses) else calibrated
 
 
-def pair_fits(calibrated: Fit, library: Sequence[Hypothesis], seed: int) -> list[Fit]:
+def pair_fits(calibrated: Fit, before: Scores, each: Each = serially) -> list[Fit]:
     """Full fits of the pairs that promise most."""
-    found = examine(calibrated, library, seed)
-    out = []
-    for a, b in best_pairs(found, calibrated.residual, PAIRS):
-        start = np.concatenate([calibrated.p, a.start, b.start])
-        if (fitted := fit(calibrated.model.adding(a.subject, b.subject), start)) is not None:
-            out.append(fitted)
-    return out
+    tasks = [(calibrated, pair) for pair in best_pairs(before, calibrated.residual, PAIRS)]
+    return [fitted for fitted in each(_fit_pair, tasks) if fitted is not None]
+
+
+def _fit_pair(task: tuple[Fit, tuple[Direction, Direction]]) -> Fit | None:
+    base, (a, b) = task
+    return fit(base.model.adding(a.subject, b.subject), np.concatenate([base.p, a.start, b.start]))
 
 
 def without_needless(fitted: Fit, threshold: float) -> Fit:

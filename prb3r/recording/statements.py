@@ -44,7 +44,7 @@ def sentence(hypothesis: Hypothesis, found: Mapping[str, Estimate], nominal_fric
         case "pulley_friction":
             loss = value.less(1.0).times(100)
             return (
-                f"The pulley (or sheath) of {of_cables} takes {loss:.2g} % of the tension before it reaches the base."
+                f"The pulley (or sheath) of {of_cables} takes {loss:.3g} % of the tension before it reaches the base."
             )
         case "slip_history":
             return (

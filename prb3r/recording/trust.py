@@ -12,7 +12,7 @@ from prb3r.recording.hypothesis import Hypothesis, bench, hypotheses
 from prb3r.recording.locate import scores
 from prb3r.recording.outliers import Trust, Weight, distrust, wrong_weights
 from prb3r.recording.predict import Constants, Predictor
-from prb3r.recording.select import examine
+from prb3r.recording.select import Each, examine, serially
 
 ROUNDS = 2
 MOST_WRONG_WEIGHTS = 3
@@ -34,7 +34,7 @@ def renewed(fitted: Fit, trust: Trust) -> Fit:
     return fit(model, fitted.p) or fitted
 
 
-def start(predict: Predictor, without: frozenset[str], seed: int) -> Start:
+def start(predict: Predictor, without: frozenset[str], seed: int, each: Each = serially) -> Start:
     """Calibrate, weigh gross outliers down, and set wrong weights aside.
 
     Raises
@@ -51,7 +51,7 @@ def start(predict: Predictor, without: frozenset[str], seed: int) -> Start:
         fitted = renewed(fitted, trust)
     library = hypotheses(bench(recording, predict.chain, fitted.states), without)
     for _ in range(MOST_WRONG_WEIGHTS):
-        wrong = wrong_weight(fitted, library, trust.doubted, seed)
+        wrong = wrong_weight(fitted, library, trust.doubted, seed, each)
         if wrong is None:
             break
         trust = replace(trust, doubted=(*trust.doubted, wrong))
@@ -59,7 +59,9 @@ def start(predict: Predictor, without: frozenset[str], seed: int) -> Start:
     return Start(fitted, trust, library)
 
 
-def wrong_weight(fitted: Fit, library: Sequence[Hypothesis], known: Sequence[Weight], seed: int) -> Weight | None:
+def wrong_weight(
+    fitted: Fit, library: Sequence[Hypothesis], known: Sequence[Weight], seed: int, each: Each
+) -> Weight | None:
     """The weight that explains more than any effect and any law could, if there is one."""
     effects: list[Base] = fitted.effects
     sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, effects)
@@ -68,5 +70,5 @@ def wrong_weight(fitted: Fit, library: Sequence[Hypothesis], known: Sequence[Wei
     tested = scores(fitted, candidates, seed)
     if tested.largest <= tested.threshold:
         return None
-    others = examine(fitted, library, seed)
+    others = examine(fitted, library, seed, each)
     return candidates[int(np.argmax(tested.z))].subject if tested.largest > others.largest else None

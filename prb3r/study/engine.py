@@ -93,6 +93,24 @@ def run(
         _Run(numbered, split, on_result).drive(pool, events)
 
 
+@contextlib.contextmanager
+def together(jobs: int) -> Iterator[Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]]:
+    """A map over `jobs` worker processes that live as long as the context; here where one is enough."""
+    if jobs == 1:
+        yield lambda function, tasks: [function(task) for task in tasks]
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    with parallel_config(backend="loky", inner_max_num_threads=1), Parallel(n_jobs=jobs, batch_size=1) as parallel:
+
+        def each(function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
+            if len(tasks) < 2:
+                return [function(task) for task in tasks]
+            return parallel(delayed(function)(task) for task in tasks)
+
+        yield each
+
+
 @dataclass(eq=False)
 class _Job:
     number: int
