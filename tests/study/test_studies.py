@@ -178,3 +178,13 @@ def test_hysteresis_loops_need_friction_and_grow_with_it():
     dead = table["tip_dead_band_n"]
     assert dead[3e-5, 0.0] == pytest.approx(2.87, abs=0.01)
     assert dead[3e-5, 0.5] == pytest.approx(10.8, abs=0.1)
+
+
+def test_coupling_history_full_reversal_holds_for_a_large_second_load_only():
+    frame = small("coupling-history", cable_1_n=[10.0, 50.0], cable_3_kg=[2.5, 5.0, 7.5, 10.0])
+    shift = 1e3 * frame.set_index(["cable_1_n", "direction", "cable_3_kg"])["disk7_shift_m"].sort_index()
+    assert shift[50.0, "declared"].tolist() == pytest.approx([59.6, 59.6, 56.3, 47.9], abs=0.06)
+    assert shift[50.0, "history"].tolist() == pytest.approx(shift[50.0, "declared"].tolist(), abs=0.01)
+    error = 1e3 * frame.set_index(["cable_1_n", "direction", "cable_3_kg"])["tip_prescription_error_m"]
+    assert error[10.0, "declared", 10.0] == pytest.approx(43.0, abs=0.5)  # rig: 43.0 mm
+    assert shift[10.0, "history", 10.0] == pytest.approx(2.7, abs=0.1)  # rig: 2.7 mm
