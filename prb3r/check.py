@@ -1,18 +1,33 @@
 """Say what a file is and whether it is in order."""
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
 from prb3r.model.cells import count, ranges
-from prb3r.model.manipulator import load_manipulator
+from prb3r.model.manipulator import Manipulator, load_manipulator
+from prb3r.model.steps import ignored_slips, sequences_of
 from prb3r.model.table import SUFFIXES, read_table
 from prb3r.recording.reading import FILE, load_recording
 from prb3r.recording.recording import Kind
 
+MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
 
-def check_file(path: Path) -> str:
+
+def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
+    """The manipulator among files to be checked, if it is the only one and in order."""
+    found = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
+    try:
+        return load_manipulator(found[0]) if len(found) == 1 else None
+    except SpecError:
+        return None
+
+
+def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     """What a manipulator, study, table or recording is that is in order: one line, and one for each remark.
+
+    A table of steps is checked with the manipulator, if any.
 
     Raises
     ------
@@ -24,13 +39,13 @@ def check_file(path: Path) -> str:
     if path.is_dir():
         return _check_recording(path)
     if path.suffix in SUFFIXES:
-        return _check_table(path)
+        return _check_table(path, manipulator)
     if path.suffix != ".toml":
         raise SpecError(Problem(str(path), "not a .toml, .csv or .parquet file"))
     keys = _keys(path)
     if keys & {"measurement", "prior", "image_centre_m"} or path.name == FILE:
         return _check_recording(path)
-    if keys & {"segment", "cable", "disk", "youngs_modulus_pa"}:
+    if keys & MANIPULATOR_KEYS:
         manipulator = load_manipulator(path)
         return (
             f"manipulator, {len(manipulator.segment)} segments, {manipulator.plates} plates, "
@@ -39,7 +54,14 @@ def check_file(path: Path) -> str:
     from prb3r.study.run import plan_study
 
     plan = plan_study(path)
-    return f"study of {len(plan.cases)} cases"
+    ignored: dict[str, int] = {}
+    for case in plan.cases:
+        steps = [] if case.settings["cloud"] else [case.settings["initial"], *case.settings["step"]]
+        declared = {name for step in steps for name in step if name.startswith("slip_")}
+        if declared and (what := ignored_slips(case.manipulator(), declared)):
+            ignored[what] = ignored.get(what, 0) + 1
+    remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
+    return "\n  ".join([f"study of {len(plan.cases)} cases", *remarks])
 
 
 def _keys(path: Path) -> set[str]:
@@ -64,8 +86,12 @@ def _check_recording(path: Path) -> str:
     return "\n  ".join([line, *recording.remarks])
 
 
-def _check_table(path: Path) -> str:
+def _check_table(path: Path, manipulator: Manipulator | None) -> str:
     frame = read_table(path)
+    if manipulator is not None:
+        sequences = sequences_of(manipulator, frame, str(path))
+        line = f"table of {count(len(frame), 'step')} in {count(len(sequences), 'sequence')}"
+        return "\n  ".join(filter(None, [line, ignored_slips(manipulator, frame.columns)]))
     missing = [key for key in ("sequence", "step") if key not in frame]
     if missing:
         raise SpecError(*(Problem(str(path), f"column {key!r} is missing") for key in missing))

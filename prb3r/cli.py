@@ -173,14 +173,15 @@ def compare(results, output) -> None:
 @main.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 def check(files) -> None:
-    """Validate studies, manipulators, recordings (folders) and step tables; all problems at once."""
-    from prb3r.check import check_file
+    """Validate studies, manipulators, recordings (folders) and step tables (with a manipulator beside them)."""
+    from prb3r.check import check_file, only_manipulator
 
     problems: list[Problem] = []
     lines = []
+    manipulator = only_manipulator(map(Path, files))
     for path in files:
         try:
-            lines.append(f"{path}: {check_file(Path(path))}")
+            lines.append(f"{path}: {check_file(Path(path), manipulator)}")
         except Prb3rError as error:
             problems += error.problems
     if lines:

@@ -95,6 +95,23 @@ def test_check_sums_a_recording_up_with_every_remark_or_refuses_it_with_every_pr
     assert "6 sequences" in done.stdout
 
 
+def test_check_says_that_history_ignores_declared_slips(steps, tmp_path):
+    history = tmp_path / "history.toml"
+    text = PROTOTYPE.read_text()
+    assert text.count("[friction]\n") == 1
+    history.write_text(text.replace("[friction]\n", '[friction]\ndirection = "history"\n'))
+    done = prb3r("check", history, steps, ROOT / "studies/loading-order.toml")
+    assert done.returncode == 0, done.stderr
+    assert "table of 2 steps in 1 sequence\n  slip_3 ignored: friction follows the cables' own travel" in done.stdout
+    assert "study of 52 cases\n  slip_3 ignored" in done.stdout
+    assert "slip_1 ignored: friction follows the cables' own travel (history), in 13 of them" in done.stdout
+    assert "ignored" not in prb3r("check", PROTOTYPE, steps).stdout
+    steps.write_text("sequence,step,cable_9_n\na,1,10\n")
+    done = prb3r("check", PROTOTYPE, steps)
+    assert done.returncode == 2
+    assert "cable_9_n: unknown column" in done.stderr
+
+
 def test_dry_run_says_how_many_what_they_cost_and_where_they_go(tmp_path):
     done = prb3r("run", ROOT / "studies/stiffness-coupling.toml", "-o", tmp_path / "out", "--dry-run")
     assert done.returncode == 0, done.stderr

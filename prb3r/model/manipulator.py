@@ -139,8 +139,7 @@ class Manipulator(Strict):
                     f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
                     f"{len(self.segment)}"
                 )
-        history = self.friction.direction == "history" or any(effect.kind == "slip_history" for effect in self.effect)
-        if self.model == "constant-curvature" and history:
+        if self.model == "constant-curvature" and self.follows_history:
             problems.append("friction.direction = 'history' needs the model 'prb3r' or 'elastica'")
         if sum(segment.plates for segment in self.segment) > MAX_PLATES:
             problems.append(f"more than {MAX_PLATES} plates")
@@ -150,6 +149,11 @@ class Manipulator(Strict):
         if problems:
             raise ValueError("; ".join(problems))
         return self
+
+    @property
+    def follows_history(self) -> bool:
+        """Whether slip follows from the load path, so that what steps declare is ignored."""
+        return self.friction.direction == "history" or any(effect.kind == "slip_history" for effect in self.effect)
 
     @property
     def plates(self) -> int:

@@ -1,7 +1,7 @@
 """Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,6 +93,12 @@ def problems_of(
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
             problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
     return problems + (list(_pushing(manipulator, frame, where)) if manipulator else [])
+
+
+def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
+    """A sentence on the declared slips among `columns` that the manipulator does not read, empty if there are none."""
+    slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
+    return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
 def _columns(manipulator: Manipulator) -> list[str]:
