@@ -16,6 +16,9 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
 from prb3r.present.sheet import FAILED, Sheet, entry, pale
 from prb3r.present.style import Look
+from prb3r.study.compare import select
+
+GHOST = Look(style.PALE, "", "-", "")
 
 
 @dataclass(frozen=True)
@@ -74,14 +77,21 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
 
 def shapes(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
-    drawn = _bodies(sheet)
-    corners = np.concatenate([[[-0.016, 0.0]], *(one.disks.reshape(-1, 2) for one in drawn.values())])
+    drawn = _bodies(sheet, sheet.rows)
+    behind = list(_bodies(sheet, _reference(sheet)).values())
+    corners = np.concatenate([[[-0.016, 0.0]], *(one.disks.reshape(-1, 2) for one in (*drawn.values(), *behind))])
     strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
     missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
     failed = [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
     titles, parts = sheet.panels()
-    figure, axes = style.panels(titles, sheet.handles(solid=True) + notes(failed), view_of(corners)[2])
+    handles = sheet.handles(solid=True) + notes(failed)
+    if behind:
+        text = ", ".join(sheet.text(column, value) for column, value in sheet.plot.reference.items())
+        handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
+    figure, axes = style.panels(titles, handles, view_of(corners)[2])
     for one, part in zip(axes, parts, strict=True):
+        for ghost in behind:
+            draw_ghost(one, ghost)
         for look, line, group in sheet.groups(part):
             for index in group.index.intersection(list(drawn)):
                 draw_body(one, drawn[index], look, line if sheet.style else "-", strongest)
@@ -91,15 +101,20 @@ def shapes(sheet: Sheet) -> Figure:
     return figure
 
 
-def _bodies(sheet: Sheet) -> dict[int, Body]:
-    """What can be drawn, by row: the state of that row's step, or the last one of its case."""
+def _reference(sheet: Sheet) -> pd.DataFrame:
+    """Rows of the cases that are drawn behind all others."""
+    return select(sheet.cases, sheet.plot.reference) if sheet.plot.reference else sheet.cases[:0]
+
+
+def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
+    """What can be drawn of `rows`, by row: the state of that row's step, or the last one of its case."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
     by_case = dict(iter(sheet.states.groupby("case_id")))
     drawn: dict[int, Body] = {}
-    for index, row in sheet.rows.iterrows():
+    for index, row in rows.iterrows():
         state = by_case.get(row["case_id"], sheet.states[:0])
-        state = state[state["step"] == (row["step"] if "step" in sheet.rows else state["step"].max())]
+        state = state[state["step"] == (row["step"] if "step" in rows else state["step"].max())]
         if len(state) and np.isfinite(state[["x_m", "y_m", "angle_rad"]].to_numpy(float)).all():
             drawn[index] = body(sheet.scene.manipulator(int(row["case_id"])), state)
     return drawn
@@ -149,6 +164,12 @@ def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) 
     if line != "-":
         axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
     axes.plot(*tip, marker=look.marker, color=look.colour, mec="white", mew=0.5, ms=5, zorder=3)
+
+
+def draw_ghost(axes: Axes, drawn: Body) -> None:
+    """A manipulator to compare others with: plates and disks alone."""
+    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
+    axes.add_collection(PolyCollection(1e3 * drawn.disks, facecolors=[GHOST.colour], linewidths=0, zorder=1.9))
 
 
 def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:

@@ -48,6 +48,8 @@ class Sheet:
     def rows(self) -> pd.DataFrame:
         """Selected cases (with their states where the plot names columns of those), with key columns."""
         plot, rows = self.plot, select(self.cases, self.plot.where)
+        if plot.reference:
+            rows = rows.drop(select(rows, plot.reference).index)
         if rows.empty:
             raise ValueError(f"plot {plot.name!r}: no case has {plot.where}")
         across = plot.x if plot.kind != "loops" else None
@@ -113,8 +115,18 @@ class Sheet:
     def panels(self) -> tuple[list[str], list[pd.DataFrame]]:
         """Title and rows of each panel."""
         values = ordered(self.rows["_panel"])
+        parts = [self.rows[self.rows["_panel"] == value] for value in values]
         titles = [self.text(self.plot.panel, value) if self.plot.panel else "" for value in values]
-        return titles, [self.rows[self.rows["_panel"] == value] for value in values]
+        notes = map(self._note, parts)
+        return [", ".join(filter(None, pair)) for pair in zip(titles, notes, strict=True)], parts
+
+    def _note(self, part: pd.DataFrame) -> str:
+        """The value of the noted column, to two digits, where a panel has one."""
+        column = self.plot.note
+        if column is None or part[column].nunique() != 1:
+            return ""
+        one = self.shown(column)
+        return style.with_unit(float(f"{part[column].iloc[0] * one.factor:.2g}"), one.unit)
 
     def groups(self, rows: pd.DataFrame) -> Iterator[tuple[Look, Any, pd.DataFrame]]:
         """Look, line style and rows of each group of a panel."""

@@ -184,11 +184,11 @@ def panels(
     ----------
     ratio : height of a panel over its width.
     shared : all panels (of a row) show the same range, and only outer ones carry numbers.
-    columns : panels in a row, up to three by themselves.
+    columns : panels in a row, up to three (four where there are many) by themselves.
     """
     count = max(len(titles), 1)
     width = SINGLE if count == 1 else DOUBLE
-    columns = columns or (count if count <= 3 else 2 if count == 4 else 3)
+    columns = columns or (count if count <= 3 else 2 if count == 4 else 3 if count <= 12 else 4)
     rows = -(-count // columns)
     beside = legend_columns([str(handle.get_label()) for handle in handles], width)
     inner = (width - (14 if shared else 14 * columns)) / columns

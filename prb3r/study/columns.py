@@ -38,7 +38,17 @@ def _comparison(comparison: Comparison) -> Quantity:
 def _named(study: Study) -> Iterator[tuple[str, str | None]]:
     """Every column that the spec names, with the place where it does."""
     for plot in study.plot:
-        for name in (plot.x, *plot.y, plot.by, plot.style, plot.panel, plot.vertical, *plot.where):
+        for name in (
+            plot.x,
+            *plot.y,
+            plot.by,
+            plot.style,
+            plot.panel,
+            plot.vertical,
+            plot.note,
+            *plot.where,
+            *plot.reference,
+        ):
             yield f"plot {plot.name}", name
     for fit in study.fit:
         yield from (("fit", name) for name in (fit.x, fit.y, *fit.where))

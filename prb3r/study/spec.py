@@ -187,6 +187,10 @@ class Plot(Strict):
     """Second distinction, by line style."""
     panel: str | None = None
     """One panel for each value of this column."""
+    note: str | None = None
+    """A column whose value follows the title of each panel that has one value of it."""
+    reference: dict[str, Scalar] = {}
+    """shapes: cases with these factor values are drawn pale behind all others instead of by themselves."""
     mark: list[Point] = []
     """Published points."""
     vertical: str | None = None

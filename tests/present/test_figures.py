@@ -50,6 +50,10 @@ def coupling() -> pd.DataFrame:
     return table.assign(tip_shift_m=0.05 + 0.0002 * table["cable_2_n"], changing_point_n=60.7)
 
 
+def polygons(axes) -> list:
+    return [each for each in axes.collections if isinstance(each, PolyCollection)]
+
+
 def texts(figure) -> list[str]:
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
@@ -211,6 +215,16 @@ def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():
     assert loop.get_xdata().tolist() == pulls[3:].tolist()
     disk = states[(states["case_id"] == 0) & (states["disk"] == 7)]
     assert loop.get_ydata() == pytest.approx(1e3 * disk["y_m"].to_numpy()[3:])
+
+
+def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
+    states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(3))
+    cases = cases_of(effect=["none", "this", "that"], tip_shift_m=[0.0, 0.01234, 0.2])
+    given = {"panel": "effect", "note": "tip_shift_m", "reference": {"effect": "none"}}
+    figure = draw(Plot(name="a", kind="shapes", **given), cases, states, SCENE)
+    assert [axes.get_title("left") for axes in figure.axes] == ["this, 12 mm", "that, 200 mm"]
+    assert [len(polygons(axes)) for axes in figure.axes] == [2, 2]
+    assert texts(figure) == ["none"]
 
 
 def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):

@@ -175,6 +175,7 @@ def test_hysteresis_loops_need_friction_and_grow_with_it():
             none, some, much = table.loc[presliding, name]
             assert none < 1e-12 < some < much
         assert (table.loc[3e-5, name].iloc[1:] > table.loc[5e-3, name].iloc[1:]).all()
+    assert (table["lowest_eigenvalue_n_m_per_rad"] > 0).all()  # every table has it, with history too
     dead = table["tip_dead_band_n"]
     assert dead[3e-5, 0.0] == pytest.approx(2.87, abs=0.01)
     assert dead[3e-5, 0.5] == pytest.approx(10.8, abs=0.1)
