@@ -15,7 +15,8 @@ from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
 
 Each = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 """Applies a function to many tasks, here or in workers, and returns what it returned in their order."""
-SHORTLIST = 12
+SHORTLIST, SURE = 12, 5
+"""Most hypotheses that are fitted in full, and how many always are."""
 PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
@@ -151,19 +152,22 @@ def lowest(found: Iterable[Fit]) -> list[Fit]:
 
 
 def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> list[Direction]:
-    """The directions worth a full fit: the best hypotheses, and of each kind the best if it is not nothing."""
+    """The directions worth a full fit: the best hypotheses, and of each kind the best if it is not nothing.
+
+    Effects that do not come by degrees are tried from their second probe too.
+    """
     order = [k for k in found.best() if isinstance(found.directions[k].subject, Hypothesis)]
-    chosen = order[:count]
-    kinds = {found.directions[k].subject.kind for k in chosen}
-    for k in order[count:]:
-        kind = found.directions[k].subject.kind
-        if kind not in kinds and found.z[k] > 0.3 * found.largest and found.z[k] > 2:
-            kinds.add(kind)
+    chosen, kinds = [], set()
+    for place, k in enumerate(order):
+        hypothesis = found.directions[k].subject
+        strong = found.z[k] > 0.5 * found.largest and place < count
+        new = hypothesis.kind not in kinds and found.z[k] > max(0.3 * found.largest, 2.0)
+        if place < SURE or strong or (new and not hypothesis.by_degrees):
+            kinds.add(hypothesis.kind)
             chosen.append(k)
     picked = [found.directions[k] for k in chosen]
-    for k in chosen:  # effects that do not come by degrees are tried from their second probe too
-        each = found.directions[k].subject
-        others = [d for m, d in enumerate(found.directions) if d.subject is each and m != k]
+    for k in chosen:
+        others = [d for m, d in enumerate(found.directions) if d.subject is found.directions[k].subject and m != k]
         picked += sorted(others, key=lambda d: -float(d.gain(residual)))[:1]
     return picked
 
