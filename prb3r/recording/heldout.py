@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prb3r.model.effect import Base
 from prb3r.recording.calibrate import Fit
 from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
 from prb3r.recording.outliers import distrust_of
-from prb3r.recording.predict import Predictor
+from prb3r.recording.predict import Constants, Predictor
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class HeldOut:
     """Squared whitened error."""
     chi2_explained: float
     readings: int
+    """How many could be compared: where a model has no equilibrium there is no prediction."""
 
     @property
     def gain(self) -> float:
@@ -59,16 +61,22 @@ def set_aside(of_sequence: np.ndarray, pulled: np.ndarray, seed: int) -> tuple[i
 
 def noise_on(predict: Predictor, fitted: Fit) -> Noise:
     """Covariance of other readings of the same manipulator, gross outliers weighed down."""
-    sensitivity = tension_sensitivity(predict, fitted.constants, fitted.effects)
-    doubt = distrust_of(predict, predict(fitted.constants, fitted.effects))
+    return noise_under(predict, fitted.constants, fitted.effects)
+
+
+def noise_under(predict: Predictor, constants: Constants, effects: Sequence[Base]) -> Noise:
+    """Covariance of the readings that `predict` predicts, gross outliers weighed down."""
+    sensitivity = tension_sensitivity(predict, constants, effects)
+    doubt = distrust_of(predict, predict(constants, effects))
     return noise_of(predict.recording, sensitivity, doubt)
 
 
 def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
     """Compare two predictions (r,) of readings that were set aside."""
     recording = predict.recording
-    clean = noise.believed
-    before, after = predict.misfit(calibrated), predict.misfit(explained)
+    known = np.isfinite(calibrated) & np.isfinite(explained)
+    clean = noise.believed & known
+    before, after = (np.where(known, predict.misfit(each), 0.0) for each in (calibrated, explained))
     position = recording.readings.kind <= 1
 
     def rms(values: np.ndarray, own: np.ndarray) -> float | None:
@@ -86,7 +94,7 @@ def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: n
         rms(scatter, ~position),
         float(np.sum(noise.whiten(before) ** 2)),
         float(np.sum(noise.whiten(after) ** 2)),
-        recording.readings.count,
+        int(known.sum()),
     )
 
 
