@@ -18,49 +18,69 @@ ALONE = 5.0
 """A reading this many sd away from whatever its neighbours lead to expect is a gross outlier."""
 MOST = 0.1
 """A larger share than this is not outliers."""
-FREEDOM = 4.0
-"""Of the Student distribution that weighs outliers down."""
+ROUNDS = 4
+"""How often outliers are looked for among what is left."""
 LISTED = 4.0
 """Readings further off than this many sd are listed."""
 
 
-def expectations(place: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(6, k) what the neighbours of each of `k` values along a line lead to expect; NaN where there are none.
+def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(6, k) by how many sd each of `k` values along a line misses what its neighbours lead to expect; else NaN.
 
-    The line through both neighbours, the parabola through three, the lines and parabolas through those on one side.
+    They are led by the line through both neighbours, the parabola through three, and the lines and parabolas through
+    those on one side.
     """
-    guesses = np.full((6, len(values)), np.nan)
+    found = np.full((6, len(values)), np.nan)
     for row, shifts in enumerate([(-1, 1), (-2, -1, 1), (-1, -2), (1, 2), (-1, -2, -3), (1, 2, 3)]):
         first, last = max(0, -min(shifts)), len(values) - max(0, *shifts)
         if last <= first:
             continue
         own = np.arange(first, last)
-        near = [own + shift for shift in shifts]
-        guesses[row, own] = sum(
-            values[a] * np.prod([(place[own] - place[b]) / (place[a] - place[b]) for b in near if b is not a], axis=0)
-            for a in near
-        )
-    return guesses
+        near = np.stack([own + shift for shift in shifts])
+        weights = np.ones(near.shape)
+        for a in range(len(near)):
+            for b in range(len(near)):
+                if a != b:
+                    weights[a] *= (place[own] - place[near[b]]) / (place[near[a]] - place[near[b]])
+        guess = (weights * values[near]).sum(0)
+        found[row, own] = np.abs(values[own] - guess) / np.sqrt(1 + (weights**2).sum(0))
+    return found
 
 
 def lonely(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
-    """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell."""
-    guesses = np.full((2, 6, readings.count), np.nan)
+    """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell.
+
+    Of several expectations the second best counts, as another gross outlier can spoil one either way; what is found to
+    be an outlier is no neighbour any more.
+    """
+    off, kept = np.zeros(readings.count), np.arange(readings.count)
+    for _ in range(ROUNDS):
+        away = np.sort(_surprises(readings.where(kept), deviation[kept], of_sequence), axis=0)  # NaN last
+        known = np.isfinite(away).sum(0)
+        off[kept] = np.where(known >= 4, away[1], np.where(known >= 2, away[0], 0.0))
+        gross = off[kept] > ALONE
+        kept = kept[~gross]
+        if not gross.any():
+            break
+    return off
+
+
+def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
+    """(12, r) of :func:`surprises` along the disks of a step and along the steps of a sequence."""
+    found = np.full((2, 6, readings.count), np.nan)
     sequence = of_sequence[readings.step]
     for side, (line, place) in enumerate([(readings.step, readings.disk), (readings.disk, readings.step)]):
         order = np.lexsort((place, line, sequence, readings.kind))
         keys = np.stack([readings.kind, sequence, line])[:, order]
         for own in np.split(order, np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1):
             if len(np.unique(place[own])) == len(own):
-                guesses[side][:, own] = expectations(place[own].astype(float), deviation[own])
-    away = np.abs(deviation - guesses.reshape(12, -1))
-    known = np.isfinite(away)
-    return np.where(known.sum(0) >= 3, np.where(known, away, np.inf).min(0), 0.0)
+                found[side][:, own] = surprises(place[own].astype(float), deviation[own])
+    return found.reshape(12, -1)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:
-    """Factor on the standard deviation by which a Student distribution weighs a reading down; at least 1."""
-    return np.sqrt(np.maximum((FREEDOM + deviation**2) / (FREEDOM + 1), 1.0))
+    """Factor on the standard deviation by which a Student distribution of one degree weighs a far reading down."""
+    return np.sqrt(1 + deviation**2)
 
 
 def distrust_of(predict: Predictor, predicted: np.ndarray) -> np.ndarray:
