@@ -130,11 +130,11 @@ def test_an_interrupted_run_keeps_what_it_has_and_goes_on(tmp_path):
     spec.write_text(many)
     command = [sys.executable, "-m", "prb3r", "run", str(spec), "-o", str(out), "-j", "2"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    parts, end = lambda: list(out.glob("trial/.parts/*/*.states.parquet")), time.monotonic() + 60
+    parts, end = lambda: list(out.glob("trial/.parts/*/*.states.parquet")), time.monotonic() + 200
     while len(parts()) < 3 and process.poll() is None and time.monotonic() < end:
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=100)
     assert process.returncode == 130
     assert "Traceback" not in said
     assert "run the same command to go on" in said
