@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.solve import solve
+    from prb3r.recording.run import diagnose
     from prb3r.study.run import run_study
 
 __version__ = "0.1.0"
@@ -15,6 +16,7 @@ _WHERE = {
     "load_manipulator": "prb3r.model.manipulator",
     "solve": "prb3r.model.solve",
     "run_study": "prb3r.study.run",
+    "diagnose": "prb3r.recording.run",
     "Prb3rError": "prb3r.errors",
     "SpecError": "prb3r.errors",
     "RecordingError": "prb3r.errors",
@@ -26,6 +28,7 @@ __all__ = [
     "Prb3rError",
     "RecordingError",
     "SpecError",
+    "diagnose",
     "load_manipulator",
     "run_study",
     "solve",

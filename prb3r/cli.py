@@ -171,6 +171,40 @@ def compare(results, output) -> None:
 
 
 @main.command()
+@click.argument("recording", metavar="RECORDING")
+@click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")
+@click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
+@click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
+@click.pass_context
+def diagnose(ctx, recording, output, holdout, seed) -> None:
+    """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
+    from prb3r.present.diagnosis_report import publish_diagnosis
+    from prb3r.progress import stages
+    from prb3r.recording.files import default_folder, write
+    from prb3r.recording.reading import load_recording
+    from prb3r.recording.run import diagnose as diagnosed
+    from prb3r.study.store import ensure_writable
+
+    loaded = load_recording(recording)
+    others = [load_recording(path) for path in holdout]
+    folder = Path(output) if output else default_folder(loaded)
+    ensure_writable(folder)
+    steps = ("calibrate", "locate", "explain", "rivals", "next experiment", "write")
+    with stages(loaded.name, steps) as report:
+        found = diagnosed(loaded, holdout=others, seed=seed, report=report)
+        report("write")
+        files = [*write(found, folder), *publish_diagnosis(found, folder)]
+    click.echo(_told_of(found, len(files), folder))
+    ctx.exit(SOME_FAILED if found.verdict == "unexplained" else DONE)
+
+
+def _told_of(found, files: int, folder: Path) -> str:
+    from prb3r.recording.record import summary
+
+    return "\n".join([*summary(found), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
+
+
+@main.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 def check(files) -> None:
     """Validate studies, manipulators, recordings (folders) and step tables (with a manipulator beside them)."""

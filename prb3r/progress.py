@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 PLAIN_EVERY_S = 10.0
 
@@ -53,6 +53,39 @@ class Bar:
 
     def end(self) -> None:
         self.progress.stop_task(self.task)
+
+
+@contextlib.contextmanager
+def stages(name: str, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
+    """A function that is told which of `steps` begins: a bar of steps on a terminal, a line each elsewhere."""
+    if not sys.stderr.isatty():
+        started = time.monotonic()
+
+        def say(step: str) -> None:
+            number = f" ({steps.index(step) + 1} of {len(steps)})" if step in steps else ""
+            print(f"{name}: {step}{number}, {time.monotonic() - started:.1f} s", file=sys.stderr, flush=True)
+
+        yield say
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = [
+        TextColumn(name),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+    ]
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task("", total=len(steps))
+
+        def show(step: str) -> None:
+            done = steps.index(step) if step in steps else progress.tasks[task].completed
+            progress.update(task, description=step, completed=done)
+
+        yield show
+        progress.update(task, description="done", completed=len(steps))
 
 
 @contextlib.contextmanager

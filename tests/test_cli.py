@@ -6,8 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from recording.simulated import write_recording
 
 ROOT = Path(__file__).parents[1]
 PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"
@@ -137,6 +139,54 @@ def test_run_writes_tables_figures_and_report_and_is_a_no_op_the_second_time(tmp
 def test_compare_needs_results_with_designs(tmp_path):
     assert prb3r("compare", tmp_path).returncode == 2
     assert "no manifest.json" in prb3r("compare", tmp_path).stderr
+
+
+def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
+    recording, folder = write_recording(tmp_path / "rig"), tmp_path / "out"
+    done = prb3r("diagnose", recording, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("small rig: explained; chi-square per degree of freedom ")
+    assert "- Plate 4 bends as if its stiffness were 0.6" in done.stdout
+    assert "held out (out): error 0.6" in done.stdout
+    steps = ("calibrate", "locate", "explain", "rivals", "next experiment", "write")
+    told = [line.split(":")[1].split("(")[0].strip() for line in done.stderr.splitlines()]
+    assert told == list(steps)
+    written = {path.name for path in folder.iterdir()}
+    assert {"diagnosis.json", "calibrated.toml", "explained.toml"} <= written
+    assert {"residuals.parquet", "mismatch.parquet"} <= written
+    assert json.loads((folder / "diagnosis.json").read_text())["verdict"] == "explained"
+    assert prb3r("solve", folder / "explained.toml", recording / "steps.csv").returncode == 0
+
+
+def test_diagnose_exits_with_1_where_nothing_explains(tmp_path):
+    recording = write_recording(tmp_path / "rig", hidden=())
+    markers = pd.read_csv(recording / "markers.csv")
+    place = markers.groupby("sequence", sort=False).ngroup()
+    markers["y_m"] += 0.004 * np.sin(2.0 * place) * markers["disk"] / 6  # as if the camera had moved again and again
+    markers.to_csv(recording / "markers.csv", index=False)
+    done = prb3r("diagnose", recording, cwd=tmp_path)
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.startswith("small rig: unexplained")
+    record = json.loads((tmp_path / "results/diagnoses/small-rig/diagnosis.json").read_text())
+    assert record["verdict"] == "unexplained"
+
+
+def test_diagnose_refuses_what_is_no_recording(tmp_path):
+    recording = write_recording(tmp_path / "rig", hidden=())
+    text = (recording / "recording.toml").read_text()
+    assert prb3r("diagnose", tmp_path / "none").returncode == 2
+    (recording / "recording.toml").write_text(text.replace("position_sd_m", "position_sd_mm"))
+    done = prb3r("diagnose", recording, "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert "as 'position_sd_m'" in done.stderr
+    assert not (tmp_path / "out").exists()
+    (recording / "recording.toml").write_text(text)
+    done = prb3r("diagnose", recording, "-o", recording / "steps.csv")
+    assert done.returncode == 2
+    assert "steps.csv is a file" in done.stderr
+    done = prb3r("diagnose", recording, "-o", tmp_path / "out", "--holdout", recording)
+    assert done.returncode == 2
+    assert "not available yet" in done.stderr
 
 
 @pytest.mark.parametrize("what", ["study", "manipulator", "recording"])

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.figures import save, write_whole
+from prb3r.present.figures import save
 from prb3r.study import store
 from prb3r.study.designs import Comparison
 
@@ -15,7 +15,7 @@ from prb3r.study.designs import Comparison
 def publish_comparison(comparison: Comparison, folder: Path) -> list[str]:
     """Write `comparison.md`, `comparison.parquet` and `comparison.png/svg`; the names written."""
     store.ensure_writable(folder)
-    write_whole(folder / "comparison.md", (comparison.markdown() + "\n").encode())
+    store.write_whole(folder / "comparison.md", (comparison.markdown() + "\n").encode())
     values = comparison.values
     columns = {"design": list(values.index), "on_pareto_front": comparison.front}
     store.write(

@@ -1,7 +1,6 @@
 """Figures of a study: a table and a plot spec in, a figure out."""
 
 import io
-import os
 from pathlib import Path
 
 import matplotlib
@@ -16,6 +15,7 @@ from prb3r.present.shapes import shapes
 from prb3r.present.sheet import Scene, Sheet
 from prb3r.present.workspace import workspace
 from prb3r.study.spec import Plot
+from prb3r.study.store import write_whole
 
 
 def draw(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Scene) -> Figure:
@@ -40,14 +40,3 @@ def save(figure: Figure, folder: str | Path, name: str) -> list[Path]:
             figure.savefig(content, format=kind, dpi=200, metadata=metadata)
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
     return paths
-
-
-def write_whole(path: Path, content: bytes) -> Path:
-    """Replace a file so that readers never see a part of it."""
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from prb3r.present import style
-from prb3r.present.figures import write_whole
 from prb3r.present.lines import law_in_words
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
+from prb3r.study.store import write_whole
 
 WHOLE_TABLE, LISTED, FEW = 40, 20, 8
 """Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""

@@ -111,6 +111,21 @@ def write(data: pa.Table, path: Path) -> None:
         writer.write_table(data.cast(schema).combine_chunks(), row_group_size=ROW_GROUP)
 
 
+def write_whole(path: Path, content: bytes) -> Path:
+    """Replace a file so that readers never see a part of it; its path.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take it.
+    """
+    with _atomic(path) as temporary, open(temporary, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    return path
+
+
 @contextlib.contextmanager
 def _writer(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
     """A Parquet file that appears under its name when complete."""
