@@ -152,8 +152,8 @@ def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     told = [line.split(":")[1].split("(")[0].strip() for line in done.stderr.splitlines()]
     assert told == list(steps)
     written = {path.name for path in folder.iterdir()}
-    assert {"diagnosis.json", "calibrated.toml", "explained.toml"} <= written
-    assert {"residuals.parquet", "mismatch.parquet"} <= written
+    assert {"diagnosis.json", "calibrated.toml", "explained.toml", "report.html"} <= written
+    assert {"residuals.parquet", "mismatch.parquet", "residuals.png", "residuals.svg"} <= written
     assert json.loads((folder / "diagnosis.json").read_text())["verdict"] == "explained"
     assert prb3r("solve", folder / "explained.toml", recording / "steps.csv").returncode == 0
 

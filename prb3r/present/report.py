@@ -120,7 +120,7 @@ def write_report(
     kinds = {plot.name: plot.kind for plot in study.plot}
     content = {
         "study": study,
-        "figures": [_picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
+        "figures": [picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
         "count": _count(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, source.measured),
@@ -132,6 +132,14 @@ def write_report(
         "timing": _timing(manifest.get("timing") or ()),
         "made": _made(source),
     }
+    return [
+        write_whole(folder / name, templates().get_template(f"{name}.j2").render(content).encode())
+        for name in ("summary.md", "report.html")
+    ]
+
+
+def templates() -> jinja2.Environment:
+    """The pages of reports; what they do not know is an error."""
     pages = jinja2.Environment(
         loader=jinja2.PackageLoader("prb3r.present"),
         undefined=jinja2.StrictUndefined,
@@ -140,13 +148,11 @@ def write_report(
         lstrip_blocks=True,
     )
     pages.filters["md"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
-    return [
-        write_whole(folder / name, pages.get_template(f"{name}.j2").render(content).encode())
-        for name in ("summary.md", "report.html")
-    ]
+    return pages
 
 
-def _picture(folder: Path, name: str, caption: str, kind: str) -> Picture:
+def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
+    """A figure that is in `folder` already."""
     types = {".png": "image/png", ".svg": "image/svg+xml"}
     files = [path for path in (folder / f"{name}.png", folder / f"{name}.svg") if path.exists()]
     if not files:

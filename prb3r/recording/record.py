@@ -25,7 +25,7 @@ class Proposal(NamedTuple):
 
     @property
     def statement(self) -> str:
-        rivals = "; ".join(f"{a} from {b}" for a, b in self.separates)
+        rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
         enough = (
             "enough to rank them rightly" if self.separation >= RESOLVED else "still too little to rank them surely"
         )

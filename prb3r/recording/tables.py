@@ -103,17 +103,20 @@ def shapes(diagnosis: Diagnosis, fitted: Fit) -> pd.DataFrame:
 
 
 def detectable(diagnosis: Diagnosis) -> pd.DataFrame:
-    """The smallest effect of each kind that these recordings would have shown, where they would have shown it best."""
-    found = diagnosis.detectable
-    return pd.DataFrame(
-        {
-            "effect": [each.hypothesis.kind for each in found],
-            "place": [each.hypothesis.name.removeprefix(each.hypothesis.kind).strip(" ()") for each in found],
-            "parameter": [each.hypothesis.free[0].name if each.size is not None else "" for each in found],
-            "size": np.array([np.nan if each.size is None else each.size for each in found], float),
-            "shown": np.array([each.shown for each in found], bool),
-        }
-    )
+    """The smallest effect of each kind that these recordings would have shown, where they would have shown it best.
+
+    A size beyond what a fit of the effect would allow is none: the effect would not have been seen.
+    """
+    rows = []
+    for each in diagnosis.detectable:
+        place = each.hypothesis.name.removeprefix(each.hypothesis.kind).strip(" ()")
+        row = {"effect": each.hypothesis.kind, "place": place, "parameter": "", "size": np.nan, "shown": each.shown}
+        if each.size is not None:
+            free = each.hypothesis.free[0]
+            within = each.size < 0.999 * max(free.high - free.null, free.null - free.low)
+            row |= {"parameter": free.name, "size": each.size if within else np.nan, "shown": each.shown and within}
+        rows.append(row)
+    return pd.DataFrame(rows, columns=["effect", "place", "parameter", "size", "shown"])
 
 
 def _places(recording: Recording, readings: Readings) -> dict[str, np.ndarray]:

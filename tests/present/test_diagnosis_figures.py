@@ -1,0 +1,161 @@
+"""Figures and page of a diagnosis: what is drawn, for every verdict and every kind of reading."""
+
+import re
+from dataclasses import replace
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.patches import Rectangle
+from recording.simulated import Case, diagnosed
+
+from prb3r.present import diagnosis_words as say
+from prb3r.present import style
+from prb3r.present.diagnosis_evidence import moment_map, profiles, ranking
+from prb3r.present.diagnosis_fits import held_out, residuals
+from prb3r.present.diagnosis_report import FIGURES, content, publish_diagnosis
+from prb3r.present.diagnosis_shapes import misfits, telling_steps
+from prb3r.present.diagnosis_sheet import Evidence, StepAxis
+from prb3r.recording.profile import RISE
+from prb3r.recording.rivals import Rival
+
+CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
+ANGLES = Case(read=("angle_rad",))
+UNKNOWN = Case(without=frozenset({"weakened_plate", "segment_stiffness", "precurvature"}))
+
+
+@pytest.fixture(autouse=True)
+def look():
+    with matplotlib.rc_context(style.RC):
+        yield
+
+
+def legend(figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def disputed():
+    found = diagnosed()
+    other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind == "segment_stiffness")
+    named = replace(found.named[0], rivals=(Rival(other.model.hypotheses[0], other, 3.0, 1.0),))
+    return replace(found, verdict="ambiguous", named=(named,))
+
+
+def test_shapes_are_drawn_at_the_steps_that_calibration_misses_most():
+    evidence = Evidence(diagnosed())
+    steps = telling_steps(evidence.residuals)
+    assert len({name for name, _ in steps}) == len(steps) == 3
+    size = evidence.residuals.groupby(["sequence", "step"])["residual_calibrated"].apply(lambda r: (r**2).mean())
+    assert size.idxmax() in steps
+    figure = misfits(evidence)
+    above, below = figure.axes[:3], figure.axes[3:]
+    assert legend(figure)[:3] == ["measured", "constants refitted alone", "with the effects named"]
+    assert all(axes.get_xlabel() == "$x$ (mm)" for axes in above)
+    assert "(mm)" in below[0].get_ylabel()
+    before, after = (np.concatenate([axes.lines[k].get_ydata() for axes in below]) for k in (0, 1))
+    assert after.max() < before.max() / 3
+
+
+@pytest.mark.parametrize(("case", "word"), [(BENDS, "bend of the plate (°)"), (ANGLES, "angle of the disk (°)")])
+def test_where_no_positions_were_read_bends_or_angles_are_drawn(case, word):
+    figure = misfits(Evidence(diagnosed(case)))
+    assert figure.axes[0].get_ylabel() == word
+    assert held_out(Evidence(diagnosed(case))) is not None
+
+
+def test_angles_differ_by_the_shorter_way_round():
+    evidence = Evidence(diagnosed(ANGLES))
+    evidence.residuals["measured"] += 2 * np.pi
+    for figure in (misfits(evidence).axes[3:], held_out(evidence).axes[1:]):
+        assert max(np.abs(line.get_ydata()).max() for axes in figure for line in axes.lines) < 20
+
+
+def test_the_map_has_a_cell_for_every_plate_and_step_and_fades_noise():
+    evidence = Evidence(diagnosed())
+    cells = [patch for patch in moment_map(evidence).axes[0].patches if isinstance(patch, Rectangle)]
+    assert len(cells) == len(evidence.moments)
+    darkness = pd.Series([1 - min(cell.get_facecolor()[:3]) for cell in cells])
+    assert darkness.groupby(evidence.moments["plate"]).mean().idxmax() == 4
+    clean = [cell for cell in moment_map(Evidence(diagnosed(CLEAN))).axes[0].patches if isinstance(cell, Rectangle)]
+    assert max(1 - min(cell.get_facecolor()[:3]) for cell in clean) < 0.8 * darkness.max()
+
+
+def test_sequences_are_apart_on_the_axis_of_steps():
+    rows = pd.DataFrame({"sequence": ["a", "a", "b", "b"], "step": [1, 2, 1, 1]})
+    assert StepAxis.of(rows).at(rows).tolist() == [0.0, 1.0, 2.8, 2.8]
+    assert StepAxis.of(rows).sequences == {"a": (0.0, 1.0), "b": (2.8, 2.8)}
+
+
+def test_residuals_shrink_to_the_normal_law():
+    figure = residuals(Evidence(diagnosed()))
+    before, after = (line.get_ydata() for line in figure.axes[1].lines[1:3])
+    assert before.max() > 2 > 1.4 > after.max()
+    assert "held out" in legend(figure)
+    assert figure.axes[1].get_xlabel() == "disk"
+    assert residuals(Evidence(diagnosed(BENDS))).axes[1].get_xlabel() == "plate"
+    assert "with the effects named" not in legend(residuals(Evidence(diagnosed(CLEAN))))
+
+
+def test_the_ranking_marks_winner_rivals_and_chance():
+    figure = ranking(Evidence(disputed()))
+    names = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
+    assert names[0] == "weakened plate"
+    assert {"named by the diagnosis", "cannot be told from the named one"} <= set(legend(figure))
+    bars = [patch for patch in figure.axes[0].patches if isinstance(patch, Rectangle)]
+    assert [names[k] for k, bar in enumerate(bars) if bar.get_hatch()] == ["segment stiffness"]
+    assert "segment 2; or weakened plate" in [note.get_text() for note in figure.axes[0].texts]
+    widths = [bar.get_width() for bar in bars]
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_profiles_meet_the_line_at_the_interval():
+    found = diagnosed()
+    (axes,) = profiles(Evidence(found)).axes
+    x, y = axes.lines[0].get_data()
+    factor = found.named[0].parameters["factor"]
+    assert np.interp(factor.low, x, y) == pytest.approx(RISE, abs=0.3)
+    assert np.interp(factor.value, x, y) == pytest.approx(0, abs=0.05)
+    assert profiles(Evidence(diagnosed(UNKNOWN))) is None
+    assert profiles(Evidence(diagnosed(CLEAN))) is None
+
+
+def test_without_held_out_sequences_there_is_no_figure_of_them():
+    found = diagnosed()
+    assert held_out(Evidence(replace(found, recording=found.training, heldout=None))) is None
+    assert say.held_out(replace(found, heldout=None)).startswith("Not confirmed on held-out data")
+
+
+@pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNKNOWN])
+def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path):
+    found = diagnosed(case)
+    (tmp_path / "profiles.png").write_bytes(b"of an earlier diagnosis")
+    files = publish_diagnosis(found, tmp_path)
+    names = {path.name for path in files}
+    drawn = {name for name in FIGURES if f"{name}.png" in names}
+    assert set(FIGURES) - drawn == (set() if found.verdict == "explained" else {"profiles"})
+    assert {path.name for path in tmp_path.iterdir()} == names
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<img") == page.count("data:image") == len(drawn)
+    assert not re.search(r"https?://(?!www\.w3\.org)", re.sub(r'src="[^"]*"', "", page))
+    order = [
+        page.index(f"<h2>{title}") for title in ("Where", "What</", "How much", "What else", "What to", "What cal")
+    ]
+    assert order == sorted(order)
+    assert "nan" not in re.sub(r'src="[^"]*"', "", page).lower()
+
+
+def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
+    told = content(Evidence(diagnosed()))
+    assert told["verdict"] == "Explained: one effect, absent from the nominal model, accounts for the mismatch."
+    assert any("too low" in text for text in told["hidden"])
+    assert told["alternatives"] == []
+    assert content(Evidence(diagnosed(CLEAN)))["verdict"].startswith("Adequate")
+    unknown = content(Evidence(diagnosed(UNKNOWN)))
+    assert unknown["verdict"].startswith("Unexplained")
+    assert all("Neither is to be trusted" in text for text in unknown["hidden"])
+    other = content(Evidence(disputed()))
+    assert other["alternatives"] == [
+        "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)."
+    ]
+    assert "cannot tell apart" in other["verdict"]
