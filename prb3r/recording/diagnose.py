@@ -333,8 +333,10 @@ def _mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[N
     ]
     strong.sort(key=lambda pair: -pair[0])
     top = [law for z, law in strong if z > 0.7 * strong[0][0]]
+    if top and top[0].plate is None:  # a law of the whole arm is felt on single plates too
+        top = [law for law in top if law.plate is None]
     depends = tuple(dict.fromkeys({"bend_cubed": "bend", "constant": "position"}.get(law.of, law.of) for law in top))
-    plates = [int(law.place.split()[1]) for law in top if law.place.startswith("plate ")]
+    plates = [law.plate for law in top if law.plate]
     plates += [p for n in named for key, (_, among) in n.places.items() if key in ("plate",) for p in among]
     count = fitted.model.predict.recording.readings.count
     recording = fitted.model.predict.recording
@@ -348,10 +350,10 @@ def _mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[N
     if not strong and not named and not choice.structured:
         statement = "Nothing is left that chance does not explain."
     else:
-        where = ", ".join(dict.fromkeys(law.place for law in top[:4])) or "no single place"
+        where = f"at {', '.join(dict.fromkeys(law.place for law in top[:4]))}" if top else "at no single place"
         on = " and ".join(depends[:3]) or "nothing that was tried"
         what = "What is left after the best explanation" if choice.structured and named else "What calibration leaves"
-        statement = f"{what} sits at {where} and goes with {on}."
+        statement = f"{what} sits {where} and goes with {on}."
         if sequences and len(sequences) < len(recording.sequences):
             statement += f" It is seen in {', '.join(sequences)}."
     return Mismatch(tuple(sorted(set(plates))), sequences, depends, statement, moments, mechanics)

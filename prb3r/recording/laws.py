@@ -15,6 +15,10 @@ from prb3r.recording.locate import Direction, direction
 from prb3r.recording.recording import Kind
 
 WHOLE = "the whole arm"
+ALIKE, OWN_SHARE = 2.0, 0.1
+"""Missing moments are alike over so many plates, but for a share of their variance."""
+SIZES = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+"""Sizes of missing moments that are considered, in shares of the largest cable moment."""
 MOMENT_CHANGE = 1e-4
 """Share of the largest cable moment that moment sensitivities are measured with."""
 
@@ -94,7 +98,7 @@ def law_directions(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[Law])
 
 @dataclass(frozen=True)
 class MomentMap:
-    """Missing moment of every plate at every step, by ridge regression, with its uncertainty."""
+    """Missing moment of every plate at every step, with its uncertainty."""
 
     moment: np.ndarray
     """(s, n) N m."""
@@ -105,21 +109,33 @@ class MomentMap:
 
 
 def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
-    """The missing moments; a prior of a fifth of the largest cable moment keeps what readings do not tell small."""
+    """The missing moments of each step, as a Gaussian process along the arm.
+
+    A moment that is free on every plate would drown in the noise.  Moments of neighbouring plates are alike instead,
+    but for a share of their own; how large they are is chosen by the likelihood of all readings.
+    """
     recording, count = fitted.model.predict.recording, fitted.model.predict.recording.readings.count
     s, n = mechanics.pull.shape
-    prior = 0.2 * float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0
-    moment, sd, known = np.zeros((s, n)), np.full((s, n), prior), np.zeros((s, n))
+    plates = np.arange(n)
+    alike = np.exp(-(((plates[:, None] - plates) / ALIKE) ** 2) / 2)
+    shape = OWN_SHARE * np.eye(n) + (1 - OWN_SHARE) * alike
+    normal, along = np.zeros((s, n, n)), np.zeros((s, n))
     for k in range(s):
         own = np.flatnonzero(recording.readings.step == k)
-        if not len(own):
-            continue
         whole = np.zeros((count, n))
         whole[own] = mechanics.moment[own]
         columns = fitted.model.noise.whiten(whole)
-        information = columns.T @ columns + np.eye(n) / prior**2
-        covariance = np.linalg.inv(information)
-        moment[k] = covariance @ (columns.T @ fitted.residual[:count])
-        sd[k] = np.sqrt(np.diag(covariance))
-        known[k] = 1 - sd[k] ** 2 / prior**2
-    return MomentMap(moment, sd, known)
+        normal[k], along[k] = columns.T @ columns, columns.T @ fitted.residual[:count]
+    largest = float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0
+
+    def posterior(size: float) -> tuple[np.ndarray, np.ndarray, float]:
+        inverse = np.linalg.inv(shape) / size**2
+        covariance = np.linalg.inv(normal + inverse)
+        mean = (covariance @ along[:, :, None])[:, :, 0]
+        evidence = (along * mean).sum() + np.linalg.slogdet(covariance)[1].sum() + s * np.linalg.slogdet(inverse)[1]
+        return mean, covariance, float(evidence)
+
+    size = max((share * largest for share in SIZES), key=lambda each: posterior(each)[2])
+    mean, covariance, _ = posterior(size)
+    sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    return MomentMap(mean, sd, 1 - sd**2 / size**2)
