@@ -24,7 +24,7 @@ FARTHEST = np.log(50.0)
 """Largest ln of a factor on stiffness or friction."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A recording, its noise, and which effects are fitted beside the constants."""
 
@@ -127,7 +127,7 @@ class Model:
         return -np.vstack([self.noise.whiten(out), prior])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted to a recording."""
 

@@ -38,7 +38,7 @@ class EmpiricalLaw(Hypothesis):
         return "empirical moment: " + ", ".join(f"{of} at plate {at}" if at else of for of, at in self.place)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Closure:
     """A fitted law of missing moments."""
 

@@ -21,7 +21,7 @@ FREE_TENSION = 10.0
 """Relative standard deviation of the tensions of a step whose weights are not believed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """The readings of one sequence, which scatter together."""
 
@@ -33,7 +33,7 @@ class Block:
     """(k,) 1 - 1 / standard deviation along them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Noise:
     """The covariance of all readings of a recording."""
 

@@ -35,7 +35,7 @@ Report = Callable[[str], None]
 """Hears which step is under way."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Named:
     """An effect that the diagnosis names."""
 
@@ -55,7 +55,7 @@ class Named:
     profiles: Mapping[str, Profile]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mismatch:
     """Where the calibrated model misses, and what that depends on."""
 
@@ -78,7 +78,7 @@ class Detectable:
     """Whether an effect without degrees would have shown."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """What a recording tells."""
 

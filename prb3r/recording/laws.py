@@ -37,7 +37,7 @@ class Law:
     """The plate, where it is one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mechanism:
     """The fitted states that laws are made of."""
 
@@ -96,7 +96,7 @@ def law_directions(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[Law])
     return [direction(fitted, law, shift[:, None], basis) for law, shift in zip(dictionary, moved, strict=True)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MomentMap:
     """Missing moment of every plate at every step, with its uncertainty."""
 

@@ -23,7 +23,7 @@ DETECTABLE = 5.2
 """Norm of a sensitivity from which on an effect is found nearly always."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Direction:
     """How something, at one probe, moves the whitened residuals, freed of what is fitted already."""
 
@@ -103,7 +103,7 @@ def direction(fitted: Fit, subject: Any, moved: np.ndarray, basis: np.ndarray) -
     return Direction(subject, own[:, length > 1e-6], float(size[felt].min()))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scores:
     """The score test of all directions."""
 

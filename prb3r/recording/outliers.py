@@ -116,7 +116,7 @@ def wrong_weights(fitted: Fit, sensitivity: np.ndarray) -> list[Direction]:
     ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trust:
     """What of a recording is believed."""
 

@@ -27,7 +27,7 @@ class Constants(NamedTuple):
     y: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Predictor:
     """Predicts the readings of one recording, on the elastica plate model."""
 

@@ -82,7 +82,7 @@ class Readings(NamedTuple):
         return Readings(*(field[chosen] for field in self))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """`s` load steps in one or more sequences, each from rest, and their readings."""
 

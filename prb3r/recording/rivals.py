@@ -17,7 +17,7 @@ ABSURD = 40.0
 """A rival that fits so much worse is none, whatever its linearised distance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rival:
     """Another effect in place of a chosen one."""
 

@@ -80,7 +80,7 @@ def plausible(fitted: Fit) -> bool:
     return bool(inside.all()) and not any(at_null)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Choice:
     """What selection found."""
 

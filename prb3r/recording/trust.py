@@ -18,7 +18,7 @@ ROUNDS = 2
 MOST_WRONG_WEIGHTS = 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
     """A calibrated recording, ready to be explained."""
 

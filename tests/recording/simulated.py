@@ -32,6 +32,8 @@ MEASUREMENT = {
     "frame_position_sd_m": 0.002,
 }
 WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}
+CENTRE = (0.1, 0.0)
+"""Of the image, m."""
 E, MU = 1.87e11, 0.3
 """Nominal; the rig's own are a little off."""
 
@@ -75,7 +77,7 @@ def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y
             }
             for row in rows
         ]
-        x, y, angle = observe(true, simulate(true, scattered), frame=frame)
+        x, y, angle = observe(true, simulate(true, scattered), image_centre=CENTRE, frame=frame)
         bend = np.diff(angle, axis=1, prepend=0.0)
         for k, row in enumerate(rows):
             for disk in range(1, x.shape[1]):
@@ -83,7 +85,7 @@ def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y
                 seen = {column: values[column] + noise[column] * rng.standard_normal() for column in read}
                 markers.append({"sequence": name, "step": row["step"], "disk": disk, **seen})
     folder.mkdir(parents=True, exist_ok=True)
-    described = {"name": "small rig", "manipulator": "manipulator.toml", "image_centre_m": [0.1, 0.0]}
+    described = {"name": "small rig", "manipulator": "manipulator.toml", "image_centre_m": list(CENTRE)}
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
     (folder / "recording.toml").write_text(tomli_w.dumps(described))
     (folder / "manipulator.toml").write_text(tomli_w.dumps(manipulator()))

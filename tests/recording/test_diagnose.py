@@ -1,0 +1,138 @@
+"""Diagnoses of small rigs: each effect found, clean ones left in peace, the unknown called unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from recording.simulated import Case, diagnosed, recorded
+
+from prb3r.recording.diagnose import diagnose
+from prb3r.recording.recording import Kind
+
+
+def case(*effects, **more):
+    return Case(hidden=tuple(tuple(each.items()) for each in effects), **more)
+
+
+def effect(kind, **parameters):
+    return {"kind": kind, **parameters}
+
+
+def names(found):
+    return [named.hypothesis.kind for named in found.named]
+
+
+def named_or_rival(found):
+    return {
+        kind for named in found.named for kind in (named.hypothesis.kind, *(r.hypothesis.kind for r in named.rivals))
+    }
+
+
+EFFECTS = [
+    effect("pulley_friction", efficiency=0.95),
+    effect("worn_hole", disk=2, coefficient=3.0),
+    effect("dead_cable", cable="3"),
+    effect("tension_offset", offset_n=4.0, cables=("1",)),
+    effect("hole_offset", cable="1", offset_m=0.0012),
+    effect("hole_clearance", clearance_m=0.001),
+    effect("weakened_plate", plate=4, factor=0.7),
+    effect("segment_stiffness", segment=2, factor=0.9),
+    effect("nonlinear_plate", law="cubic", cubic_m2=0.003),
+    effect("precurvature", curvature_per_m=0.3),
+    effect("clamp_compliance", compliance_rad_per_n_m=0.02),
+    effect("cable_bending", stiffness_n_m2=0.02),
+    effect("gravity", x_m_s2=0.0, y_m_s2=-4.0),
+    effect("tip_force", x_n=0.0, y_n=-0.6),
+    effect("camera_scale", scale=1.02),
+    effect("lens_distortion", k1_per_m2=0.8),
+]
+
+
+@pytest.mark.parametrize("hidden", EFFECTS, ids=lambda each: each["kind"])
+def test_each_effect_is_found_or_named_among_those_that_cannot_be_told_apart(hidden):
+    found = diagnosed(case(hidden))
+    assert found.verdict in ("explained", "ambiguous")
+    assert hidden["kind"] in named_or_rival(found)
+    if found.verdict == "explained":
+        assert names(found) == [hidden["kind"]]
+        for name, estimate in found.named[0].parameters.items():
+            assert estimate.low <= estimate.value <= estimate.high
+            width = estimate.high - estimate.low
+            assert estimate.low - width <= hidden[name] <= estimate.high + width
+    assert found.explained.reduced < 1.2
+    assert found.heldout is not None
+    assert found.heldout.chi2_explained < found.heldout.chi2_calibrated
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_right_model_raises_no_alarm(seed):
+    found = diagnosed(case(seed=seed))
+    assert found.verdict == "adequate"
+    assert not found.named
+    assert {"weakened_plate", "gravity", "camera_scale"} <= {each.hypothesis.kind for each in found.detectable}
+
+
+def spoilt(recording, seed, missing=0.2, gross=0.02):
+    rng = np.random.default_rng(seed)
+    kept = rng.random(recording.readings.count) >= missing
+    value = recording.readings.value + (rng.random(recording.readings.count) < gross) * np.where(
+        recording.readings.kind == Kind.ANGLE, 0.3, 0.02
+    ) * rng.choice([-1, 1], recording.readings.count)
+    changed = recording.with_values(value)
+    return replace(changed, readings=changed.readings.where(kept))
+
+
+def test_missing_markers_and_gross_outliers_change_nothing():
+    found = diagnose(spoilt(recorded(case(seed=4)), 4))
+    assert found.verdict == "adequate"
+    assert found.trust.distrust.max() > 5
+    found = diagnose(spoilt(recorded(case(effect("weakened_plate", plate=4, factor=0.7), seed=5)), 5))
+    assert names(found) == ["weakened_plate"]
+    assert found.named[0].places["plate"][0] == 4
+
+
+def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect():
+    recording = recorded(case(seed=6))
+    tension = recording.loads.tension.copy()
+    tension[5, 3] *= 0.8
+    found = diagnose(replace(recording, loads=recording.loads._replace(tension=tension)), hold_out=False)
+    assert found.verdict == "adequate"
+    assert any("step 2: the weight on cable 4" in remark and "not believed" in remark for remark in found.remarks)
+
+
+def test_what_calibration_hides_is_brought_to_light():
+    """A lossy pulley looks like more friction and another E; the held-out sequence tells."""
+    found = diagnosed(case(effect("pulley_friction", efficiency=0.92)))
+    nominal_friction = found.calibrated.constants.log_friction
+    assert abs(nominal_friction - np.log(0.9)) > 3 * abs(found.explained.constants.log_friction - np.log(0.9))
+    assert found.heldout.gain > 0.9
+
+
+def test_the_same_law_under_two_names_is_ambiguous_and_no_experiment_is_promised():
+    """A bilinear plate and touching disks stiffen alike beyond one bend."""
+    found = diagnosed(case(effect("disk_contact", angle_rad=0.1, stiffness_n_m_per_rad=4.0)))
+    assert found.verdict == "ambiguous"
+    assert {"disk_contact", "nonlinear_plate"} <= named_or_rival(found)
+    assert all(experiment.separation < 22 for *_, experiment in found.experiments)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [effect("weakened_plate", plate=4, factor=0.6), effect("pulley_friction", efficiency=0.88)],
+    ids=lambda each: each["kind"],
+)
+def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(hidden):
+    found = diagnosed(case(hidden, without=frozenset({hidden["kind"]})))
+    assert found.verdict == "unexplained"
+    assert all(named.partial for named in found.named)
+    assert found.closure is not None
+    assert found.closure_gain > 0.5
+    assert found.closure.fitted.reduced < found.explained.reduced
+
+
+def test_a_camera_that_moved_between_sequences_is_unexplained():
+    recording = recorded(case(seed=7))
+    shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)
+    found = diagnose(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False)
+    assert found.verdict == "unexplained"
+    assert "frame" in found.mismatch.depends_on
