@@ -175,8 +175,9 @@ def compare(results, output) -> None:
 @click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")
 @click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
 @click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
+@click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.pass_context
-def diagnose(ctx, recording, output, holdout, seed) -> None:
+def diagnose(ctx, recording, output, holdout, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
     from prb3r.present.diagnosis_report import publish_diagnosis
     from prb3r.progress import stages
@@ -189,9 +190,9 @@ def diagnose(ctx, recording, output, holdout, seed) -> None:
     others = [load_recording(path) for path in holdout]
     folder = Path(output) if output else default_folder(loaded)
     ensure_writable(folder)
-    steps = ("calibrate", "locate", "explain", "rivals", "next experiment", "write")
+    steps = ("calibrate", "locate", "explain", "rivals", "closure", "next experiment", "write")
     with stages(loaded.name, steps) as report:
-        found = diagnosed(loaded, holdout=others, seed=seed, report=report)
+        found = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
         files = [*write(found, folder), *publish_diagnosis(found, folder)]
     click.echo(_told_of(found, len(files), folder))

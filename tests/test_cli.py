@@ -143,7 +143,7 @@ def test_compare_needs_results_with_designs(tmp_path):
 
 def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     recording, folder = write_recording(tmp_path / "rig"), tmp_path / "out"
-    done = prb3r("diagnose", recording, "-o", folder)
+    done = prb3r("diagnose", recording, "-o", folder, "-j", 1)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("small rig: explained; chi-square per degree of freedom ")
     assert "- Plate 4 bends as if its stiffness were 0.6" in done.stdout
@@ -156,6 +156,16 @@ def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     assert {"residuals.parquet", "mismatch.parquet", "residuals.png", "residuals.svg"} <= written
     assert json.loads((folder / "diagnosis.json").read_text())["verdict"] == "explained"
     assert prb3r("solve", folder / "explained.toml", recording / "steps.csv").returncode == 0
+
+
+def test_diagnose_is_judged_on_other_recordings(tmp_path):
+    recording, other = write_recording(tmp_path / "rig"), write_recording(tmp_path / "other", seed=1)
+    done = prb3r("diagnose", recording, "-o", tmp_path / "out", "--holdout", other, "-j", 1)
+    assert done.returncode == 0, done.stderr
+    record = json.loads((tmp_path / "out/diagnosis.json").read_text())
+    assert record["heldout"]["sequences"][0] == "small rig: out"
+    assert record["heldout"]["rmse_explained_m"] < 0.7 * record["heldout"]["rmse_calibrated_m"]
+    assert not pd.read_parquet(tmp_path / "out/residuals.parquet")["held_out"].any()
 
 
 def test_diagnose_exits_with_1_where_nothing_explains(tmp_path):
@@ -184,9 +194,9 @@ def test_diagnose_refuses_what_is_no_recording(tmp_path):
     done = prb3r("diagnose", recording, "-o", recording / "steps.csv")
     assert done.returncode == 2
     assert "steps.csv is a file" in done.stderr
-    done = prb3r("diagnose", recording, "-o", tmp_path / "out", "--holdout", recording)
+    done = prb3r("diagnose", recording, "-o", tmp_path / "out", "--holdout", tmp_path / "none")
     assert done.returncode == 2
-    assert "not available yet" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("what", ["study", "manipulator", "recording"])

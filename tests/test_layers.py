@@ -28,7 +28,6 @@ ALLOWED = {
     "study": {"numpy", "pandas", "scipy", "pydantic", "pyarrow"},
     "study/engine": {"joblib", "distributed", "threadpoolctl"},
     "recording": {"numpy", "pandas", "scipy", "pydantic"},
-    "recording/files": {"tomli_w"},
     "proof": {"numpy", "scipy", "numba"},
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},

@@ -81,7 +81,7 @@ def content(evidence: Evidence) -> dict[str, object]:
         "where": diagnosis.mismatch.statement,
         "effects": [each.statement for each in diagnosis.named],
         "partial": diagnosis.verdict == "unexplained",
-        "closure": None,  # the fitted empirical law of an unexplained diagnosis, once `Diagnosis` carries one
+        "closure": say.closure(diagnosis),
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
         "held_out": say.held_out(diagnosis),

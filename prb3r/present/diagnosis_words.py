@@ -8,7 +8,7 @@ from prb3r.present import style
 from prb3r.quantities import describe, unit_ending
 from prb3r.recording.diagnose import Diagnosis
 from prb3r.recording.hypothesis import Hypothesis
-from prb3r.recording.record import calibration
+from prb3r.recording.record import calibration, few
 
 CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
 
@@ -96,8 +96,7 @@ def held_out(diagnosis: Diagnosis) -> str:
     held = diagnosis.heldout
     if held is None:
         return "Not confirmed on held-out data: there are fewer than three sequences, so none was set aside."
-    names = ", ".join(held.sequences)
-    kept = f"Sequence{'s' * (len(held.sequences) > 1)} {names} stayed out of every fit."
+    kept = f"Sequence{'s' * (len(held.sequences) > 1)} {few(held.sequences)} stayed out of every fit."
     if not diagnosis.named:
         return kept
     if held.chi2_calibrated <= held.readings:
@@ -105,6 +104,18 @@ def held_out(diagnosis: Diagnosis) -> str:
     if held.gain <= 0:
         return f"{kept} There what is named does not predict better than refitted constants."
     return f"{kept} There what is named removes {percent(held.gain)} of the squared error beyond the noise."
+
+
+def closure(diagnosis: Diagnosis) -> str | None:
+    """The empirical law of an unexplained diagnosis, and what it is worth."""
+    if diagnosis.closure is None:
+        return None
+    gain = diagnosis.closure_gain
+    worth = (
+        "" if gain is None else f"; on held-out sequences it removes {percent(gain)} of the squared error beyond noise"
+    )
+    left = number(diagnosis.closure.fitted.reduced)
+    return f"{diagnosis.closure.statement} It brings the squared error per degree of freedom to {left}{worth}."
 
 
 def alternatives(diagnosis: Diagnosis) -> Iterator[str]:

@@ -2,15 +2,15 @@
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
-import tomli_w
 
 from prb3r.model.manipulator import Manipulator
+from prb3r.model.toml_text import toml_text
 from prb3r.recording import tables
+from prb3r.recording.calibrate import Fit
 from prb3r.recording.diagnose import Diagnosis
 from prb3r.recording.record import as_json, proposals
 from prb3r.recording.recording import Recording
@@ -36,12 +36,12 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     store.ensure_writable(folder)
     record = json.dumps(as_json(diagnosis), indent=1, allow_nan=False, ensure_ascii=False)
     texts = {"diagnosis.json": record + "\n"}
-    for name, fitted in (("calibrated", diagnosis.calibrated), ("explained", diagnosis.explained)):
+    for name, fitted in models(diagnosis).items():
         texts[f"{name}.toml"] = manipulator_toml(diagnosis.manipulator(fitted), _provenance(diagnosis, name))
     texts |= {name: steps.to_csv(index=False) for name, steps in _proposed(diagnosis)}
-    for old in folder.glob("next_experiment*.csv"):
-        if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv", old.name):
-            old.unlink()
+    for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
+        if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
+            old.unlink()  # of an earlier diagnosis
     files = [store.write_whole(folder / name, text.encode()) for name, text in texts.items()]
     made = {"recording": diagnosis.recording.name, "seed": diagnosis.seed, "verdict": diagnosis.verdict}
     for name, frame in (
@@ -55,6 +55,12 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     return files
 
 
+def models(diagnosis: Diagnosis) -> dict[str, Fit]:
+    """The fitted models that become manipulator files."""
+    found = {"calibrated": diagnosis.calibrated, "explained": diagnosis.explained}
+    return found | ({"closure": diagnosis.closure.fitted} if diagnosis.closure else {})
+
+
 def _proposed(diagnosis: Diagnosis) -> Iterator[tuple[str, pd.DataFrame]]:
     """Name and steps of the table of each proposed experiment."""
     found = proposals(diagnosis)
@@ -66,29 +72,13 @@ def _provenance(diagnosis: Diagnosis, name: str) -> str:
     what = {
         "calibrated": "the nominal manipulator with refitted constants",
         "explained": "the nominal manipulator with refitted constants and the effects that the diagnosis names",
+        "closure": "as an empirical law describes it, a missing moment without a mechanism",
     }
     recording = json.dumps(diagnosis.recording.name, ensure_ascii=False)
     return f"prb3r diagnose, recording {recording}, seed {diagnosis.seed}: {what[name]} (verdict {diagnosis.verdict})"
 
 
 def manipulator_toml(manipulator: Manipulator, comment: str) -> str:
-    """A manipulator as its file, with a comment line on top."""
-    plain = manipulator.model_dump(exclude_none=True)
-    return f"# {comment}\n{tomli_w.dumps(_own(plain))}{''.join(_tables(plain, ''))}"
-
-
-def _own(plain: Mapping[str, Any]) -> dict[str, Any]:
-    """What is not a list of tables."""
-    return {key: value for key, value in plain.items() if not _is_list_of_tables(value)}
-
-
-def _is_list_of_tables(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(each, dict) for each in value)
-
-
-def _tables(plain: Mapping[str, Any], above: str) -> Iterator[str]:
-    """Lists of tables, each table under its own heading as people write them; empty lists are left out."""
-    for key, value in plain.items():
-        for each in value if _is_list_of_tables(value) else ():
-            yield f"\n[[{above}{key}]]\n{tomli_w.dumps(_own(each))}"
-            yield from _tables(each, f"{above}{key}.")
+    """A manipulator as its file, with a comment line on top; empty lists are left out."""
+    plain = {key: value for key, value in manipulator.model_dump(exclude_none=True).items() if value != []}
+    return f"# {comment}\n{toml_text(plain)}"

@@ -1,6 +1,6 @@
 """A diagnosis as plain content: what goes into `diagnosis.json`, and a few lines for people."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,14 +59,21 @@ def summary(diagnosis: Diagnosis) -> list[str]:
         lines += [f"  cannot be told apart: {name}" for name in dict.fromkeys(r.hypothesis.name for r in each.rivals)]
     if diagnosis.verdict == "unexplained":
         lines.append(f"- {diagnosis.mismatch.statement}")
+        if diagnosis.closure:
+            lines.append(f"- {diagnosis.closure.statement}")
     held = diagnosis.heldout
     for factor, unit, errors in _held_errors(held) if held and diagnosis.named else ():
         calibrated, explained, noise = (f"{factor * each:.3g}" for each in errors)
-        where = ", ".join(held.sequences) if held else ""
+        where = few(held.sequences) if held else ""
         lines.append(f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}")
     if held is None:
         lines.append("not confirmed on held-out data")
     return lines
+
+
+def few(names: Sequence[str], most: int = 6) -> str:
+    """Names in a row, of many only the first."""
+    return ", ".join(names) if len(names) <= most else f"{', '.join(names[:most])} and {len(names) - most} more"
 
 
 def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float]]]:
@@ -174,8 +181,16 @@ def _estimate(each: Estimate) -> dict[str, Any]:
 
 
 def _closure(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """The fitted empirical law of an unexplained diagnosis, once `Diagnosis` carries one."""
-    return None
+    """The fitted empirical law of an unexplained diagnosis."""
+    closure = diagnosis.closure
+    if closure is None:
+        return None
+    return {
+        "statement": closure.statement,
+        "effect": closure.effect.model_dump(exclude_none=True),
+        "reduced_chi2": closure.fitted.reduced,
+        "heldout_gain": diagnosis.closure_gain,
+    }
 
 
 def _plain(value: Any) -> Any:

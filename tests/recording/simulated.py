@@ -7,8 +7,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
-import tomli_w
 
+from prb3r.model.toml_text import toml_text
 from prb3r.proof.rig import observe, simulate
 from prb3r.recording.diagnose import Diagnosis, diagnose
 from prb3r.recording.reading import load_recording
@@ -87,8 +87,8 @@ def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y
     folder.mkdir(parents=True, exist_ok=True)
     described = {"name": "small rig", "manipulator": "manipulator.toml", "image_centre_m": list(CENTRE)}
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
-    (folder / "recording.toml").write_text(tomli_w.dumps(described))
-    (folder / "manipulator.toml").write_text(tomli_w.dumps(manipulator()))
+    (folder / "recording.toml").write_text(toml_text(described))
+    (folder / "manipulator.toml").write_text(toml_text(manipulator()))
     pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
     pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
     return folder

@@ -169,7 +169,7 @@ def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
     assert {path.name for path in tmp_path.glob("*.csv")} == {"next_experiment_1.csv", "next_experiment_2.csv"}
 
 
-def test_unexplained_lists_partial_effects_without_intervals():
+def test_unexplained_lists_partial_effects_without_intervals_and_a_law(tmp_path):
     record = as_json(diagnosed(WEAKER))
     assert record["verdict"] == "unexplained"
     assert record["effects"]
@@ -178,6 +178,11 @@ def test_unexplained_lists_partial_effects_without_intervals():
         assert all(each["low"] is None for each in effect["parameters"].values() if "low" in each)
     assert record["calibration"]["youngs_modulus_pa"]["low"] is None
     assert record["mismatch"]["plates"]
+    closure = record["closure"]
+    assert list(closure) == ["statement", "effect", "reduced_chi2", "heldout_gain"]
+    assert closure["effect"]["kind"] == "empirical_moment"
+    write(diagnosed(WEAKER), tmp_path)
+    assert load_manipulator(tmp_path / "closure.toml").effect[-1] == diagnosed(WEAKER).closure.effect
     json.dumps(record, allow_nan=False)
 
 
