@@ -46,7 +46,8 @@ FIGURES: dict[str, tuple[Callable[[Evidence], Figure | None], str]] = {
     ),
     "held-out": (held_out, "The sequences that were set aside before anything was fitted."),
 }
-LISTED = 40
+LISTED = 20
+"""Up to how many outliers are listed."""
 
 
 def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:

@@ -71,7 +71,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     return lines
 
 
-def few(names: Sequence[str], most: int = 6) -> str:
+def few(names: Sequence[str], most: int = 3) -> str:
     """Names in a row, of many only the first."""
     return ", ".join(names) if len(names) <= most else f"{', '.join(names[:most])} and {len(names) - most} more"
 
