@@ -4,8 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STUDY ?= *
 JOBS ?=
+CASES ?=
+SEED ?=
 
-.PHONY: study setup test check format bench clean
+.PHONY: study setup test check format bench proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
@@ -37,6 +39,10 @@ format: $(VENV)/.ready
 
 bench: $(VENV)/.ready
 	$(BIN)/prb3r bench
+
+# The whole benchmark takes about an hour on two cores, `make proof CASES=60` a few minutes.
+proof: $(VENV)/.ready
+	$(BIN)/prb3r prove -o results/proof $(if $(CASES),--cases $(CASES)) $(if $(SEED),--seed $(SEED)) $(if $(JOBS),-j $(JOBS))
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .mypy_cache

@@ -254,6 +254,22 @@ def bench(as_json, output) -> None:
     click.echo(to_json(result) if as_json else f"{text}\nin {folder}")
 
 
+@main.command()
+@click.option("-o", "--output", default="results/proof", show_default=True, help="Folder for tables and figures.")
+@click.option("--cases", type=click.IntRange(8), default=None, help="Recordings [default: 1200, about an hour].")
+@click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
+@click.option("--seed", type=click.IntRange(0), default=2, show_default=True, help="Of everything; 1 is for tuning.")
+def prove(output, cases, jobs, seed) -> None:
+    """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict."""
+    from prb3r.present.proof import publish_proof, scores_table
+    from prb3r.proof.cases import FULL
+    from prb3r.proof.prove import prove as run_proof
+
+    found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True))
+    files = publish_proof(found, Path(output))
+    click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))
+
+
 @contextlib.contextmanager
 def _told(what: str) -> Iterator[None]:
     click.echo(f"prb3r: {what}", err=True)

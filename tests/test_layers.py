@@ -28,7 +28,7 @@ ALLOWED = {
     "study": {"numpy", "pandas", "scipy", "pydantic", "pyarrow"},
     "study/engine": {"joblib", "distributed", "threadpoolctl"},
     "recording": {"numpy", "pandas", "scipy", "pydantic"},
-    "proof": {"numpy", "scipy", "numba"},
+    "proof": {"numpy", "scipy", "numba", "pandas"},
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "progress": {"rich"},
