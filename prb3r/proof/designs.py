@@ -139,14 +139,15 @@ def _program(rng: np.random.Generator, manipulator: Mapping[str, Any], flavour: 
     cables = manipulator["cable"]
     m = len(cables)
     sequences = 4 if flavour in (HISTORY, POOR) else 6 if flavour == LOADING else int(rng.integers(5, 8))
-    each = -(-3 * m // sequences)
-    slots = [j for _ in range(3) for j in rng.permutation(m)]
-    slots += [int(rng.integers(m)) for _ in range(sequences * max(each, 2) - len(slots))]
+    use: list[list[int]] = [[] for _ in range(sequences)]
+    for j in rng.permutation(m).tolist():
+        for k in sorted(range(sequences), key=lambda k: (len(use[k]), rng.random()))[:3]:
+            use[k].append(j)
     pull = np.array([_tension(manipulator, cable) for cable in cables])
     loaded = rng.random() < 1 / 3
     program = []
     for k in range(sequences):
-        used = list(dict.fromkeys(slots[k::sequences]))
+        used = rng.permutation(use[k] or [int(rng.integers(m))]).tolist()
         count = 4 if flavour in (HISTORY, POOR) else int(rng.integers(4, 7))
         rising = flavour == POOR or (flavour == LOADING and k < sequences - 2)
         tension = np.zeros((count, m))
