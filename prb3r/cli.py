@@ -262,7 +262,7 @@ def bench(as_json, output) -> None:
 def prove(output, cases, jobs, seed) -> None:
     """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict."""
     from prb3r.present.proof import publish_proof, scores_table
-    from prb3r.proof.cases import FULL
+    from prb3r.proof.composition import FULL
     from prb3r.proof.prove import prove as run_proof
 
     found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True))

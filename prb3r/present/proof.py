@@ -12,11 +12,13 @@ from matplotlib.figure import Figure
 
 from prb3r.present import style
 from prb3r.present.figures import save, write_whole
-from prb3r.proof.cases import public
+from prb3r.proof.breakdown import by_effect, confusion
+from prb3r.proof.intervals import Score
+from prb3r.proof.judged import Judged, first_right, mentioned
 from prb3r.proof.labels import CLASSES, Label
 from prb3r.proof.methods import METHODS, Verdict
 from prb3r.proof.prove import MAIN, Proof
-from prb3r.proof.score import Goal, Judged, Score, by_effect, confusion, first_right, mentioned
+from prb3r.proof.score import Goal
 from prb3r.study import store
 
 SHARES = ("clean", "right", "truth", "plate", "95", "parameter", "held-out excess", "both", "outside", "error of E")
@@ -48,7 +50,7 @@ def scores_table(proof: Proof) -> list[str]:
     ]
     for goal, score in proof.scores():
         cells = [goal.name, _goal(goal), _value(goal, score.value), _interval(goal, score), str(score.count)]
-        cells += [_answer(score.met(goal)), _answer(score.shown(goal))]
+        cells += [_answer(goal.met(score)), _answer(goal.shown(score))]
         cells += [_beside(goal, beside[name][goal.name]) for name in others]
         lines.append(f"| {' | '.join(cells)} |")
     return lines
@@ -160,7 +162,7 @@ def _hidden(proof: Proof) -> list[str]:
 
 
 def _designs(proof: Proof) -> list[str]:
-    rows = [{**public(design), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
+    rows = [{**design.described(), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
     names = list(rows[0])
     lines = ["## Designs", "", f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
     for row in rows:
@@ -186,7 +188,7 @@ def _concealed(label: Label) -> str:
 def plain(proof: Proof) -> dict[str, Any]:
     """For `proof.json`."""
     methods = {
-        name: [{"score": g.name, "goal": _goal(g), **vars(s), "met": s.met(g), "shown": s.shown(g)} for g, s in scores]
+        name: [{"score": g.name, "goal": _goal(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores]
         for name, scores in ((name, proof.scores(name)) for name in METHODS)
     }
     rows, columns, table = confusion(proof.main)

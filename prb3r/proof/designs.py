@@ -73,6 +73,21 @@ class Design:
         """Standard deviation of a reading, m or rad."""
         return self.measurement["position_sd_m" if kind <= Y else "angle_sd_rad"]
 
+    def described(self) -> dict[str, Any]:
+        """What may be said of it before the seal is broken."""
+        return {
+            "design": self.number,
+            "flavour": self.flavour,
+            "segments": len(self.manipulator["segment"]),
+            "plates": self.plates,
+            "cables": len(self.cables),
+            "sequences": len(self.program),
+            "steps": sum(len(steps) for steps in self.program),
+            "read": ", ".join(("x", "y", "angle", "bend")[kind] for kind in self.kinds),
+            "friction": self.friction,
+            "largest_bend_rad": self.largest_bend,
+        }
+
 
 def design_of(seed: int, number: int, flavour: str = PLAIN) -> Design:
     """Design `number` of a seed; the rig has an equilibrium at all its steps, at moderate bends."""

@@ -8,12 +8,15 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from prb3r.proof.cases import bias_of, drawn_design, flavours, labels_of, recording_of, requests
+from prb3r.proof.cases import bias_of, recording_of
+from prb3r.proof.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.designs import Design, Steps
+from prb3r.proof.intervals import Score, share_of
+from prb3r.proof.judged import Judged
 from prb3r.proof.labels import Label
 from prb3r.proof.methods import METHODS, Task, Verdict, judged
 from prb3r.proof.responses import APART
-from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, Judged, Score, resolved, share_of, tested
+from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested
 from prb3r.proof.sealed import Seal
 from prb3r.recording.recording import Recording
 from prb3r.study.engine import Piece, Workers, run

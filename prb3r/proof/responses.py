@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 
 from prb3r.proof.candidates import Candidate, candidates
 from prb3r.proof.designs import ANGLE, BEND, Design, Steps, Y, followed
-from prb3r.proof.rig import RigStates, observe
+from prb3r.proof.reading import read, truth
 
 CHANGE = 1e-3
 """Relative change of constants and tensions for derivatives."""
@@ -24,36 +24,6 @@ SAME, APART, NORM = 11.0, 22.0, 5.2
 """Squared distances below which effects are one, and from which on they are two; norm of the smallest detectable."""
 NEAR, MOST_REFITTED = 60.0, 3
 """Rivals that are nearer by the linear rule are refitted, and so many of them."""
-
-
-def truth(
-    design: Design,
-    effects: Sequence[Mapping[str, Any]] = (),
-    log_stiffness: float = 0.0,
-    log_friction: float = 0.0,
-) -> dict[str, Any]:
-    """The manipulator with other constants and effects."""
-    plain = design.manipulator
-    friction = {**plain["friction"], "coefficient": plain["friction"]["coefficient"] * float(np.exp(log_friction))}
-    stiffer = plain["youngs_modulus_pa"] * float(np.exp(log_stiffness))
-    return {**plain, "youngs_modulus_pa": stiffer, "friction": friction, "effect": list(effects)}
-
-
-def read(
-    design: Design,
-    manipulator: Mapping[str, Any],
-    states: Sequence[RigStates],
-    frames: Sequence[Sequence[float]] | None = None,
-) -> np.ndarray:
-    """(steps, disks, kinds) exact readings of all sequences, each in its frame."""
-    parts = []
-    for k, found in enumerate(states):
-        frame = (0.0, 0.0, 0.0) if frames is None else frames[k]
-        x, y, angle = observe(manipulator, found, image_centre=design.image_centre, frame=frame)
-        bend = np.diff(found.angle, axis=1)
-        all_kinds = np.stack([x[:, 1:], y[:, 1:], angle[:, 1:], bend], -1)
-        parts.append(all_kinds[:, :, list(design.kinds)])
-    return np.concatenate(parts)
 
 
 @dataclass(frozen=True)

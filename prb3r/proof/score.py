@@ -1,27 +1,26 @@
-"""Scores with their intervals, from opened labels and the verdicts on their recordings."""
+"""The table of scores: goals, what counts towards each, and what is given for information."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binom, norm
 
-from prb3r.proof.labels import FAR_OUTSIDE, Label
-from prb3r.proof.methods import Claim, Verdict
-from prb3r.proof.responses import APART, NORM, SAME
-
-CONFIDENCE = 0.95
-DRAWS = 2000
-
-
-class Judged(NamedTuple):
-    """A recording, opened."""
-
-    label: Label
-    verdict: Verdict
-    friction: float
-    """True coefficient."""
+from prb3r.proof.intervals import Score, median_of, ratio_of, share_of
+from prb3r.proof.judged import (
+    Judged,
+    confident,
+    failed,
+    first_right,
+    mentioned,
+    named_or_failed,
+    parameters,
+    plate_error,
+    plate_of,
+    size_class,
+)
+from prb3r.proof.labels import FAR_OUTSIDE
+from prb3r.proof.methods import Proposal, Verdict
+from prb3r.proof.responses import APART, SAME
 
 
 @dataclass(frozen=True)
@@ -32,27 +31,15 @@ class Goal:
     relation: str
     """`>=`, `<=`, `in`, or empty for information."""
     asked: tuple[float, ...]
-    measure: Callable[[Sequence[Judged]], "Score"]
+    measure: Callable[[Sequence[Judged]], Score]
 
-
-@dataclass(frozen=True)
-class Score:
-    """A share, a median or a ratio, with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    count: int
-    hits: int | None = None
-    """Of a share."""
-
-    def met(self, goal: Goal) -> bool | None:
+    def met(self, score: Score) -> bool | None:
         """By the point estimate; None without data or goal."""
-        return _within(goal, self.value, self.value) if self.count else None
+        return _within(self, score.value, score.value) if score.count else None
 
-    def shown(self, goal: Goal) -> bool | None:
+    def shown(self, score: Score) -> bool | None:
         """By the whole interval."""
-        return _within(goal, self.low, self.high) if self.count else None
+        return _within(self, score.low, score.high) if score.count else None
 
 
 def _within(goal: Goal, low: float, high: float) -> bool | None:
@@ -63,138 +50,6 @@ def _within(goal: Goal, low: float, high: float) -> bool | None:
     if goal.relation == "<=":
         return bool(high <= goal.asked[0])
     return bool(low >= goal.asked[0] and high <= goal.asked[1])
-
-
-def wilson(hits: int, count: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Wilson's interval of a share [J. Am. Stat. Assoc. 22 (1927) 209]."""
-    if count == 0:
-        return 0.0, 1.0
-    z = float(norm.isf((1 - confidence) / 2))
-    share, width = hits / count, z**2 / count
-    middle = (share + width / 2) / (1 + width)
-    half = z * np.sqrt(share * (1 - share) / count + width / (4 * count)) / (1 + width)
-    return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
-
-
-def share_of(found: Sequence[bool]) -> Score:
-    """A share and Wilson's interval."""
-    hits, count = int(sum(found)), len(found)
-    return Score(hits / count if count else np.nan, *wilson(hits, count), count, hits)
-
-
-def median_of(values: Sequence[float]) -> Score:
-    """A median and the interval between order statistics that covers it."""
-    ordered = np.sort(np.asarray(values, float))
-    count = len(ordered)
-    if not count:
-        return Score(np.nan, np.nan, np.nan, 0)
-    low = int(binom.ppf((1 - CONFIDENCE) / 2, count, 0.5))
-    low, high = max(low - 1, 0), min(count - low, count - 1)
-    return Score(float(np.median(ordered)), float(ordered[low]), float(ordered[high]), count)
-
-
-def ratio_of(parts: Sequence[tuple[float, float]]) -> Score:
-    """Sum over sum, with a bootstrapped interval."""
-    pairs = np.asarray(parts, float).reshape(-1, 2)
-    if not len(pairs):
-        return Score(np.nan, np.nan, np.nan, 0)
-    drawn = pairs[np.random.default_rng(0).integers(len(pairs), size=(DRAWS, len(pairs)))].sum(1)
-    low, high = np.quantile(drawn[:, 0] / drawn[:, 1], [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
-    whole = pairs.sum(0)
-    return Score(float(whole[0] / whole[1]), float(low), float(high), len(pairs))
-
-
-def size_class(label: Label) -> float:
-    """1, 2 or 5 times the smallest detectable size; of an effect without a size, by its norm."""
-    return 5.0 if label.norm > 4.5 * NORM else 2.0 if label.norm > 1.8 * NORM else 1.0
-
-
-def confident(verdict: Verdict) -> tuple[Claim, ...]:
-    """What is named without reserve."""
-    return verdict.named if verdict.verdict in ("explained", "ambiguous") else ()
-
-
-def failed(case: Judged) -> bool:
-    return case.verdict.verdict == "failed"
-
-
-def named_or_failed(case: Judged) -> bool:
-    """A crash counts against every score it belongs to."""
-    return bool(case.verdict.named) or failed(case)
-
-
-def first_right(case: Judged) -> bool:
-    named = confident(case.verdict)
-    return bool(named) and named[0].kind == case.label.kinds[0]
-
-
-def mentioned(verdict: Verdict) -> set[str]:
-    """Kinds that are named or listed as indistinguishable."""
-    named = confident(verdict)
-    return {each.kind for each in named} | {rival[0] for each in named for rival in each.rivals}
-
-
-def own_claim(case: Judged) -> Claim | None:
-    """The claim that is of the true kind, at the true place."""
-    true = case.label.effects[0]
-    for claim in confident(case.verdict):
-        if claim.kind == true["kind"] and all(_same(claim.place.get(key), true.get(key)) for key in PLACES):
-            return claim
-    return None
-
-
-PLACES = ("plate", "plates", "disk", "cable", "cables", "segment", "law")
-
-
-def _same(one: Any, other: Any) -> bool:
-    listed = lambda value: sorted(map(str, value)) if isinstance(value, list | tuple) else str(value)  # noqa: E731
-    return listed(one) == listed(other)
-
-
-def _plate(place: Mapping[str, Any]) -> int | None:
-    """The one plate, or disk, of an effect that sits at one."""
-    plates = place.get("plates")
-    if plates is not None:
-        return int(plates[0]) if len(plates) == 1 else None
-    found = place.get("plate", place.get("disk"))
-    return None if found is None else int(found)
-
-
-def plate_error(case: Judged) -> float:
-    """By how many plates the place is missed; infinite where the kind is."""
-    true = _plate(case.label.effects[0])
-    named = [each for each in confident(case.verdict) if each.kind == case.label.kinds[0]]
-    found = _plate(named[0].place) if named else None
-    return np.inf if true is None or found is None else abs(found - true)
-
-
-LOGARITHMIC = {"factor", "efficiency", "scale", "ratio", "presliding_m"}
-
-
-def _deviation(name: str, value: float, friction: float) -> float:
-    """How far a parameter is from no effect."""
-    if name in LOGARITHMIC:
-        return float(np.log(value))
-    return value - friction if name == "coefficient" else value
-
-
-def parameters(case: Judged) -> list[tuple[float, bool | None]]:
-    """Relative error of every parameter of the one true effect, and whether its interval covers it."""
-    claim, true = own_claim(case), case.label.effects[0]
-    if failed(case):
-        return [(np.inf, False)]
-    if claim is None:
-        return []
-    friction = case.friction if true["kind"] == "worn_hole" else 0.0
-    deviations, covered = [], []
-    for name, (value, low, high) in claim.parameters.items():
-        there, here = (_deviation(name, v, friction) for v in (true[name], value))
-        deviations.append((here - there, there))
-        covered.append(None if low is None or high is None else bool(low <= true[name] <= high))
-    if true["kind"] in ("gravity", "tip_force"):
-        away, whole = np.array(deviations).T
-        return [(float(np.linalg.norm(away) / np.linalg.norm(whole)), one) for one in covered]
-    return [(abs(d / w), one) for (d, w), one in zip(deviations, covered, strict=True)]
 
 
 def _of(cls: str, *sizes: float) -> Callable[[Judged], bool]:
@@ -211,7 +66,7 @@ def _first(size: float) -> Callable[[Sequence[Judged]], Score]:
 
 def _placed(case: Judged) -> bool:
     label = case.label
-    return _of("single", 2.0, 5.0)(case) and label.distinguishable and _plate(label.effects[0]) is not None
+    return _of("single", 2.0, 5.0)(case) and label.distinguishable and plate_of(label.effects[0]) is not None
 
 
 def _covering(cases: Sequence[Judged]) -> Score:
@@ -373,7 +228,7 @@ def resolved(first: Judged, second: Verdict) -> bool:
     return other not in mentioned(second)
 
 
-def tested(case: Judged):
+def tested(case: Judged) -> Proposal | None:
     """The proposal that is worth an experiment: the truth is one of the two, and they would come apart."""
     if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":
         return None
@@ -382,32 +237,3 @@ def tested(case: Judged):
         p for p in case.verdict.proposals if p.separation >= APART and true in (p.one, p.other) and p.one != p.other
     ]
     return good[0] if good else None
-
-
-def confusion(cases: Sequence[Judged]) -> tuple[list[str], list[str], np.ndarray]:
-    """True kinds, named kinds and counts, of single effects at 2 and 5 times the detectable size."""
-    chosen = [case for case in cases if _of("single", 2.0, 5.0)(case)]
-    rows = sorted({case.label.kinds[0] for case in chosen})
-    columns = [*rows, "another kind", "adequate", "unexplained", "failed"]
-    table = np.zeros((len(rows), len(columns)), int)
-    for case in chosen:
-        named = confident(case.verdict)
-        said = named[0].kind if named else case.verdict.verdict
-        said = said if said in columns else "another kind"
-        table[rows.index(case.label.kinds[0]), columns.index(said)] += 1
-    return rows, columns, table
-
-
-def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Right first, by kind and size."""
-    out = []
-    chosen = [case for case in cases if case.label.cls == "single"]
-    for kind in sorted({case.label.kinds[0] for case in chosen}):
-        for size in (1.0, 2.0, 5.0):
-            own = [c for c in chosen if c.label.kinds[0] == kind and size_class(c.label) == size]
-            apart = [first_right(c) for c in own if c.label.distinguishable]
-            if own:
-                right = share_of(apart)
-                among = share_of([c.label.kinds[0] in mentioned(c.verdict) for c in own])
-                out.append({"kind": kind, "size": size, "first": right, "among": among})
-    return out

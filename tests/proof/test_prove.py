@@ -9,13 +9,17 @@ import pytest
 from prb3r.errors import EngineError
 from prb3r.proof import prove as run
 from prb3r.proof.candidates import candidates
-from prb3r.proof.cases import KINDS, bias_of, counts, drawn_design, flavours, recording_of, requests
+from prb3r.proof.cases import bias_of, recording_of
+from prb3r.proof.composition import KINDS, counts, drawn_design, flavours, requests
 from prb3r.proof.designs import LOADING, PLAIN, POOR, design_of, followed, largest_bend
+from prb3r.proof.drawing import label_of
 from prb3r.proof.foreign import LAWS
-from prb3r.proof.labels import Label, Request, label_of
+from prb3r.proof.intervals import median_of, wilson
+from prb3r.proof.judged import Judged, first_right, parameters, plate_error
+from prb3r.proof.labels import Label, Request
 from prb3r.proof.methods import Claim, Verdict
-from prb3r.proof.responses import NORM, Bench, read, truth
-from prb3r.proof.score import Judged, first_right, median_of, parameters, plate_error, wilson
+from prb3r.proof.reading import read, truth
+from prb3r.proof.responses import NORM, Bench
 from prb3r.proof.sealed import Seal
 
 SEED = 77
