@@ -12,7 +12,7 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.calibrate import Fit, fit
 from prb3r.recording.closure import Closure, close
 from prb3r.recording.clues import Clue, clues
-from prb3r.recording.experiment import Experiment, best_experiment
+from prb3r.recording.experiment import Experiment, best_experiments
 from prb3r.recording.heldout import HeldOut, judge, noise_on, predictions, set_aside
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.laws import Mechanism, MomentMap, mechanism, missing_moments
@@ -29,7 +29,10 @@ from prb3r.recording.trust import renewed, start
 VERDICTS = ("adequate", "explained", "ambiguous", "unexplained")
 FAR_FROM_ONE = 1.5
 """With a larger reduced chi-square no interval is printed."""
-MOST_EXPERIMENTS = 2
+MOST_RIVALS = 4
+"""Rivals of an effect that experiments are sought for."""
+REFUTED = 10.0
+"""An explanation that predicts held-out readings worse than calibration by so much is not kept."""
 
 Report = Callable[[str], None]
 """Hears which step is under way."""
@@ -175,8 +178,13 @@ def diagnose(
         left = examine(explained, library, seed, each)
         choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
     report("rivals")
-    unexplained = choice.structured
     held = _held_out(recording, aside, calibrated, choice.fitted)
+    refuted: tuple[str, ...] = ()
+    if held is not None and held.chi2_explained > held.chi2_calibrated + REFUTED:
+        refuted = tuple(each.name for each in choice.fitted.model.hypotheses)
+        choice = replace(choice, fitted=calibrated, scores=before, chi2_threshold=chi2_threshold(calibrated))
+        held = _held_out(recording, aside, calibrated, calibrated)
+    unexplained = choice.structured
     named = tuple(
         _named(choice, k, library, seed, recording, aside, each, partial=unexplained)
         for k in range(len(choice.fitted.model.hypotheses))
@@ -210,7 +218,7 @@ def diagnose(
         clues=tuple(clues(calibrated)),
         detectable=_detectable(choice.scores),
         experiments=experiments,
-        remarks=_remarks(recording, training, trust),
+        remarks=(*_remarks(recording, training, trust), *_refusals(refuted)),
     )
 
 
@@ -315,9 +323,9 @@ def _without(choice: Choice, number: int) -> Fit | None:
 def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
     out: list[tuple[str, str, Experiment]] = []
     for each in named:
-        for rival in each.rivals[: MOST_EXPERIMENTS - len(out)]:
-            best = best_experiment(choice.fitted, rival.fitted)
-            out.append((each.hypothesis.name, rival.hypothesis.name, best))
+        near = each.rivals[:MOST_RIVALS]
+        best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
+        out += [(each.hypothesis.name, r.hypothesis.name, one) for r, one in zip(near, best, strict=True)]
     return tuple(out)
 
 
@@ -378,6 +386,11 @@ def _detectable(judged: Scores) -> tuple[Detectable, ...]:
         if old is None or old.size is None or size < old.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
     return tuple(best.values())
+
+
+def _refusals(refuted: Sequence[str]) -> list[str]:
+    which = " and ".join(refuted)
+    return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
 
 
 def _remarks(recording: Recording, training: Recording, trust: Trust) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """Which load program would tell rivals apart: candidate programs, the rivals' predictions, refitted."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -104,10 +104,15 @@ def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
     return float(whole @ whole)
 
 
-def best_experiment(one: Fit, other: Fit) -> Experiment:
-    """The program that separates two fitted models best."""
+def best_experiments(one: Fit, others: Sequence[Fit]) -> list[Experiment]:
+    """For each of `others` a program that separates it from `one`: the same for all where one does for all.
+
+    The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
+    """
     trials = [
-        Experiment(title, steps, separation(one, other, steps))
+        [Experiment(title, steps, separation(one, other, steps)) for other in others]
         for title, steps in programs(one.model.predict.recording)
     ]
-    return max(trials, key=lambda trial: trial.separation)
+    common = max(trials, key=lambda row: min(trial.separation for trial in row))
+    best = [max(column, key=lambda trial: trial.separation) for column in zip(*trials, strict=True)]
+    return [shared if shared.resolves else own for shared, own in zip(common, best, strict=True)]

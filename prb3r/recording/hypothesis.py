@@ -60,6 +60,8 @@ class Hypothesis:
     """Whether the effect has one direction only."""
     mechanical: bool = True
     """Whether the states change, not only their reading."""
+    kinked: bool = False
+    """Whether the two signs of the effect differ already when it is small."""
 
     @property
     def by_degrees(self) -> bool:
@@ -81,6 +83,8 @@ class Hypothesis:
 
     def starts(self, friction: float) -> list[np.ndarray]:
         """Points `u` from which a fit begins, or where a probe stands."""
+        if self.kinked:
+            return [np.array([-SMALL]), np.array([SMALL])]
         if self.by_degrees:
             return [np.zeros(len(self.free))]
         return [
@@ -175,7 +179,8 @@ def _dead_cable(bench: Bench) -> Iterator[Hypothesis]:
 def _tension_offset(bench: Bench) -> Iterator[Hypothesis]:
     for place in _of_cables(bench):
         span = 0.5 * bench.pull
-        yield Hypothesis("tension_offset", place, (Free("offset_n", 0.0, -span, span, scale=bench.pull),))
+        free = Free("offset_n", 0.0, -span, span, scale=bench.pull)
+        yield Hypothesis("tension_offset", place, (free,), kinked=True)  # idle cables feel only what is added
 
 
 def _hole_offset(bench: Bench) -> Iterator[Hypothesis]:

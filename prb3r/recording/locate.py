@@ -16,9 +16,9 @@ from scipy.stats import norm
 from prb3r.recording.calibrate import DECLARED_CHANGE, HISTORY_CHANGE, Fit
 from prb3r.recording.hypothesis import Hypothesis
 
-DRAWS = 4000
-LEVEL = 0.01
-"""Rate of false alarms that thresholds are drawn for."""
+DRAWS = 8000
+LEVEL, NAMING_LEVEL = 0.01, 0.003
+"""Rates of false alarms that thresholds are drawn for: of saying that something is left, and of naming it."""
 DETECTABLE = 5.2
 """Norm of a sensitivity from which on an effect is found nearly always."""
 
@@ -67,7 +67,9 @@ def directions(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Direction]
     for hypothesis in hypotheses:
         for start in hypothesis.starts(friction):
             trials, steps = [start], [1.0]
-            if hypothesis.by_degrees:
+            if hypothesis.kinked:
+                steps = [float(np.abs(start[0]))]
+            elif hypothesis.by_degrees:
                 size = change if hypothesis.mechanical else DECLARED_CHANGE
                 highest = [free.bounds(friction)[1] for free in hypothesis.free]
                 steps = [size if u + size <= high else -size for u, high in zip(start, highest, strict=True)]
@@ -83,7 +85,9 @@ def directions(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Direction]
             whole = np.stack(columns, 1)
             whole = np.nan_to_num(whole) if np.isfinite(whole).all() else np.zeros_like(whole)
             one = direction(fitted, hypothesis, whole, basis)
-            found.append(replace(one, start=start, one_sided=hypothesis.sided or not hypothesis.by_degrees))
+            found.append(
+                replace(one, start=start, one_sided=hypothesis.sided or hypothesis.kinked or not hypothesis.by_degrees)
+            )
     return found
 
 
@@ -112,6 +116,8 @@ class Scores:
     """(d,) not negative."""
     threshold: float
     """The largest z by chance is below it but for a share of `LEVEL`."""
+    naming: float
+    """The same for `NAMING_LEVEL`."""
 
     @property
     def largest(self) -> float:
@@ -130,17 +136,17 @@ class Scores:
 def scores(fitted: Fit, found: Sequence[Direction], seed: int) -> Scores:
     """Test all directions on the residuals of `fitted`."""
     z = np.array([each.z(fitted.residual) for each in found])
-    return Scores(tuple(found), z, chance_of_largest(found, len(fitted.residual), seed))
+    return Scores(tuple(found), z, *chance_of_largest(found, len(fitted.residual), seed))
 
 
-def chance_of_largest(found: Sequence[Direction], count: int, seed: int, draws: int = DRAWS) -> float:
-    """The z that the largest of all directions exceeds by chance in a share of `LEVEL` of `draws` draws.
+def chance_of_largest(found: Sequence[Direction], count: int, seed: int, draws: int = DRAWS) -> tuple[float, float]:
+    """The z that the largest of all directions exceeds by chance in shares of `LEVEL` and `NAMING_LEVEL` of `draws`.
 
     All directions together span far fewer dimensions than there are residuals; draws are made in that span.
     """
     felt = [each for each in found if each.freedom]
     if not felt:
-        return float(norm.isf(LEVEL / 2))
+        return float(norm.isf(LEVEL / 2)), float(norm.isf(NAMING_LEVEL / 2))
     together = np.hstack([each.basis for each in felt])
     span, size, _ = np.linalg.svd(together, full_matrices=False)
     span = span[:, size > 1e-6 * size[0]]
@@ -148,4 +154,5 @@ def chance_of_largest(found: Sequence[Direction], count: int, seed: int, draws: 
     largest = np.zeros(draws)
     for each in felt:
         largest = np.maximum(largest, replace(each, basis=span.T @ each.basis).z(drawn))
-    return float(np.quantile(largest, 1 - LEVEL))
+    high, higher = np.quantile(largest, [1 - LEVEL, 1 - NAMING_LEVEL])
+    return float(high), float(higher)

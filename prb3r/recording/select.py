@@ -21,6 +21,8 @@ PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
 AT_BOUND = 1e-6
+UNKNOWN = 1e-9
+"""Share of a parameter's information that left-out sequences are taken to leave at least."""
 SHARE = 8
 """Hypotheses that are tested in one task."""
 STRONG, SOFTER = 0.2, (0.35, 0.7)
@@ -33,22 +35,23 @@ def serially(function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
 
 
 def left_out(fitted: Fit) -> np.ndarray:
-    """(q,) squared whitened error of each sequence, predicted by a fit to all others (linearised, exact for linear).
+    """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
 
-    With the hat matrix H of the whole fit the residuals of a left out block are (I - H_bb)^-1 r_b.
+    With the hat matrix H of the whole fit, a left-out block has the error (I - H_bb)^-1 r_b and scatters with the
+    covariance (I - H_bb)^-1, so that parameters which the others do not tell are not blamed for what they cannot know.
     """
     recording = fitted.model.predict.recording
     of_reading = recording.of_sequence[recording.readings.step]
-    basis, residual = fitted.basis, fitted.residual[: len(of_reading)]
-    errors = np.zeros(len(recording.sequences))
-    for k in range(len(errors)):
+    basis, residual = fitted.basis[: len(of_reading)], fitted.residual[: len(of_reading)]
+    deviance = np.zeros(len(recording.sequences))
+    for k in range(len(deviance)):
         own = of_reading == k
-        part = basis[: len(of_reading)][own]
-        inner = np.eye(part.shape[1]) - part.T @ part
-        inner += 1e-9 * np.eye(len(inner))
-        error = residual[own] + part @ np.linalg.solve(inner, part.T @ residual[own])
-        errors[k] = error @ error
-    return errors
+        part = basis[own]
+        inner = np.eye(part.shape[1]) - part.T @ part + UNKNOWN * np.eye(part.shape[1])
+        along = part.T @ residual[own]
+        deviance[k] = residual[own] @ residual[own] + along @ np.linalg.solve(inner, along)
+        deviance[k] -= np.linalg.slogdet(inner)[1]
+    return deviance
 
 
 def bic(fitted: Fit) -> float:
@@ -62,9 +65,8 @@ def cost(fitted: Fit) -> float:
 
 
 def improves_left_out(simple: Fit, rich: Fit) -> bool:
-    """Whether whole sequences left out are predicted better, by the mean of the logarithm paired by sequence."""
-    before, after = left_out(simple), left_out(rich)
-    return len(before) < 2 or float(np.mean(np.log(after / before))) < 0
+    """Whether whole sequences left out are predicted better: their log score, paired by sequence."""
+    return float((left_out(rich) - left_out(simple)).sum()) < 0
 
 
 def plausible(fitted: Fit) -> bool:
@@ -229,10 +231,10 @@ def choose(
         if len(current.model.hypotheses) == 1:
             found += pair_fits(calibrated, before, each)
         tried += found
-        good = [one for one in found if accepted(_parent(one, calibrated, current), one, left.threshold)]
+        good = [one for one in found if accepted(_parent(one, calibrated, current), one, left.naming)]
         if not good:
             break
-        current = without_needless(min(good, key=cost), left.threshold)
+        current = without_needless(min(good, key=cost), left.naming)
         left = examine(current, library, seed, each)
     return Choice(current, tuple(tried), left, chi2_threshold(current))
 

@@ -16,6 +16,8 @@ from prb3r.recording.select import Each, examine, serially
 
 ROUNDS = 2
 MOST_WRONG_WEIGHTS = 3
+OTHER_WEIGHTS = np.geomspace(0.1, 10, 81)
+"""What a noted weight is multiplied by to see which one was wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +67,27 @@ def wrong_weight(
     """The weight that explains more than any effect and any law could, if there is one."""
     effects: list[Base] = fitted.effects
     sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, effects)
+    tension = fitted.model.predict.recording.loads.tension
     doubted = {weight.step for weight in known}
     candidates = [d for d in wrong_weights(fitted, sensitivity) if d.subject.step not in doubted]
     tested = scores(fitted, candidates, seed)
     if tested.largest <= tested.threshold:
         return None
     others = examine(fitted, library, seed, each)
-    return candidates[int(np.argmax(tested.z))].subject if tested.largest > others.largest else None
+    if tested.largest <= others.largest:
+        return None
+    step = candidates[int(np.argmax(tested.z))].subject.step
+    return min((Weight(step, int(j)) for j in np.flatnonzero(tension[step] > 0)), key=lambda w: _best_misfit(fitted, w))
+
+
+def _best_misfit(fitted: Fit, weight: Weight) -> float:
+    """Least squared misfit of the step's readings over what the weight may have been instead."""
+    predict, noise = fitted.model.predict, fitted.model.noise
+    loads, own = predict.recording.loads, predict.recording.readings.step == weight.step
+    found = []
+    for factor in OTHER_WEIGHTS:
+        tension = loads.tension.copy()
+        tension[weight.step, weight.cable] *= factor
+        misfit = predict.misfit(predict(fitted.constants, fitted.effects, loads._replace(tension=tension)))
+        found.append(np.sum((misfit[own] / noise.sd[own]) ** 2))
+    return float(np.nanmin(found))

@@ -12,7 +12,7 @@ from recording.simulated import WEAK, Case, diagnosed, recorded
 from prb3r import load_manipulator, solve
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.diagnose import diagnose
-from prb3r.recording.experiment import Experiment, best_experiment
+from prb3r.recording.experiment import Experiment, best_experiments
 from prb3r.recording.files import default_folder, manipulator_toml, write
 from prb3r.recording.record import as_json, proposals, summary
 from prb3r.recording.rivals import Rival
@@ -45,7 +45,7 @@ def disputed():
     other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind != "weakened_plate")
     rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
     named = replace(found.named[0], rivals=(rival,))
-    proposed = (named.hypothesis.name, rival.hypothesis.name, best_experiment(found.explained, other))
+    proposed = (named.hypothesis.name, rival.hypothesis.name, best_experiments(found.explained, [other])[0])
     return replace(found, verdict="ambiguous", named=(named,), experiments=(proposed,))
 
 
