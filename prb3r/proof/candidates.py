@@ -104,7 +104,8 @@ def _tension(design: Design) -> Iterator[list[Candidate]]:
     pull, arm = _pull(design), _arm(design)
     for place in _cables(design):
         yield [Candidate("pulley_friction", place, lambda u: {"efficiency": float(np.exp(-u))}, 0, 0.6)]
-        yield [Candidate("tension_offset", place, lambda u: {"offset_n": u * pull}, -0.3, 0.3)]
+        for low, high in ((0.0, 0.3), (-0.3, 0.0)):  # of an idle cable nothing can be taken away
+            yield [Candidate("tension_offset", place, lambda u: {"offset_n": u * pull}, low, high)]
     for name in design.cables:
         yield [Candidate("dead_cable", (("cable", name),), lambda u: {}, 1, 1)]
         yield [Candidate("hole_offset", (("cable", name),), lambda u: {"offset_m": u * arm}, -0.3, 0.3)]

@@ -109,8 +109,8 @@ def _flagged(case: Judged) -> bool:
 def _weight_named(case: Judged) -> bool:
     if case.label.wrong_weight is None or case.verdict.verdict != "adequate":
         return False
-    sequence, step, cable, _ = case.label.wrong_weight
-    wanted = f"sequence s{sequence + 1}, step {step + 1}: the weight on cable {cable}"
+    sequence, step, _, _ = case.label.wrong_weight
+    wanted = f"sequence s{sequence + 1}, step {step + 1}: the weight on "
     return any(remark.startswith(wanted) for remark in case.verdict.remarks)
 
 
@@ -194,7 +194,7 @@ INFORMATION: tuple[Goal, ...] = (
         _share(_pair, lambda c: set(c.label.kinds) <= mentioned(c.verdict)),
     ),
     Goal(
-        "wrong weight: adequate and named as a wrong weight",
+        "wrong weight: adequate, and its step named",
         "",
         (),
         _share(lambda c: c.label.wrong_weight is not None, _weight_named),
