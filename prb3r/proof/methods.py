@@ -145,7 +145,7 @@ def _exact_tensions(recording: Recording) -> Recording:
 
 def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
     """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
-    aside = set_aside(recording.of_sequence, recording.loads.tension > 0, task.seed)
+    aside = set_aside(recording.of_sequence, recording.loads, task.seed)
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
     begun = start(predictor(training), task.without, task.seed)
     calibrated = explained = begun.calibrated

@@ -17,8 +17,6 @@ from prb3r.recording.recording import Recording
 
 TENSION_CHANGE = 1e-3
 """Relative change of a tension that its sensitivity is measured with."""
-FREE_TENSION = 10.0
-"""Relative standard deviation of the tensions of a step whose weights are not believed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +98,6 @@ def noise_of(
     recording: Recording,
     sensitivity: np.ndarray,
     distrust: np.ndarray | None = None,
-    doubted: Sequence[int] = (),
 ) -> Noise:
     """The covariance of a recording's readings.
 
@@ -108,11 +105,9 @@ def noise_of(
     ----------
     sensitivity : (r, s, m) of :func:`tension_sensitivity`.
     distrust : (r,) factor on the standard deviation of each reading; absent: 1.
-    doubted : rows of steps whose weights are not believed.
     """
     sd = reading_sd(recording) * (1.0 if distrust is None else distrust)
     scatter = np.full(len(recording.of_sequence), recording.measurement.tension_sd_relative)
-    scatter[list(doubted)] = FREE_TENSION
     blocks = []
     for k in range(len(recording.sequences)):
         steps = np.flatnonzero(recording.of_sequence == k)

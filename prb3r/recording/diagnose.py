@@ -160,7 +160,7 @@ def diagnose(
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
     report("calibrate")
-    aside = set_aside(recording.of_sequence, recording.loads.tension > 0, seed) if hold_out else ()
+    aside = set_aside(recording.of_sequence, recording.loads, seed) if hold_out else ()
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
     predict = predictor(training)
     try:

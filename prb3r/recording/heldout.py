@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prb3r.mechanics.chain import Loads
 from prb3r.model.effect import Base
 from prb3r.recording.calibrate import Fit
 from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
@@ -39,24 +40,29 @@ class HeldOut:
         return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
 
 
-def set_aside(of_sequence: np.ndarray, pulled: np.ndarray, seed: int) -> tuple[int, ...]:
-    """A quarter of the sequences, at least one where there are three or more, so that no cable goes unseen.
+def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int) -> tuple[int, ...]:
+    """A quarter of the sequences, at least one where there are three or more, so that nothing goes unseen.
 
-    Parameters
-    ----------
-    of_sequence : (s,) sequence of every step.
-    pulled : (s, m) whether a cable is pulled there.
+    What the others must show at least once, and twice if they can: every cable pulled in and let out, and every pair
+    of cables pulled together.
     """
     count = int(of_sequence.max()) + 1
     if count < 3:
         return ()
-    used = np.stack([pulled[of_sequence == k].any(0) for k in range(count)])
-    chosen: list[int] = []
-    for k in np.random.default_rng(seed).permutation(count):
-        rest = np.delete(used, [*chosen, k], axis=0)
-        if (rest.sum(0) >= np.minimum(used.sum(0), 2)).all() and len(chosen) < max(count // 4, 1):
-            chosen.append(int(k))
-    return tuple(sorted(chosen or [int(np.random.default_rng(seed).integers(count))]))
+    pulled = loads.tension > 0
+    way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0)], 1)
+    pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
+    used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
+    order, most = np.random.default_rng(seed).permutation(count), max(count // 4, 1)
+    for least in (2, 1, 0):
+        chosen: list[int] = []
+        for k in order:
+            rest = np.delete(used, [*chosen, k], axis=0)
+            if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
+                chosen.append(int(k))
+        if chosen:
+            break
+    return tuple(sorted(chosen))
 
 
 def noise_on(predict: Predictor, fitted: Fit) -> Noise:

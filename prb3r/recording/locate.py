@@ -16,7 +16,7 @@ from scipy.stats import norm
 from prb3r.recording.calibrate import DECLARED_CHANGE, HISTORY_CHANGE, Fit
 from prb3r.recording.hypothesis import Hypothesis
 
-DRAWS = 8000
+DRAWS, AT_ONCE = 4000, 500
 LEVEL, NAMING_LEVEL = 0.01, 0.003
 """Rates of false alarms that thresholds are drawn for: of saying that something is left, and of naming it."""
 DETECTABLE = 5.2
@@ -140,19 +140,15 @@ def scores(fitted: Fit, found: Sequence[Direction], seed: int) -> Scores:
 
 
 def chance_of_largest(found: Sequence[Direction], count: int, seed: int, draws: int = DRAWS) -> tuple[float, float]:
-    """The z that the largest of all directions exceeds by chance in shares of `LEVEL` and `NAMING_LEVEL` of `draws`.
-
-    All directions together span far fewer dimensions than there are residuals; draws are made in that span.
-    """
+    """The z that the largest of all directions exceeds by chance in shares of `LEVEL` and `NAMING_LEVEL` of `draws`."""
     felt = [each for each in found if each.freedom]
     if not felt:
         return float(norm.isf(LEVEL / 2)), float(norm.isf(NAMING_LEVEL / 2))
-    together = np.hstack([each.basis for each in felt])
-    span, size, _ = np.linalg.svd(together, full_matrices=False)
-    span = span[:, size > 1e-6 * size[0]]
-    drawn = np.random.default_rng(seed).standard_normal((span.shape[1], draws))
-    largest = np.zeros(draws)
-    for each in felt:
-        largest = np.maximum(largest, replace(each, basis=span.T @ each.basis).z(drawn))
+    random, largest = np.random.default_rng(seed), np.zeros(draws)
+    for first in range(0, draws, AT_ONCE):
+        drawn = random.standard_normal((count, min(AT_ONCE, draws - first)))
+        for each in felt:
+            part = largest[first : first + AT_ONCE]
+            np.maximum(part, each.z(drawn), out=part)
     high, higher = np.quantile(largest, [1 - LEVEL, 1 - NAMING_LEVEL])
     return float(high), float(higher)

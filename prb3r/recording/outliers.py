@@ -20,6 +20,8 @@ MOST = 0.1
 """A larger share than this is not outliers."""
 ROUNDS = 4
 """How often outliers are looked for among what is left."""
+NOT_BELIEVED = 1e3
+"""Factor on the standard deviation of all readings under a wrong weight."""
 LISTED = 4.0
 """Readings further off than this many sd are listed."""
 
@@ -126,8 +128,9 @@ class Trust:
     """Weights that are not believed."""
 
     def noise(self, fitted: Fit, sensitivity: np.ndarray) -> Noise:
-        doubted = sorted({weight.step for weight in self.doubted})
-        return noise_of(fitted.model.predict.recording, sensitivity, self.distrust, doubted)
+        recording = fitted.model.predict.recording
+        doubted = np.isin(recording.readings.step, [weight.step for weight in self.doubted])
+        return noise_of(recording, sensitivity, np.where(doubted, NOT_BELIEVED, self.distrust))
 
 
 def far_off(fitted: Fit, trust: Trust) -> list[int]:

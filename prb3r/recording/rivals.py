@@ -1,13 +1,11 @@
 """Which other effects explain a recording as well: refitted rivals, and how far their predictions are apart."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
-from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.calibrate import Fit
 from prb3r.recording.hypothesis import Hypothesis
-from prb3r.recording.select import Choice, Each, cost, examine, fits, plausible, serially, shortlist
+from prb3r.recording.select import Choice, Each, cost, plausible, replacements, serially
 
 SAME = 11.0
 """Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
@@ -48,7 +46,7 @@ def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int
     others = own[:number] + own[number + 1 :]
     found = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, own[number], others)]
     if not found:
-        found = _replacements(chosen, number, library, seed, each)
+        found = replacements(chosen, number, library, seed, each)
     out = []
     for fitted in found:
         new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
@@ -59,15 +57,3 @@ def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int
 
 def _replaces(hypotheses: Sequence[Hypothesis], old: Hypothesis, others: Sequence[Hypothesis]) -> bool:
     return len(hypotheses) == len(others) + 1 and set(others) <= set(hypotheses) and old not in hypotheses
-
-
-def _replacements(chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int, each: Each) -> list[Fit]:
-    """Full fits of the chosen model with one effect replaced."""
-    own, shares = chosen.model.hypotheses, chosen.model.shares(chosen.p)
-    model = replace(chosen.model, hypotheses=own[:number] + own[number + 1 :])
-    start = np.concatenate([chosen.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]])
-    base = fit(model, start)
-    if base is None:
-        return []
-    left = examine(base, [hypothesis for hypothesis in library if hypothesis != own[number]], seed, each)
-    return fits(base, shortlist(left, base.residual), each)

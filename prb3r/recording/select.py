@@ -11,7 +11,7 @@ from scipy.stats import chi2 as chi2_law
 from prb3r.recording.calibrate import Fit, fit
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.laws import law_directions, laws, mechanism
-from prb3r.recording.locate import LEVEL, Direction, Scores, directions, scores
+from prb3r.recording.locate import LEVEL, NAMING_LEVEL, Direction, Scores, directions, scores
 
 Each = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 """Applies a function to many tasks, here or in workers, and returns what it returned in their order."""
@@ -21,6 +21,8 @@ PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
 AT_BOUND = 1e-6
+MOST_EXCHANGES, BETTER = 3, 2.0
+"""How often effects are exchanged, and by how much cost must fall for that."""
 UNKNOWN = 1e-9
 """Share of a parameter's information that left-out sequences are taken to leave at least."""
 SHARE = 8
@@ -96,13 +98,16 @@ class Choice:
 
     @property
     def structured(self) -> bool:
-        """Whether something is left that chance does not explain."""
-        return self.scores.largest > self.scores.threshold or self.fitted.chi2 > self.chi2_threshold
+        """Whether something is left that chance does not explain; a model with effects has been tested before."""
+        again = bool(self.fitted.model.hypotheses)
+        limit = self.scores.naming if again else self.scores.threshold
+        return self.scores.largest > limit or self.fitted.chi2 > self.chi2_threshold
 
 
 def chi2_threshold(fitted: Fit) -> float:
-    """The chi-square that a right model exceeds in a share of `LEVEL`."""
-    return float(chi2_law.isf(LEVEL, fitted.freedom))
+    """The chi-square that a right model exceeds in a share of `LEVEL`, or of `NAMING_LEVEL` if it has effects."""
+    level = NAMING_LEVEL if fitted.model.hypotheses else LEVEL
+    return float(chi2_law.isf(level, fitted.freedom))
 
 
 def cornered(fitted: Fit) -> bool:
@@ -225,7 +230,7 @@ def choose(
     before = before or examine(calibrated, library, seed, each)
     current, left, tried = calibrated, before, []
     for _ in range(MOST_EFFECTS):
-        if left.largest <= left.threshold and current.chi2 <= chi2_threshold(current):
+        if not Choice(current, (), left, chi2_threshold(current)).structured:
             break
         found = fits(current, shortlist(left, current.residual), each)
         if len(current.model.hypotheses) == 1:
@@ -234,9 +239,44 @@ def choose(
         good = [one for one in found if accepted(_parent(one, calibrated, current), one, left.naming)]
         if not good:
             break
-        current = without_needless(min(good, key=cost), left.naming)
+        best = without_needless(min(good, key=cost), left.naming)
+        current, more = exchanged(best, library, seed, each)
+        tried += more
         left = examine(current, library, seed, each)
     return Choice(current, tuple(tried), left, chi2_threshold(current))
+
+
+def exchanged(chosen: Fit, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> tuple[Fit, list[Fit]]:
+    """The model with effects exchanged for better ones, as what came first may have stood in for what came later.
+
+    Also returns all full fits that were made on the way.
+    """
+    tried: list[Fit] = []
+    if len(chosen.model.hypotheses) < 2:
+        return chosen, tried
+    for _ in range(MOST_EXCHANGES):
+        found = [
+            one for k in range(len(chosen.model.hypotheses)) for one in replacements(chosen, k, library, seed, each)
+        ]
+        tried += found
+        better = [one for one in found if plausible(one) and cost(one) < cost(chosen) - BETTER]
+        if not better:
+            break
+        chosen = min(better, key=cost)
+    return chosen, tried
+
+
+def replacements(
+    chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int, each: Each = serially
+) -> list[Fit]:
+    """Full fits of the chosen model with effect `number` replaced."""
+    own, shares = chosen.model.hypotheses, chosen.model.shares(chosen.p)
+    model = replace(chosen.model, hypotheses=own[:number] + own[number + 1 :])
+    base = fit(model, np.concatenate([chosen.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]]))
+    if base is None:
+        return []
+    left = examine(base, [hypothesis for hypothesis in library if hypothesis != own[number]], seed, each)
+    return fits(base, shortlist(left, base.residual), each)
 
 
 def _parent(rich: Fit, calibrated: Fit, current: Fit) -> Fit:

@@ -52,11 +52,3 @@ def test_scatter_lets_a_common_error_of_a_tension_pass_that_reading_noise_alone_
         sensitivity,
     )
     assert np.linalg.norm(noise_of(recording, sensitivity).whiten(error)) < 1 < np.linalg.norm(without.whiten(error))
-
-
-def test_doubted_weights_tell_nothing_along_their_own_direction(sensed):
-    recording, sensitivity = sensed
-    wrong = 0.5 * sensitivity[:, 1, 0]
-    believed, doubted = noise_of(recording, sensitivity), noise_of(recording, sensitivity, doubted=[1])
-    assert np.linalg.norm(believed.whiten(wrong)) > 50
-    assert np.linalg.norm(doubted.whiten(wrong)) < 0.1
