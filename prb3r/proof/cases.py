@@ -98,7 +98,7 @@ def _noisy(design: Design, label: Label, exact: np.ndarray, rng: np.random.Gener
     """Readings with noise, and which of them there are."""
     unit = rng.standard_normal(exact.shape)
     if "heavy" in label.awkward:
-        unit = rng.standard_t(4, exact.shape) / np.sqrt(2)
+        unit = rng.standard_t(5, exact.shape) / np.sqrt(5 / 3)
     elif "uniform" in label.awkward:
         unit = rng.uniform(-np.sqrt(3), np.sqrt(3), exact.shape)
     value = exact + unit * np.array([design.deviation(kind) for kind in design.kinds])

@@ -160,34 +160,47 @@ def _pair_rivals(bench: Bench, chosen: Sequence[Found]) -> dict[str, float]:
 
 
 def _foreign(request: Request, bench: Bench, loading: Bench | None, rng: np.random.Generator) -> Label | None:
-    design, names = bench.design, possible(bench.design)
+    names = possible(bench.design)
     if not names:
         return None
     law = request.kind if request.kind in names else names[int(rng.integers(len(names)))]
     sign = -1.0 if law in ("drift", "gradient", "one_way", "yielding", "frame_moves") and rng.random() < 0.5 else 1.0
-    target = FAR_OUTSIDE * rng.uniform(1.2, 4.0)
-    share = 0.03 if law != "dead_zone" else 0.3
-    label = None
+    target, share = FAR_OUTSIDE * rng.uniform(1.2, 4.0), 0.03
+    if law == "dead_zone":  # comes in jumps
+        share = rng.uniform(0.25, 0.6)
+    best: Label | None = None
     for _ in range(6):
-        size = sign * share * LAWS[law][1]
-        change = _foreign_change(design, bench, law, size)
-        if change is None:
-            return label
-        near = nearest(bench, change, bench.responses, [], refit=False)
-        label = Label(
-            request.case,
-            "foreign",
-            request.design,
-            0,
-            foreign=(law, size),
-            sizes=(size,),
-            norm=float(np.sqrt(bench.refitted(change, None))),
-            nearest=near,
-        )
-        if target <= label.distance <= 6 * target or share >= 1:
-            return label
-        share = float(np.clip(share * np.clip(np.sqrt(2 * target / max(label.distance, 1e-3)), 0.2, 5), 0, 1))
-    return label
+        label = _outside(request, bench, law, sign * share * LAWS[law][1])
+        if label is None:
+            break
+        if best is None or _outsideness(label, target) < _outsideness(best, target):
+            best = label
+        if 1 <= label.distance / target <= 6:
+            break
+        share = float(np.clip(share * np.clip(np.sqrt(2 * target / max(label.distance, 1e-3)), 0.4, 4), 0, 1))
+    return best
+
+
+def _outsideness(label: Label, target: float) -> float:
+    """How far a label is from the distance asked for, too near being the worse."""
+    ratio = float(np.log(max(label.distance, 1e-9) / target))
+    return ratio if ratio >= 0 else -100 * ratio
+
+
+def _outside(request: Request, bench: Bench, law: str, size: float) -> Label | None:
+    change = _foreign_change(bench.design, bench, law, size)
+    if change is None:
+        return None
+    return Label(
+        request.case,
+        "foreign",
+        request.design,
+        0,
+        foreign=(law, size),
+        sizes=(size,),
+        norm=float(np.sqrt(bench.refitted(change, None))),
+        nearest=nearest(bench, change, bench.responses, [], refit=False),
+    )
 
 
 def _foreign_change(design: Design, bench: Bench, law: str, size: float) -> np.ndarray | None:
