@@ -11,6 +11,7 @@ from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import Path, follow, state
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
+from prb3r.mechanics.trail import Trail, empty_trail
 
 
 class Outcome(IntEnum):
@@ -81,6 +82,7 @@ def solve(
     from_rest: bool | np.ndarray = False,
     eigenvalue: bool = False,
     detail: bool = True,
+    trail: Trail | None = None,
 ) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
 
@@ -89,6 +91,7 @@ def solve(
     from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
+    trail : where accepted sub-steps are kept, if friction follows the cables' travel.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed = loads.steps, pack(chain)
@@ -110,7 +113,8 @@ def solve(
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
     now = Loads(*(np.zeros_like(field[0]) for field in loads))
-    space = (now, state(chain), state(chain), state(chain), state(chain), state(chain), np.zeros((plates, 2)))
+    states = (state(chain) for _ in range(5))
+    space = (now, *states, np.zeros((plates, 2)), trail or empty_trail(chain))
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
     follow(packed, onset, rows, dead, anew, modes, work, space, path)

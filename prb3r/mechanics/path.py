@@ -14,6 +14,7 @@ from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
 from prb3r.mechanics.newton import balance_chain, solve_block
 from prb3r.mechanics.stability import lowest_of_plates, plate_moments
 from prb3r.mechanics.tangent import chain_tangent
+from prb3r.mechanics.trail import keep
 
 PLATE_TURN = 0.35
 """Largest change of a plate's bend in one step, rad; a larger one is halved."""
@@ -217,11 +218,11 @@ def missed_turn(packed, start):
 
 
 @kernel
-def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames):
+def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames, trail):
     """As `ramp`, with friction that follows the cables' travel.
 
     Slip depends on the path, so a step is accepted only if two halves of it end where it ends, to `HISTORY_ERROR` of
-    the length; the halves are kept.  `start`, `halfway` and `frames` are working space.
+    the length; the halves are kept, and noted in `trail`.  `start`, `halfway` and `frames` are working space.
     """
     done, step, iterations, straight = 0.0, FIRST_HISTORY_STEP, 0, 0.0
     for i in range(len(packed.span)):
@@ -255,6 +256,8 @@ def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway
         iterations += whole + first + second
         done += step
         save(packed, work, start)
+        keep(trail, s, done - step / 2, halfway)
+        keep(trail, s, done, start)
         step = min(2 * step if error <= HISTORY_ERROR * straight / 4 else step, LARGEST_HISTORY_STEP, 1.0 - done)
     save(packed, work, kept)
     return iterations
@@ -322,11 +325,12 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     """
     eigenvalue = len(path.lowest) > 0
     history = packed.model[0].presliding != 0.0
-    now, kept, good, rest, start, halfway, frames = space
+    now, kept, good, rest, start, halfway, frames, trail = space
     possible = come_to_rest(packed, onset, dead, modes, work, now, rest)
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, rest)
     save(packed, work, good)
+    keep(trail, last, 1.0, rest)
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:
             last = np.int64(0)
@@ -338,7 +342,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
         loaded = dead[s] or dead[last]
         taken = FAILED
         if possible and history:
-            taken = creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames)
+            taken = creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames, trail)
         elif possible:
             taken = ramp(packed, loads, last, s, loaded, modes, work, now, kept)
         path.status[s - 1, 0], path.status[s - 1, 1] = (FAILED if taken == FAILED else 0), max(taken, 0)

@@ -4,6 +4,7 @@ Records reach compiled code as plain pointers whose shapes are known, so that lo
 reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -106,21 +107,28 @@ CABLE_FIELDS = [
 ]
 
 
+@cache
+def record_types(n: int, links: int) -> tuple[np.dtype, ...]:
+    """Of model, plate, span and cable."""
+    return tuple(np.dtype(f) for f in (model_fields(n, links), plate_fields(n, links), span_fields(n), CABLE_FIELDS))
+
+
 def pack(chain: Chain) -> Packed:
     """Records of `chain` at rest."""
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
-    model = np.zeros(1, model_fields(n, links))
+    of_model, of_plate, of_span, of_cable = record_types(n, links)
+    model = np.zeros(1, of_model)
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
     for name in ("disk", "presliding", "edges", "clearance"):
         model[name] = getattr(chain, name)
     model["linear"] = chain.law == Law()
     model["cubic"], model["knee"], model["ratio"] = chain.law
     model["contact_angle"], model["contact_stiffness"] = chain.contact
-    plate = np.zeros(plates + 1, plate_fields(n, links))
+    plate = np.zeros(plates + 1, of_plate)
     for name in ("arc", "clamp", "stiffness", "rest"):
         plate[name][:-1] = getattr(chain, name)
-    span = np.zeros((plates, cables), span_fields(n))
+    span = np.zeros((plates, cables), of_span)
     span["offset"], span["friction"] = chain.offset, chain.friction
     friction = np.vstack([chain.friction, np.zeros((1, cables))]) != 0
     span["rubs"] = friction[:-1] | friction[1:]
@@ -128,6 +136,6 @@ def pack(chain: Chain) -> Packed:
     plate["frame"][0] = 0, 0, 0, 1, 0
     per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
     plate["curvature"][:-1] = per_angle / chain.arc[:, None]
-    cable = np.zeros(cables, CABLE_FIELDS)
+    cable = np.zeros(cables, of_cable)
     cable["pulley"] = np.log(chain.pulley)
     return Packed(model, plate, span, cable)

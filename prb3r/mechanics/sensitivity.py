@@ -1,0 +1,185 @@
+r"""Sensitivities: how positions, angles and tensions depend on parameters, by implicit differentiation.
+
+A parameter is anything that changes the chain or the loads smoothly; it is given by the problem a little ahead and a
+little behind.  Only what is known without solving is differenced: unbalanced moments with the shape held.  So the
+error is that of a central difference of smooth elementary functions, about 1e-9.
+
+Where friction follows the cables' travel the state remembers, and so do the derivatives: those of slip and cable
+lengths are carried from each accepted sub-step to the next, from rest on.  A hole that slips has forgotten.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads, acting
+from prb3r.mechanics.differentiate import Memory, Space, Steps, differentiate
+from prb3r.mechanics.drift import scratch
+from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.feedback import sweep_room
+from prb3r.mechanics.records import Packed, pack
+from prb3r.mechanics.response import room
+from prb3r.mechanics.tangent import segment_modes
+from prb3r.mechanics.trail import Trail, empty_trail
+
+SUBSTEPS = 64
+"""Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
+
+TOGETHER = 16
+"""Parameters differentiated at a time."""
+BLOCK = 16
+"""States differentiated at a time by one parameter after the other, whose problem stays in the processor's cache."""
+
+Problem = tuple[Chain, Loads]
+
+
+class Direction(NamedTuple):
+    """One parameter: the problem a little `ahead` and `behind`, which are `apart` in the parameter's unit."""
+
+    ahead: Problem
+    behind: Problem
+    apart: float
+
+
+def direction(problem: Callable[[float], Problem], value: float, step: float) -> Direction:
+    """The direction of a parameter at `value` of which `problem` is a function."""
+    return Direction(problem(value + step), problem(value - step), 2 * step)
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives by `p` parameters at `s` load steps of `n` plates and `m` cables; failed steps hold NaN."""
+
+    equilibria: Equilibria
+    dx: np.ndarray
+    """(s, n + 1, p) of the centres of disks 0..n, m per unit of the parameter."""
+    dy: np.ndarray
+    """(s, n + 1, p)."""
+    dangle: np.ndarray
+    """(s, n + 1, p) of the absolute angles of the disks, rad per unit."""
+    dtension: np.ndarray
+    """(s, n, m, p) of the cable tensions across the plates, N per unit."""
+
+
+def sensitivities(
+    chain: Chain, loads: Loads, directions: Sequence[Direction], *, from_rest: bool | np.ndarray = False
+) -> Sensitivities:
+    """Equilibria of `chain` under `loads` and their derivatives by the parameters of `directions`.
+
+    A tension of zero changes to either side (a slack cable is about to be pulled); one that is negative in sum stays
+    slack.  `from_rest` is that of `solve`.
+
+    Raises
+    ------
+    ValueError
+        Without a direction, or where one changes more than numbers: plates, cables, model or kind of friction.
+    """
+    problems = [problem for along in directions for problem in (along.ahead, along.behind)]
+    if not problems:
+        raise ValueError("sensitivities need at least one direction")
+    for number, problem in enumerate(problems):
+        if _kind(*problem) != _kind(chain, loads):
+            raise ValueError(
+                f"direction {number // 2} changes the kind of the chain or of its loads, not numbers alone"
+            )
+    equilibria, steps = _states(chain, loads, np.array(np.broadcast_to(from_rest, loads.steps), bool))
+    rows, n, cables = acting(chain, loads), chain.stiffness.shape[1], len(chain.reach)
+    pose = np.zeros((3, loads.steps, chain.plates + 1, len(directions)))
+    tension = np.empty((loads.steps, chain.plates, cables, len(directions)))
+    pose[0, :, 0] = [(along.behind[0].disk - along.ahead[0].disk) / (2 * along.apart) for along in directions]
+    for first in range(0, len(directions), TOGETHER):
+        part = slice(first, first + TOGETHER)
+        found = _derivatives(chain, rows, directions[part], steps)
+        for row in range(3):
+            pose[row, :, 1:, part] = found[:, :, n + row]
+        tension[..., part] = found[:, :, n + 3 : n + 3 + cables]
+    failed = equilibria.outcome != Outcome.CONVERGED
+    pose[:, failed], tension[failed] = np.nan, np.nan
+    return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension)
+
+
+def _derivatives(chain: Chain, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
+    """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
+    (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
+    packed, history = pack(chain), chain.presliding > 0
+    problems = [problem for along in directions for problem in (along.ahead, along.behind)]
+    chains = [packed if side is chain else pack(side) for side, _ in problems]
+    sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
+    side_rows = Loads(*(_stack(field) for field in zip(*(acting(*problem) for problem in problems), strict=True)))
+    dead = any(field.any() for field in (rows.force, rows.tip, side_rows.force, side_rows.tip))
+    shape, height = (plates, cables, count), n + 3 + (3 if history else 1) * cables
+    modes = segment_modes(chain) if chain.tied else None
+    space = Space(
+        now=Loads(*(np.zeros_like(field[0]) for field in rows)),
+        handed=np.zeros((BLOCK, int(dead))),
+        slack=np.zeros((BLOCK, cables), bool),
+        memory=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
+        at_rest=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
+        pair=np.zeros((2, plates, height)),
+        partial=np.zeros((BLOCK, plates, height, count)),
+        left=np.zeros((BLOCK, count)),
+        room=room(packed, int(dead and not chain.tied), count, history),
+        sweep=sweep_room(packed, count if history else 0),
+        work=scratch(packed, 0 if modes is None else modes.shape[2]),
+    )
+    out = np.empty((rows.steps - 1, *space.partial.shape[1:]))
+    apart = np.array([along.apart for along in directions], float)
+    differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, out)
+    return out
+
+
+def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
+    """As `np.stack`, which takes long over records."""
+    stack = np.empty((len(fields), *fields[0].shape), fields[0].dtype)
+    for into, field in zip(stack, fields, strict=True):
+        into[...] = field
+    return stack
+
+
+def _kind(chain: Chain, loads: Loads) -> tuple:
+    """What a parameter cannot change."""
+    shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
+    return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0
+
+
+def _states(chain: Chain, loads: Loads, from_rest: np.ndarray) -> tuple[Equilibria, Steps]:
+    """Equilibria, and the states that lead to them."""
+    kept = empty_trail(chain)
+    if chain.presliding > 0:
+        kept = empty_trail(chain, 1 + SUBSTEPS * loads.steps)
+    equilibria = solve(chain, loads, from_rest=from_rest, trail=kept)
+    if kept.noted[0] > len(kept.row) > 0:
+        kept = empty_trail(chain, int(kept.noted[0]))
+        equilibria = solve(chain, loads, from_rest=from_rest, trail=kept)
+    good = equilibria.outcome == Outcome.CONVERGED
+    if chain.presliding == 0:
+        row = 1 + np.flatnonzero(good)
+        nothing = np.zeros((len(row), *chain.offset.shape))
+        return equilibria, Steps(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
+    return equilibria, _sub_steps(kept, good, from_rest)
+
+
+def _sub_steps(kept: Trail, good: np.ndarray, from_rest: np.ndarray) -> Steps:
+    """Rest and all sub-steps of the good steps."""
+    came_from, last = np.zeros(1 + len(good), np.int64), 0
+    for s, converged in enumerate(good, 1):
+        last = 0 if from_rest[s - 1] else last
+        came_from[s] = last
+        last = s if converged else last
+    states = np.flatnonzero(np.concatenate([[good.any()], good])[kept.row[: kept.noted[0]]])
+    row = kept.row[states]
+    edge = np.flatnonzero(np.diff(row, prepend=-1, append=-1))
+    first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
+    first[edge[:-1]], final[edge[1:] - 1] = True, True
+    last_row = came_from[row]
+    return Steps(
+        row=row,
+        last=last_row,
+        share=kept.share[states],
+        fresh=first & (last_row == 0),
+        write=np.where(final, row - 1, -1),
+        q=kept.q[states],
+        slip=kept.slip[states],
+    )
