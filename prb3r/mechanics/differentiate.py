@@ -58,8 +58,8 @@ class Space(NamedTuple):
     """(b, m) whether the tension is negative in sum."""
     memory: Memory
     at_rest: Memory
-    pair: np.ndarray
-    """(2, n, rows) ahead and behind, at the held shape."""
+    held: np.ndarray
+    """(n, rows) of one problem, at the held shape."""
     partial: np.ndarray
     """(b, n, rows, p)."""
     left: np.ndarray
@@ -164,33 +164,31 @@ def hand_back(packed, now, handed, outer, still, out):
 
 
 @kernel
-def difference(packed, sides, side_rows, d, apart, steps, first, states, modes, space):
-    """Derivatives by parameter `d` at the held shapes of `states` states from `first`, in `space.partial`."""
-    now, pair, partial, outer, still = space.now, space.pair, space.partial, space.room.outer, space.room.still
-    v, w, loaded = 2 * d, 2 * d + 1, space.handed.shape[1] > 0
-    ahead = Packed(sides.model[v], sides.plate[v], sides.span[v], sides.cable[v])
-    behind = Packed(sides.model[w], sides.plate[w], sides.span[w], sides.cable[w])
-    ahead_rows = Loads(side_rows.tension[v], side_rows.slip[v], side_rows.force[v], side_rows.tip[v])
-    behind_rows = Loads(side_rows.tension[w], side_rows.slip[w], side_rows.force[w], side_rows.tip[w])
+def difference(packed, sides, side_rows, v, apart, steps, first, states, modes, space):
+    """Rows of problem `v` at the held shapes of `states` states from `first`, in `space.partial`.
+
+    Those of a problem behind turn what is there, of the one ahead, into derivatives; they are `apart`.
+    """
+    now, out, partial, outer, still = space.now, space.held, space.partial, space.room.outer, space.room.still
+    d, loaded = v // 2, space.handed.shape[1] > 0
+    side = Packed(sides.model[v], sides.plate[v], sides.span[v], sides.cable[v])
+    rows = Loads(side_rows.tension[v], side_rows.slip[v], side_rows.force[v], side_rows.tip[v])
     for e in range(states):
-        handed, over = space.handed[e], 0.0
-        for b in range(2):
-            side, of_side = (ahead, ahead_rows) if b == 0 else (behind, behind_rows)
-            put_loads(of_side, steps, first + e, loaded, now)
-            for j in range(len(now.tension)):
-                if space.slack[e, j]:
-                    now.tension[j] = 0.0
-            if modes is None:
-                put_state(side, steps, first + e, None)
-            else:
-                put_state(side, steps, first + e, packed.plate)
-                hand_back(side, now, handed, outer, still, pair[b])
-            left = unbalance(side, now, handed, outer, still, pair[b])
-            over += left if b == 0 else -left
-        space.left[e, d] = over / apart
-        for i in range(partial.shape[1]):
-            for r in range(pair.shape[2]):
-                partial[e, i, r, d] = (pair[0, i, r] - pair[1, i, r]) / apart
+        handed = space.handed[e]
+        put_loads(rows, steps, first + e, loaded, now)
+        for j in range(len(now.tension)):
+            if space.slack[e, j]:
+                now.tension[j] = 0.0
+        if modes is None:
+            put_state(side, steps, first + e, None)
+        else:
+            put_state(side, steps, first + e, packed.plate)
+            hand_back(side, now, handed, outer, still, out)
+        over = unbalance(side, now, handed, outer, still, out)
+        space.left[e, d] = over if v == 2 * d else (space.left[e, d] - over) / apart
+        for i in range(out.shape[0]):
+            for r in range(out.shape[1]):
+                partial[e, i, r, d] = out[i, r] if v == 2 * d else (partial[e, i, r, d] - out[i, r]) / apart
 
 
 @kernel
@@ -206,11 +204,12 @@ def differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, ou
         for e in range(states):
             put_loads(rows, steps, first + e, loaded, now)
             put_state(packed, steps, first + e, None)
-            hand_back(packed, now, space.handed[e], outer, still, space.pair[0])
+            hand_back(packed, now, space.handed[e], outer, still, space.held)
             for j in range(len(now.tension)):
                 space.slack[e, j] = now.tension[j] < 0.0
         for d in range(len(apart)):
-            difference(packed, sides, side_rows, d, apart[d], steps, first, states, modes, space)
+            difference(packed, sides, side_rows, 2 * d, apart[d], steps, first, states, modes, space)
+            difference(packed, sides, side_rows, 2 * d + 1, apart[d], steps, first, states, modes, space)
         for e in range(states):
             partial, left, handed = space.partial[e], space.left[e], space.handed[e]
             if steps.fresh[first + e]:
@@ -222,7 +221,7 @@ def differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, ou
             if modes is not None:
                 tie(packed, now, modes, space.work, partial)
             if history:
-                unbalance(packed, now, handed, outer, still, space.pair[0])
+                unbalance(packed, now, handed, outer, still, space.held)
                 recall(packed, sides, apart, space.memory, partial)
                 sweep(packed, now, partial, left, space.room.gain, space.sweep)
             respond(packed, now, handed, partial, left, modes is not None, space.room)

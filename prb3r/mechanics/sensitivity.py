@@ -91,7 +91,7 @@ def sensitivities(
     pose[0, :, 0] = [(along.behind[0].disk - along.ahead[0].disk) / (2 * along.apart) for along in directions]
     for first in range(0, len(directions), TOGETHER):
         part = slice(first, first + TOGETHER)
-        found = _derivatives(chain, rows, directions[part], steps)
+        found = _derivatives((chain, loads), rows, directions[part], steps)
         for row in range(3):
             pose[row, :, 1:, part] = found[:, :, n + row]
         tension[..., part] = found[:, :, n + 3 : n + 3 + cables]
@@ -100,14 +100,16 @@ def sensitivities(
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension)
 
 
-def _derivatives(chain: Chain, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
+def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
+    chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
     packed, history = pack(chain), chain.presliding > 0
     problems = [problem for along in directions for problem in (along.ahead, along.behind)]
     chains = [packed if side is chain else pack(side) for side, _ in problems]
     sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
-    side_rows = Loads(*(_stack(field) for field in zip(*(acting(*problem) for problem in problems), strict=True)))
+    acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
+    side_rows = Loads(*(_stack(field) for field in zip(*acts, strict=True)))
     dead = any(field.any() for field in (rows.force, rows.tip, side_rows.force, side_rows.tip))
     shape, height = (plates, cables, count), n + 3 + (3 if history else 1) * cables
     modes = segment_modes(chain) if chain.tied else None
@@ -117,7 +119,7 @@ def _derivatives(chain: Chain, rows: Loads, directions: Sequence[Direction], ste
         slack=np.zeros((BLOCK, cables), bool),
         memory=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
         at_rest=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
-        pair=np.zeros((2, plates, height)),
+        held=np.zeros((plates, height)),
         partial=np.zeros((BLOCK, plates, height, count)),
         left=np.zeros((BLOCK, count)),
         room=room(packed, int(dead and not chain.tied), count, history),
@@ -136,6 +138,13 @@ def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
     for into, field in zip(stack, fields, strict=True):
         into[...] = field
     return stack
+
+
+def _same_loads(side: Problem, problem: Problem) -> bool:
+    """Whether the same loads act, and not only equal ones."""
+    (chain, loads), (nominal, nominal_loads) = side, problem
+    same = loads is nominal_loads and chain.constant is nominal.constant
+    return same and chain.tip_efficiency == nominal.tip_efficiency
 
 
 def _kind(chain: Chain, loads: Loads) -> tuple:
