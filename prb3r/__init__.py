@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
     from prb3r.model.manipulator import Manipulator, load_manipulator
+    from prb3r.model.sensitivity import sensitivities
     from prb3r.model.solve import solve
     from prb3r.recording.run import diagnose
     from prb3r.study.run import run_study
@@ -15,6 +16,7 @@ _WHERE = {
     "Manipulator": "prb3r.model.manipulator",
     "load_manipulator": "prb3r.model.manipulator",
     "solve": "prb3r.model.solve",
+    "sensitivities": "prb3r.model.sensitivity",
     "run_study": "prb3r.study.run",
     "diagnose": "prb3r.recording.run",
     "Prb3rError": "prb3r.errors",
@@ -31,6 +33,7 @@ __all__ = [
     "diagnose",
     "load_manipulator",
     "run_study",
+    "sensitivities",
     "solve",
 ]
 

@@ -1,0 +1,97 @@
+"""Manipulator, load steps and parameters to derivatives."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, SpecError
+from prb3r.mechanics.sensitivity import Direction, direction
+from prb3r.mechanics.sensitivity import sensitivities as derivatives
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.parameter import Parameter, changed, changed_loads, parameter
+from prb3r.model.steps import Sequence, sequences_of
+
+
+def sensitivities(
+    manipulator: Manipulator, steps: pd.DataFrame | str | Path, parameters: Iterable[str]
+) -> pd.DataFrame:
+    """Derivatives of the equilibria along each sequence of load steps, every one from rest.
+
+    Parameters
+    ----------
+    steps : as for `solve`.
+    parameters : paths such as `youngs_modulus_pa`, `segment.1.thickness_m`, `cable.2.offset_m`, `effect.1.factor`,
+        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added); see `prb3r.model.parameter`.
+
+    Returns
+    -------
+    DataFrame with `sequence, step, disk, parameter, dx_m, dy_m, dangle_rad` and, of the tension of each cable over the
+    plate that ends at the disk, `dcable_<name>_n`; all per unit of the parameter.  Steps without equilibrium hold NaN.
+
+    Raises
+    ------
+    SpecError
+        With every problem of the table and of the parameters.
+    """
+    known, problems = [], []
+    for path in parameters:
+        try:
+            known.append(parameter(manipulator, path))
+        except ValueError as error:
+            problems.append(Problem("parameters", str(error)))
+    sequences = sequences_of(manipulator, steps)
+    numbers = {int(number) for sequence in sequences for number in sequence.steps}
+    for path in (found.path for found in known if found.path.startswith("step.")):
+        if int(path.split(".")[1]) not in numbers:
+            problems.append(Problem("parameters", f"{path}: there is no such step"))
+    if not known and not problems:
+        problems.append(Problem("parameters", "none are given"))
+    if problems:
+        raise SpecError(*problems)
+    tables = []
+    for index, sequence in enumerate(sequences):
+        directions = _directions(manipulator, steps, index, sequence, known)
+        tables.append(_table(manipulator, sequence, known, directions))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _directions(
+    manipulator: Manipulator, steps: pd.DataFrame | str | Path, index: int, sequence: Sequence, known: list[Parameter]
+) -> list[Direction]:
+    chain = manipulator.chain()
+
+    def problem(found: Parameter, value: float):
+        if not found.keys:
+            return chain, changed_loads(manipulator, chain, sequence.loads, sequence.steps, found.path, value)
+        other = changed(manipulator, found.keys, value)
+        if found.keys == ("gravity_m_s2",):  # turns kilograms into newtons
+            return chain, sequences_of(other, steps)[index].loads
+        return other.chain(), sequence.loads
+
+    return [
+        direction(lambda value, found=found: problem(found, value), found.value, found.step)  # type: ignore[misc]
+        for found in known
+    ]
+
+
+def _table(
+    manipulator: Manipulator, sequence: Sequence, known: list[Parameter], directions: list[Direction]
+) -> pd.DataFrame:
+    found = derivatives(manipulator.chain(), sequence.loads, directions)
+    count, disks, parameters = found.dx.shape
+    tension = np.full((count, disks, len(manipulator.cable), parameters), np.nan)
+    tension[:, 1:] = found.dtension
+    return pd.DataFrame(
+        {
+            "sequence": sequence.name,
+            "step": np.repeat(sequence.steps, disks * parameters),
+            "disk": np.tile(np.repeat(np.arange(disks), parameters), count),
+            "parameter": np.tile([one.path for one in known], count * disks),
+            "dx_m": found.dx.ravel(),
+            "dy_m": found.dy.ravel(),
+            "dangle_rad": found.dangle.ravel(),
+            **{f"dcable_{name}_n": tension[:, :, j].ravel() for j, name in enumerate(manipulator.cable_names)},
+        }
+    )

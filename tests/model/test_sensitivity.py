@@ -1,0 +1,172 @@
+"""Parameters by name: every effect's numbers against differences of whole solves, and names that lead nowhere."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import prb3r
+from prb3r.errors import SpecError
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.parameter import changed, parameter
+from prb3r.model.solve import solve
+
+STEPS = pd.DataFrame(
+    {"sequence": ["a"] * 3, "step": [1, 2, 3], "cable_up_n": [40.0, 25, 40], "cable_down_n": [0.0, 10, 10]}
+    | {"tip_y_n": [0.0, 1, 1], "disk2_x_n": [0.0, 0, 0.5], "slip_up": [-1, 1, -1]}
+)
+EFFECTS = [
+    {"kind": "cable_friction", "coefficient": 0.2},
+    {"kind": "pulley_friction", "efficiency": 1.0},
+    {"kind": "worn_hole", "disk": 2, "coefficient": 0.5},
+    {"kind": "tension_offset", "offset_n": 0.5},
+    {"kind": "hole_offset", "cable": "up", "offset_m": 0.0},
+    {"kind": "hole_clearance", "clearance_m": 1e-3},
+    {"kind": "weakened_plate", "plate": 3, "factor": 0.8},
+    {"kind": "segment_stiffness", "segment": 1, "factor": 1.0},
+    {"kind": "nonlinear_plate", "law": "cubic", "cubic_m2": 0.0},
+    {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 2.0, "ratio": 0.7},
+    {"kind": "precurvature", "curvature_per_m": 0.0},
+    {"kind": "disk_contact", "angle_rad": 0.03, "stiffness_n_m_per_rad": 3.0},
+    {"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01},
+    {"kind": "cable_bending", "stiffness_n_m2": 0.0},
+    {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8},
+    {"kind": "tip_force", "x_n": 0.0, "y_n": 0.5},
+    {"kind": "tip_load_friction", "efficiency": 1.0},
+]
+NUMBERS = [
+    (effect, name)
+    for effect in EFFECTS
+    for name, value in effect.items()
+    if isinstance(value, float) or name.endswith("_m")
+]
+NOMINAL = [
+    "youngs_modulus_pa",
+    "friction.coefficient",
+    "disk.thickness_m",
+    "segment.1.length_m",
+    "segment.1.clamp_m",
+    "segment.2.thickness_m",
+    "cable.up.offset_m",
+    "cable.down.offset_m.2",
+]
+LOADS = ["tension.up", "cable_down_n", "tip_x_n", "disk3_y_n", "step.2.cable_up_n"]
+
+
+def rig(*effects, model="prb3r", **friction):
+    plate = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": 0.0008}
+    return Manipulator.model_validate(
+        {
+            "name": "rig",
+            "youngs_modulus_pa": 1.87e11,
+            "model": model,
+            "disk": {"thickness_m": 0.004, "mass_kg": 0.05},
+            "friction": {"coefficient": 0.3} | friction,
+            "segment": [plate, plate],
+            "cable": [
+                {"name": "up", "offset_m": 0.02, "ends_at_segment": 2},
+                {"name": "down", "offset_m": [-0.02, -0.015], "ends_at_segment": 2},
+            ],
+            "effect": list(effects),
+        }
+    )
+
+
+def close(manipulator, path, within=1e-5, steps=STEPS):
+    """Whether the derivative is that between two solves."""
+    found = parameter(manipulator, path)
+    table = prb3r.sensitivities(manipulator, steps, [path])
+    far = 10 * found.step
+    ahead, behind = (solve(changed(manipulator, found.keys, found.value + s * far), steps) for s in (1, -1))
+    for name in ("x_m", "y_m", "angle_rad"):
+        difference = (ahead[name] - behind[name]).to_numpy() / (2 * far)
+        scale = np.abs(difference).max()
+        assert scale > 0
+        # solves stop at 1e-11 rad
+        assert table[f"d{name}"].to_numpy() == pytest.approx(difference, abs=within * scale + 1e-10 / far)
+
+
+@pytest.mark.parametrize(("effect", "name"), NUMBERS, ids=[f"{e['kind']} {n}" for e, n in NUMBERS])
+def test_every_number_of_every_effect(effect, name):
+    close(rig(effect), f"effect.1.{name}")
+
+
+@pytest.mark.parametrize("path", NOMINAL)
+def test_every_kind_of_nominal_number(path):
+    close(rig(), path)
+
+
+@pytest.mark.parametrize("path", ["youngs_modulus_pa", "friction.coefficient", "friction.presliding_m"])
+def test_with_history(path):
+    close(rig(direction="history", presliding_m=1e-3), path)
+
+
+@pytest.mark.parametrize("friction", [{}, {"direction": "history", "presliding_m": 1e-3}])
+def test_loads_by_their_column(friction):
+    manipulator, far = rig(**friction), 1e-3
+    table = prb3r.sensitivities(manipulator, STEPS, LOADS).set_index("parameter")
+
+    def moved(path, by):
+        steps = STEPS.copy()
+        if path == "tension.up":
+            steps["cable_up_n"] *= 1 + by
+        elif path == "step.2.cable_up_n":
+            steps.loc[1, "cable_up_n"] += by
+        else:
+            steps[path] = steps.get(path, 0.0) + by
+        return solve(manipulator, steps)
+
+    for path in LOADS:
+        if path == "cable_down_n":  # idle at first: it can only be pulled
+            difference = (moved(path, far)["y_m"] - moved(path, 0.0)["y_m"]) / far
+            within = 1e-2
+        else:
+            difference, within = (moved(path, far)["y_m"] - moved(path, -far)["y_m"]) / (2 * far), 1e-4
+        scale = np.abs(difference).max()
+        assert table.loc[path, "dy_m"].to_numpy() == pytest.approx(difference.to_numpy(), abs=within * scale + 1e-9)
+
+
+def test_kilograms_follow_gravity_as_tensions_do():
+    steps = pd.DataFrame({"sequence": "a", "step": [1, 2], "cable_up_kg": [2.0, 4.0]})
+    manipulator = rig()
+    table = prb3r.sensitivities(manipulator, steps, ["gravity_m_s2", "tension.up"])
+    by = {name: rows["dy_m"].to_numpy() for name, rows in table.groupby("parameter")}
+    assert by["gravity_m_s2"] * manipulator.gravity_m_s2 == pytest.approx(by["tension.up"], rel=1e-7)
+
+
+def test_the_table_is_tidy():
+    steps = pd.concat([STEPS, STEPS.assign(sequence="b")])
+    table = prb3r.sensitivities(rig(), steps, ["youngs_modulus_pa", "tip_x_n"])
+    assert list(table.columns) == [
+        *("sequence", "step", "disk", "parameter", "dx_m", "dy_m", "dangle_rad", "dcable_up_n", "dcable_down_n")
+    ]
+    assert len(table) == 2 * 3 * 7 * 2
+    assert not table.duplicated(["sequence", "step", "disk", "parameter"]).any()
+    base = table["disk"] == 0
+    assert (table.loc[base, ["dx_m", "dy_m", "dangle_rad"]] == 0).all(axis=None)
+    assert table.loc[base, "dcable_up_n"].isna().all()
+    assert table.loc[~base, "dcable_up_n"].notna().all()
+    first, second = (table[table["sequence"] == name].drop(columns="sequence") for name in "ab")
+    assert (first.to_numpy() == second.to_numpy())[:, 3:6].all()
+
+
+def test_all_names_that_lead_nowhere_are_said_at_once():
+    wrong = {
+        "youngs_modulus": "did you mean 'youngs_modulus_pa'",
+        "segment.3.length_m": "'3' is not a number from 1 to 2",
+        "segment.1.plates": "not a number that can change smoothly",
+        "segment.1.bending_stiffness_n_m2": "not given",
+        "cable.left.offset_m": "there is no cable 'left'",
+        "cable.down.offset_m": "not a number that can change smoothly",
+        "tension.left": "there is no cable 'left'",
+        "step.2.cable_left_n": "steps have no column",
+        "step.9.cable_up_n": "there is no such step",
+        "effect.1.scale": "camera_scale changes what is read",
+        "disk.thickness_m.x": "leads into a plain value",
+    }
+    with pytest.raises(SpecError) as error:
+        prb3r.sensitivities(rig({"kind": "camera_scale", "scale": 1.0}), STEPS, wrong)
+    assert len(error.value.problems) == len(wrong)
+    for path, what in wrong.items():
+        assert any(path in str(problem) and what in str(problem) for problem in error.value.problems), path
+    with pytest.raises(SpecError, match="none are given"):
+        prb3r.sensitivities(rig(), STEPS, [])
