@@ -24,6 +24,7 @@ from prb3r.mechanics.chain import Chain, Loads, loads, pose
 from prb3r.mechanics.equilibrium import Outcome, solve
 from prb3r.mechanics.plate import PlateModel, gauss_collocation, plate_model
 from prb3r.mechanics.reference import integral_fsolve, seed_fsolve
+from prb3r.mechanics.sensitivity import direction, sensitivities
 from prb3r.study.manifest import git_state
 
 TENSIONS = np.linspace(10, 200, 20)
@@ -35,6 +36,10 @@ CONVERGED_POINTS = 4
 ENGINE, ELASTICA, TIP = "engine, PRB 3R", "engine, elastica", "engine, PRB 3R, tip load 5 N"
 SEED, INTEGRAL = "reference: fsolve on Eq. 12", "reference: integral model"
 PLATES = (14, 140, 1400)
+PARAMETERS = 10
+"""Of the Jacobians that are timed against as many solves."""
+LOOP = np.outer([100, 60, 80, 20], [1.0, 0, 0, 0]) + np.outer([0, 0, 40, 70], [0, 0, 1.0, 0])
+"""Tensions of a loading history, N: cable 1 let go and pulled again, then cable 3."""
 LINEAR = 1.25
 """Growth counts as linear as long as a plate of a long chain costs no more than this many plates of the short one."""
 
@@ -95,10 +100,14 @@ def measure(equilibria: int = 4000, rounds: int = 7, plates: tuple[int, ...] = P
     with threadpool_limits(1):
         tasks, errors = zip(*_methods(max(1, equilibria // 20)), strict=True)
         chains = [_scaled(number, tip, equilibria) for number in plates for tip in ((0.0, 0.0), TIP_LOAD)]
-        seconds = _take_turns([*tasks, *chains], rounds)
+        jacobians = list(_jacobians(max(1, equilibria // 400)))
+        seconds = _take_turns([*tasks, *chains, *jacobians], rounds)
     methods = _methods_table(tasks, errors, seconds[:, : len(tasks)])
-    scaling = _scaling_table(plates, chains, seconds[:, len(tasks) :])
-    return Bench(_machine(rounds), methods, scaling, _goals(methods, scaling))
+    scaling = _scaling_table(plates, chains, seconds[:, len(tasks) : len(tasks) + len(chains)])
+    each = seconds[:, len(tasks) + len(chains) :]
+    shares = np.median(each[:, 1::2] / (PARAMETERS * each[:, ::2]), axis=0)
+    named = {task.name: share for task, share in zip(jacobians[1::2], shares, strict=True)}
+    return Bench(_machine(rounds), methods, scaling, _goals(methods, scaling, named))
 
 
 def _engine(name: str, chain: Chain, steps: Loads) -> Task:
@@ -157,6 +166,36 @@ def _scaled(plates: int, tip: tuple[float, float], equilibria: int) -> Task:
     return task
 
 
+def _jacobians(times: int):
+    """A solve and a Jacobian by turns."""
+    bare = prototype(plate_model("prb3r"), 0.3)
+    history = bare._replace(presliding=3e-5)
+    cases = [
+        ("no dead load", bare, table_2(bare, times)),
+        ("tip load 5 N", bare, table_2(bare, times, TIP_LOAD)),
+        ("history", history, loads(history, LOOP)),
+    ]
+    for name, chain, steps in cases:
+        few = [
+            lambda v, c=chain, s=steps: (c._replace(stiffness=v * c.stiffness), s),
+            lambda v, c=chain, s=steps: (c._replace(friction=v * c.friction), s),
+            lambda v, c=chain, s=steps: (c._replace(offset=v * c.offset), s),
+            lambda v, c=chain, s=steps: (c._replace(rest=c.rest + v - 1), s),
+            lambda v, c=chain, s=steps: (c, s._replace(tension=v * s.tension)),
+        ]
+        directions = [direction(few[k % len(few)], 1.0, 1e-5) for k in range(PARAMETERS)]
+
+        def solved(chain=chain, steps=steps) -> np.ndarray:
+            return solve(chain, steps).x
+
+        def differentiated(chain=chain, steps=steps, directions=directions) -> np.ndarray:
+            return sensitivities(chain, steps, directions).dx
+
+        for task in (Task(name, steps.steps, solved), Task(name, steps.steps, differentiated)):
+            task.run()  # fills caches
+            yield task
+
+
 def _take_turns(tasks: list[Task], rounds: int) -> np.ndarray:
     """Seconds (rounds, tasks) per equilibrium."""
     seconds = np.empty((rounds, len(tasks)))
@@ -198,7 +237,7 @@ def _scaling_table(plates, chains, seconds: np.ndarray) -> pd.DataFrame:
     )
 
 
-def _goals(methods: pd.DataFrame, scaling: pd.DataFrame) -> pd.DataFrame:
+def _goals(methods: pd.DataFrame, scaling: pd.DataFrame, jacobians: dict[str, float]) -> pd.DataFrame:
     by = methods.set_index("method")
     longest = scaling["plates"].max()
     growth = scaling.loc[scaling["plates"] == longest, "per_plate_of_shortest"].max()
@@ -210,6 +249,10 @@ def _goals(methods: pd.DataFrame, scaling: pd.DataFrame) -> pd.DataFrame:
         ("elastica, times the time of PRB 3R", "<=", 2, by["times_engine"][ELASTICA]),
         ("elastica, tip error in % of length", "<=", 1e-4, by["tip_error_percent"][ELASTICA]),
         (f"a plate of {longest}, times one of {scaling['plates'].min()} (linear growth)", "<=", LINEAR, growth),
+        *(
+            (f"Jacobian by {PARAMETERS} parameters, {name}, of {PARAMETERS} solves", "<=", 1, share)
+            for name, share in jacobians.items()
+        ),
     ]
     table = pd.DataFrame(rows, columns=["goal", "relation", "asked", "measured"])
     at_least = table["relation"] == ">="

@@ -34,6 +34,7 @@ def test_scaling_and_goals(result):
         np.where(larger, goals["measured"] >= goals["asked"], goals["measured"] <= goals["asked"])
     )
     assert goals.loc[goals["goal"].str.contains("tip error"), "met"].all()
+    assert (goals.loc[goals["goal"].str.contains("Jacobian"), "measured"] > 0).tolist() == [True] * 3
 
 
 def test_result_is_a_page_and_json(result):
