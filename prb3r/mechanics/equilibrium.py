@@ -7,6 +7,7 @@ import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.drift import scratch
+from prb3r.mechanics.grip import grip_space
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import Path, follow, state
 from prb3r.mechanics.records import Packed, pack
@@ -114,7 +115,7 @@ def solve(
     )
     now = Loads(*(np.zeros_like(field[0]) for field in loads))
     states = (state(chain) for _ in range(5))
-    space = (now, *states, np.zeros((plates, 2)), trail or empty_trail(chain))
+    space = (now, grip_space(packed, history), *states, np.zeros((plates, 2)), trail or empty_trail(chain))
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
     follow(packed, onset, rows, dead, anew, modes, work, space, path)

@@ -15,8 +15,8 @@ from prb3r.mechanics.march import CYCLING, FAILED, MAX_ITERATIONS, MAX_STEP, TOL
 
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
-MAX_EXCHANGES = 70
-"""Further Newton steps while holes change between sticking and slipping."""
+MAX_EXCHANGES = 24
+"""Newton steps where holes change between sticking and slipping; later they would only go round in circles."""
 SLIP_TOLERANCE = 1e-7
 """How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
 
@@ -94,6 +94,73 @@ def slip_on(packed, work, damping):
 
 
 @kernel
+def slips_agree(packed):
+    """Whether the slip of every hole is what its travel asks for, cut off at the bounds."""
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            hole = packed.span[i, j]
+            if hole.present:
+                asked = hole.slip + (hole.new_beyond - hole.beyond) / packed.model[0].presliding
+                if not abs(min(max(asked, -1.0), 1.0) - hole.new_slip) <= SLIP_TOLERANCE:
+                    return False
+    return True
+
+
+@kernel
+def cross_plate(packed, i, force, tip, work, free):
+    """Balance plate `i`, find its corrections in `work.column` and go on to the next; largest unbalanced node angle.
+
+    `free`: the slip of each of its holes is an independent variable, from column 2 on, plate by plate.
+    """
+    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
+    n, columns = column.shape
+    local_load(plate, outer)
+    error = balance_plate(model, plate, span, cable)
+    enter(cable, span, change)
+    if free:
+        for j in range(len(cable)):
+            if span[j].tension != 0.0:
+                change.log_tension[j, 2 + i * len(cable) + j] += span[j].wrap
+    feel(plate, span, outer, change, block, n)
+    for k in range(n):
+        for p in range(n):
+            block[k, p] = plate.tangent[k, p]
+        block[k, n] += plate.residual[k]
+    solve_block(block, n, n + columns)
+    for k in range(n):
+        for d in range(columns):
+            column[k, d] = -block[k, n + d]
+    transmit(model, plate, span, column, change)
+    depart(plate, span, cable)
+    next_frame(model, plate, after)
+    at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
+    shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
+    return error
+
+
+@kernel
+def stiffest_node(packed):
+    """Largest stiffness of a node, N m/rad: the scale of moments."""
+    stiffest = 0.0
+    for i in range(len(packed.span)):
+        for k in range(packed.plate[i].stiffness.shape[0]):
+            stiffest = max(stiffest, packed.plate[i].stiffness[k])
+    return stiffest
+
+
+@kernel
+def longest_step(column):
+    """Largest correction of a node angle in the first of the columns, NaN if any is."""
+    longest = 0.0
+    for i in range(column.shape[0]):
+        for k in range(column.shape[1]):
+            if not abs(column[i, k, 0]) <= longest:
+                longest = abs(column[i, k, 0])
+    return longest
+
+
+@kernel
 def newton_march(packed, tension, slip, force, tip, work):
     """One evaluation of the whole chain and the full Newton step from there.
 
@@ -102,8 +169,8 @@ def newton_march(packed, tension, slip, force, tip, work):
     Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
     `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
     """
-    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
-    plates, n, columns = work.column.shape
+    model, cable, outer, change = packed.model[0], packed.cable, work.outer, work.drift
+    plates, columns = work.column.shape[0], work.column.shape[2]
     follows = model.presliding != 0.0
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):
@@ -120,30 +187,13 @@ def newton_march(packed, tension, slip, force, tip, work):
         change.total[j, 2 + j] = 1.0
     largest = 0.0
     for i in range(plates):
-        plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
-        local_load(plate, outer)
         if follows:
-            slip_at(model, span, cable)
+            slip_at(model, packed.span[i], cable)
             if i == 0:
                 pull_through_pulleys(tension, cable, change)
-        error = balance_plate(model, plate, span, cable)
+        error = cross_plate(packed, i, force, tip, work, False)
         if not error <= largest:
             largest = error
-        enter(cable, span, change)
-        feel(plate, span, outer, change, block, n)
-        for k in range(n):
-            for p in range(n):
-                block[k, p] = plate.tangent[k, p]
-            block[k, n] += plate.residual[k]
-        solve_block(block, n, n + columns)
-        for k in range(n):
-            for d in range(columns):
-                column[k, d] = -block[k, n + d]
-        transmit(model, plate, span, column, change)
-        depart(plate, span, cable)
-        next_frame(model, plate, after)
-        at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
     return largest, outer[2], close_guesses(cable, change, outer[2], work)
 
 
@@ -188,26 +238,19 @@ def close_guesses(cable, change, moment_left, work):
 def balance_chain(packed, tension, slip, force, tip, work):
     """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`."""
     plates, column, handed = packed.plate, work.column, work.handed
-    n, count = column.shape[1], column.shape[2] - 1
-    stiffest = 0.0
-    for i in range(len(column)):
-        for k in range(n):
-            stiffest = max(stiffest, plates[i].stiffness[k])
+    n, count, stiffest = column.shape[1], column.shape[2] - 1, stiffest_node(packed)
     follows, settled = packed.model[0].presliding != 0.0, True
-    for step in range(MAX_ITERATIONS + (MAX_EXCHANGES if follows else 0)):
+    for step in range(MAX_EXCHANGES if follows else MAX_ITERATIONS):
         largest, left, length_error = newton_march(packed, tension, slip, force, tip, work)
         if (
             settled
             and largest <= TOLERANCE
             and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(handed[0])
             and length_error <= LENGTH_TOLERANCE
+            and (not follows or slips_agree(packed))
         ):
             return step
-        longest = 0.0
-        for i in range(len(column)):
-            for k in range(n):
-                if not abs(column[i, k, 0]) <= longest:
-                    longest = abs(column[i, k, 0])
+        longest = longest_step(column)
         if not longest < 1e6:
             return FAILED
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest

@@ -9,6 +9,7 @@ import numpy as np
 
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.grip import balance_grip
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
 from prb3r.mechanics.newton import balance_chain, solve_block
@@ -27,6 +28,10 @@ SMALLEST_HISTORY_STEP = 1.0 / 2**26
 LARGEST_HISTORY_STEP = 1.0 / 4
 TURN_ERROR = 0.003
 """Largest slip that may be missed where a hole turns back within a step."""
+CAREFUL_STEP = 1.0 / 512
+"""Step below which the holes that stick are not guessed: what makes a step so small is mostly such a guess."""
+SMALLEST_TURN = 1.0 / 4096
+"""Step below which that is no longer looked for: there it is a jump from one slip to another, with no way between."""
 HISTORY_ERROR = 1e-6
 """Largest difference between one step and two halves of it where friction follows the travel, of the length."""
 
@@ -145,7 +150,7 @@ def blend(of_step, last, s, share, out):
 
 
 @kernel
-def attempt(packed, loads, last, s, share, loaded, modes, work, now):
+def attempt(packed, loads, last, s, share, loaded, modes, work, now, grip, origin, careful):
     """Solve `share` of the way from step `last` to step `s` from the present state; steps taken or `FAILED`."""
     blend(loads.tension, last, s, share, now.tension)
     for j in range(len(now.tension)):
@@ -161,12 +166,18 @@ def attempt(packed, loads, last, s, share, loaded, modes, work, now):
     if modes is not None:
         return newton_modes(packed, now.tension, now.slip, now.force, now.tip, modes, work)
     if loaded or packed.model[0].presliding != 0.0:
-        return balance_chain(packed, now.tension, now.slip, now.force, now.tip, work)
+        taken: Any = FAILED
+        if not careful:
+            taken = balance_chain(packed, now.tension, now.slip, now.force, now.tip, work)
+        if taken == FAILED and packed.model[0].presliding != 0.0:
+            restore(packed, work, origin)
+            taken = balance_grip(packed, now.tension, now.force, now.tip, work.handed, grip)
+        return taken
     return march(packed, now.tension, now.slip, work)
 
 
 @kernel
-def ramp(packed, loads, last, s, loaded, modes, work, now, kept):
+def ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept):
     """Bring the chain from step `last`, its state in `kept`, to step `s`, halving steps that fail or go too far.
 
     Leaves the last accepted state in `kept` and returns Newton steps, or `FAILED` where the path leads no further.
@@ -175,7 +186,7 @@ def ramp(packed, loads, last, s, loaded, modes, work, now, kept):
     while done < 1.0:
         if step < SMALLEST_STEP:
             return FAILED
-        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, kept, False)
         if taken == FAILED or turned_too_far(packed, kept, loaded):
             restore(packed, work, kept)
             step /= 2
@@ -218,7 +229,7 @@ def missed_turn(packed, start):
 
 
 @kernel
-def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames, trail):
+def creep(packed, loads, last, s, loaded, modes, work, now, grip, kept, start, halfway, frames, trail):
     """As `ramp`, with friction that follows the cables' travel.
 
     Slip depends on the path, so a step is accepted only if two halves of it end where it ends, to `HISTORY_ERROR` of
@@ -232,22 +243,23 @@ def creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway
         if step < SMALLEST_HISTORY_STEP:
             save(packed, work, kept)
             return FAILED
-        whole = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+        careful = step < CAREFUL_STEP
+        whole = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, start, careful)
         good = whole != FAILED and not turned_too_far(packed, start, loaded)
         for i in range(len(frames)):
             frames[i, 0], frames[i, 1] = packed.plate[i + 1].frame[0], packed.plate[i + 1].frame[1]
         restore(packed, work, start)
         first, second, error = 0, 0, 0.0
         if good:
-            first = attempt(packed, loads, last, s, done + step / 2, loaded, modes, work, now)
+            first = attempt(packed, loads, last, s, done + step / 2, loaded, modes, work, now, grip, start, careful)
             good = first != FAILED
         if good:
             settle(packed)
             save(packed, work, halfway)
-            second = attempt(packed, loads, last, s, done + step, loaded, modes, work, now)
+            second = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, halfway, careful)
             error = furthest(packed, frames)
             good = second != FAILED and not turned_too_far(packed, start, loaded) and error <= HISTORY_ERROR * straight
-            good = good and missed_turn(packed, start) <= TURN_ERROR
+            good = good and (step <= SMALLEST_TURN or missed_turn(packed, start) <= TURN_ERROR)
         if not good:
             restore(packed, work, start)
             step /= 2
@@ -290,7 +302,7 @@ def write_step(packed, s, path):
 
 
 @kernel
-def come_to_rest(packed, onset, dead, modes, work, now, kept):
+def come_to_rest(packed, onset, dead, modes, work, now, grip, kept):
     """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips; whether that was possible."""
     presliding = packed.model[0].presliding
     packed.model[0].presliding = 0.0
@@ -298,7 +310,7 @@ def come_to_rest(packed, onset, dead, modes, work, now, kept):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
     save(packed, work, kept)
-    taken = ramp(packed, onset, np.int64(0), np.int64(1), dead[0], modes, work, now, kept)
+    taken = ramp(packed, onset, np.int64(0), np.int64(1), dead[0], modes, work, now, grip, kept)
     packed.model[0].presliding = presliding
     if presliding != 0.0:
         for j in range(len(packed.cable)):
@@ -325,8 +337,8 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     """
     eigenvalue = len(path.lowest) > 0
     history = packed.model[0].presliding != 0.0
-    now, kept, good, rest, start, halfway, frames, trail = space
-    possible = come_to_rest(packed, onset, dead, modes, work, now, rest)
+    now, grip, kept, good, rest, start, halfway, frames, trail = space
+    possible = come_to_rest(packed, onset, dead, modes, work, now, grip, rest)
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, rest)
     save(packed, work, good)
@@ -342,9 +354,9 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
         loaded = dead[s] or dead[last]
         taken = FAILED
         if possible and history:
-            taken = creep(packed, loads, last, s, loaded, modes, work, now, kept, start, halfway, frames, trail)
+            taken = creep(packed, loads, last, s, loaded, modes, work, now, grip, kept, start, halfway, frames, trail)
         elif possible:
-            taken = ramp(packed, loads, last, s, loaded, modes, work, now, kept)
+            taken = ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept)
         path.status[s - 1, 0], path.status[s - 1, 1] = (FAILED if taken == FAILED else 0), max(taken, 0)
         if taken == FAILED:
             continue  # the next step goes on from the last good one

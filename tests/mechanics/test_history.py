@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from prototype import PRB_3R, prototype
+from prototype import ELASTICA, PRB_3R, prototype
 
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve
@@ -56,7 +56,7 @@ def test_published_pulling_order_shift_is_67_mm():
     assert 1e3 * np.hypot(one.x[-1, 14] - other.x[-1, 14], one.y[-1, 14] - other.y[-1, 14]) == pytest.approx(67, abs=1)
 
 
-@pytest.mark.parametrize("presliding", [1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("presliding", [1e-6, 3e-6, 1e-5, 1e-4, 1e-3])
 def test_robust_through_reversals_minor_loops_slack_cables_and_tip_loads(presliding):
     table = pulls((100, 0), (60, 0), (80, 0), (20, 0), (90, 60), (0, 60), (0, 0), (50, 30), (40, 40))
     tip = np.zeros((len(table), 2))
@@ -66,7 +66,33 @@ def test_robust_through_reversals_minor_loops_slack_cables_and_tip_loads(preslid
     assert np.abs(found.slip).max() <= 1
 
 
-@pytest.mark.parametrize("presliding", [1e-5, 1e-3])
+def random_path(rng, presliding, plate):
+    """A prototype and ten steps of one to four of its cables: reversals, minor loops, slack cables, tip loads."""
+    chain = prototype(rng.uniform(0.05, 0.4), rng.uniform(1, 4), plate)
+    chain = chain._replace(
+        presliding=presliding,
+        offset=chain.offset * rng.uniform(0.8, 1.2, 4),
+        stiffness=chain.stiffness * rng.uniform(0.8, 1.5, (14, 1)),
+    )
+    used = rng.permutation(4)[: rng.integers(1, 5)]
+    tension = np.zeros((10, 4))
+    tension[:, used] = rng.uniform(0, 90, (10, len(used))) * (rng.random((10, len(used))) < 0.75)
+    tip = rng.uniform(-1.5, 1.5, (10, 2)) * (rng.random((10, 1)) < 0.4) * (rng.random() < 0.6)
+    return chain, loads(chain, tension, tip=tip)
+
+
+@pytest.mark.parametrize("plate", [PRB_3R, ELASTICA], ids=["prb3r", "elastica"])
+@pytest.mark.parametrize(("presliding", "paths"), [(1e-6, 30), (1e-5, 20), (1e-4, 10)])
+def test_robust_along_random_paths(presliding, paths, plate):
+    for seed in range(paths):
+        chain, steps = random_path(np.random.default_rng(seed), presliding, plate)
+        found = solve(chain, steps)
+        assert (found.outcome == Outcome.CONVERGED).all(), seed
+        assert found.residual.max() < 1e-8
+        assert np.abs(found.slip).max() <= 1
+
+
+@pytest.mark.parametrize("presliding", [1e-6, 1e-5, 1e-3])
 def test_the_result_does_not_depend_on_how_finely_the_path_is_sampled(presliding):
     table = pulls((100, 0), (50, 20), (90, 50), (30, 60))
     coarse = path(chain(presliding), table)

@@ -1,0 +1,205 @@
+r"""Equilibrium where friction follows the cables' travel and the holes do not agree on which of them stick.
+
+The chain is balanced for any slip of its holes; the slip of each is an independent variable of one march.  Linearised,
+the travel beyond the holes asks for the slip
+
+    asked = a + B (slip - slip now),    slip = clip(asked, -1, 1)
+
+a linear complementarity problem in the slips alone (`pivot.py`), solved exactly.  Newton's method then repeats this
+with the angles it leads to (Josephy): no set of holes is guessed, and none can cycle.
+"""
+
+from math import exp
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.drift import Scratch, clear, scratch
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base
+from prb3r.mechanics.newton import cross_plate, slips_agree, stiffest_node
+from prb3r.mechanics.pivot import solve_from_afar, solve_near
+from prb3r.mechanics.records import Packed
+
+MAX_STEPS = 20
+"""Newton steps; from a near state a handful is enough."""
+LEEWAY = 1e-6
+"""Slip by which holes at their bounds are taken to be beyond them at first, no two alike: one changes at a time."""
+
+
+class Grip(NamedTuple):
+    """Working space for `h` holes, counted plate by plate."""
+
+    work: Scratch
+    """With 2 + h columns."""
+    guess: np.ndarray
+    """(2 + h,) moment of the dead loads that closes the chain in each column, N m."""
+    travel: np.ndarray
+    """(2 + h,) change of a length in each column, m."""
+    value: np.ndarray
+    """(h,) and all below: as `solve_near` has them."""
+    rate: np.ndarray
+    side: np.ndarray
+    free: np.ndarray
+    now: np.ndarray
+
+
+def grip_space(packed: Packed, history: bool) -> Grip:
+    """Working space for a chain; next to nothing where no travel is followed."""
+    holes = packed.span.size if history else 0
+    columns, each = np.zeros(2 + holes), np.zeros(holes)
+    return Grip(
+        work=scratch(packed, 2 + holes),
+        guess=columns,
+        travel=columns.copy(),
+        value=each,
+        rate=each.copy(),
+        side=each.copy(),
+        free=np.zeros(holes, bool),
+        now=each.copy(),
+    )
+
+
+@kernel
+def grip_march(packed, tension, force, tip, grip):
+    """One evaluation of the chain at its present slips, with derivatives by all of them.
+
+    Leaves the corrections of all node angles in `work.column`: as they are (first column) and per unit of slip of every
+    hole (from the third on).  Returns the largest unbalanced node angle and the moment of the dead loads left over.
+    """
+    work, cable = grip.work, packed.cable
+    outer, change, column = work.outer, work.drift, work.column
+    plates, n, columns = column.shape
+    outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
+    for i in range(plates):
+        outer[0] += force[i, 0]
+        outer[1] += force[i, 1]
+    at_base(tension, tension, cable)
+    clear(change)
+    change.moment[1] = 1.0
+    largest = 0.0
+    for i in range(plates):
+        for j in range(len(cable)):
+            cable[j].slip, cable[j].owed = packed.span[i, j].new_slip, 0.0
+            if i == 0 and cable[j].pulley != 0.0:
+                cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+                change.log_tension[j, 2 + j] = -cable[j].pulley
+        error = cross_plate(packed, i, force, tip, work, True)
+        if not error <= largest:
+            largest = error
+    for d in range(columns):
+        guess = 0.0 if d == 1 else -(change.moment[d] + (outer[2] if d == 0 else 0.0)) / change.moment[1]
+        grip.guess[d] = guess
+        if guess != 0.0:
+            for i in range(plates):
+                for k in range(n):
+                    column[i, k, d] += column[i, k, 1] * guess
+    return largest, outer[2]
+
+
+@kernel
+def ask(packed, grip):
+    """What the travel asks of every hole, at the present slips and once the angles have been corrected.
+
+    Leaves the complementarity problem of the slips in `grip`: ``M = 1 - B`` in `work.system`, `c` in `value`.
+    """
+    work, value, travel = grip.work, grip.value, grip.travel
+    plates, n, columns = work.column.shape
+    cables, presliding = len(packed.cable), packed.model[0].presliding
+    for j in range(cables):
+        length = 0.0
+        for d in range(columns):
+            travel[d] = 0.0
+        for back in range(plates):
+            i = plates - 1 - back
+            hole, row = packed.span[i, j], (plates - 1 - back) * cables + j
+            if not hole.present:
+                value[row], grip.side[row], grip.free[row], grip.now[row] = 2.0, 1.0, False, 1.0  # stays at its bound
+                for h in range(columns - 2):
+                    work.system[row, h] = 0.0
+                work.system[row, row] = 1.0
+                continue
+            length += hole.length
+            for k in range(n):
+                for d in range(columns):
+                    travel[d] += hole.dlength[k] * work.column[i, k, d]
+            hole.new_beyond = length
+            asked = hole.slip + (length - hole.beyond + travel[0]) / presliding
+            grip.free[row] = hole.sticks
+            grip.side[row] = 1.0 if (asked if hole.sticks else hole.new_slip) > 0.0 else -1.0
+            grip.now[row] = hole.new_slip
+            if not hole.sticks:
+                over = hole.slip * grip.side[row] - 1.0 + (length - hole.beyond) * grip.side[row] / presliding
+                grip.now[row] = grip.side[row] * max(over, LEEWAY * (1.0 + (0.6180339887498949 * (row + 1)) % 1.0))
+            for h in range(columns - 2):
+                follows = travel[2 + h] / presliding
+                asked -= follows * packed.span[h // cables, h % cables].new_slip
+                work.system[row, h] = -follows
+            work.system[row, row] += 1.0
+            value[row] = asked
+        work.handed[1 + j] = length
+
+
+@kernel
+def take_step(packed, grip):
+    """Go to the angles and slips that solve the linearised problem, or a part of the way if that is far."""
+    work, plates = grip.work, packed.plate
+    count, n, columns = work.column.shape
+    cables = len(packed.cable)
+    longest, moment = 0.0, grip.guess[0]
+    for h in range(columns - 2):
+        hole = packed.span[h // cables, h % cables]
+        if hole.present:
+            change = (grip.now[h] if grip.free[h] else grip.side[h]) - hole.new_slip
+            grip.now[h] = change
+            moment += grip.guess[2 + h] * change
+            if change != 0.0:
+                for i in range(count):
+                    for k in range(n):
+                        work.column[i, k, 0] += work.column[i, k, 2 + h] * change
+    for i in range(count):
+        for k in range(n):
+            if not abs(work.column[i, k, 0]) <= longest:
+                longest = abs(work.column[i, k, 0])
+    if not longest < 1e6:
+        return False
+    share = min(1.0, MAX_STEP / longest) if longest > 0.0 else 1.0
+    for h in range(columns - 2):
+        hole = packed.span[h // cables, h % cables]
+        if hole.present:
+            hole.sticks = grip.free[h]
+            hole.new_slip += share * grip.now[h]
+            if share == 1.0 and not hole.sticks:
+                hole.new_slip = grip.side[h]
+    work.handed[0] += share * moment
+    for i in range(count):
+        for k in range(n):
+            plates[i].q[k] += share * work.column[i, k, 0]
+    return True
+
+
+@kernel
+def balance_grip(packed, tension, force, tip, handed, grip):
+    """Newton on all angles and slips, from where they are; steps taken or `FAILED`.
+
+    `handed` as in :class:`Scratch`: where the search starts, and what it ends with.
+    """
+    work, stiffest = grip.work, stiffest_node(packed)
+    work.handed[0] = handed[0]
+    for step in range(MAX_STEPS):
+        largest, left = grip_march(packed, tension, force, tip, grip)
+        ask(packed, grip)
+        balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(work.handed[0])
+        if balanced and slips_agree(packed):
+            for d in range(len(handed)):
+                handed[d] = work.handed[d]
+            return step
+        if not largest < 1e6:
+            return FAILED
+        if not solve_near(work.system, grip.value, grip.rate, grip.side, grip.free, grip.now):
+            ask(packed, grip)
+            if not solve_from_afar(work.system, grip.value, grip.rate, grip.side, grip.free, grip.now):
+                return FAILED
+        if not take_step(packed, grip):
+            return FAILED
+    return FAILED

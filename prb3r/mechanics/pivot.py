@@ -1,0 +1,124 @@
+r"""Which holes stick and which slip: a linear complementarity problem on a box, solved by pivoting.
+
+Find `x` between -1 and 1 with
+
+    M x + w = c,    w = 0 where |x| < 1,    w >= 0 where x = 1,    w <= 0 where x = -1.
+
+As the box is bounded there always is a solution, whatever `M`.  Friction makes `M` unsymmetric: changing the set of
+holes as Newton's method asks may go round in circles, and there may be several solutions.  Here one variable changes
+at a time on a path of solutions for ``c + s d`` (Katzenelson, Lemke) that leads from a known one to ``s = 0``; where
+the determinant changes its sign, `s` rises for a while.  The path from the present state is the one that the loads go;
+if it turns back for good, the one from far out, where all `x` are held at their bounds, always leads to a solution.
+"""
+
+from prb3r.mechanics.kernel import kernel
+
+SMALLEST_PIVOT = 1e-12
+MAX_PIVOTS = 100
+"""Changes, in numbers of variables; a path usually takes one or two for each, many more only for wild matrices."""
+
+
+@kernel
+def exchange(table, value, rate, h):
+    """Exchange basic and nonbasic variable `h` in ``r = value + s rate - table z``; whether the pivot allowed it."""
+    n, pivot = len(value), table[h, h]
+    if not abs(pivot) > SMALLEST_PIVOT:
+        return False
+    inverse = 1.0 / pivot
+    for k in range(n):
+        table[h, k] *= inverse
+    table[h, h] = inverse
+    value[h] *= inverse
+    rate[h] *= inverse
+    for i in range(n):
+        factor = table[i, h]
+        if i != h and factor != 0.0:
+            table[i, h] = 0.0
+            for k in range(n):
+                table[i, k] -= factor * table[h, k]
+            value[i] -= factor * value[h]
+            rate[i] -= factor * rate[h]
+    return True
+
+
+@kernel
+def next_change(now, rate, side, free, last, way):
+    """Change of `s` in the direction `way` until a variable reaches a bound of its own, and which one it is."""
+    least, which = 1e300, -1
+    for i in range(len(now)):
+        speed = way * rate[i]
+        if speed == 0.0:
+            continue
+        if free[i]:
+            room = (1.0 if speed > 0.0 else -1.0) - now[i]
+        elif speed * side[i] < 0.0 and i != last:
+            room = -now[i]
+        else:
+            continue
+        part = max(room / speed, 0.0)
+        if part < least:
+            least, which = part, i
+    return least, which
+
+
+@kernel
+def walk(table, value, rate, side, free, now, s):
+    """Follow the solutions for ``c + s rate`` from `s` down to 0, all sets as they are at the beginning."""
+    n, last, way = len(value), -1, -1.0
+    for _ in range(MAX_PIVOTS * n + MAX_PIVOTS):
+        for i in range(n):
+            now[i] = value[i] + s * rate[i]
+            for k in range(n):
+                if not free[k]:
+                    now[i] -= table[i, k] * side[k]
+        step, last = next_change(now, rate, side, free, last, way)
+        if way < 0.0 and step >= s:
+            for i in range(n):
+                now[i] -= s * rate[i]
+            return True
+        if last < 0:
+            return False
+        if free[last]:
+            side[last] = 1.0 if way * rate[last] > 0.0 else -1.0
+        s += way * step
+        if not exchange(table, value, rate, last):
+            return False
+        free[last] = not free[last]
+        way = -1.0 if free[last] == (side[last] * rate[last] > 0.0) else 1.0
+    return False
+
+
+@kernel
+def solve_near(table, value, rate, side, free, now):
+    """Solve the problem with ``M = table``, ``c = value``, which are used up; whether the way led there.
+
+    Parameters
+    ----------
+    rate : (n,) working space.
+    side : (n,) the bound, 1 or -1, at which each `x` is that is not free.
+    free : (n,) whether `x` is between its bounds.
+    now : (n,) `x` where it is free and `w` elsewhere.  All three as they are at present, and as they are solved.
+    """
+    n = len(value)
+    for i in range(n):
+        rate[i] = -value[i] + (0.0 if free[i] else now[i])
+        for k in range(n):
+            rate[i] += table[i, k] * (now[k] if free[k] else side[k])
+    for h in range(n):
+        if free[h] and not exchange(table, value, rate, h):
+            return False
+    return walk(table, value, rate, side, free, now, 1.0)
+
+
+@kernel
+def solve_from_afar(table, value, rate, side, free, now):
+    """As `solve_near`, from where every `x` is held at its bound; `free` and `now` are only written."""
+    s = 0.0
+    for i in range(len(value)):
+        free[i] = False
+        rate[i] = side[i] * (1.0 + (0.6180339887498949 * (i + 1)) % 1.0)  # no two alike: one change at a time
+        now[i] = value[i]
+        for k in range(len(value)):
+            now[i] -= table[i, k] * side[k]
+        s = max(s, -now[i] / rate[i])
+    return walk(table, value, rate, side, free, now, 2.0 * s)
