@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from prb3r.bench import ELASTICA, ENGINE, INTEGRAL, SEED, markdown, measure, to_json
+from prb3r.bench import ELASTICA, ENGINE, HISTORY, INTEGRAL, SEED, markdown, measure, to_json
 
 
 @pytest.fixture(scope="module")
@@ -23,6 +23,7 @@ def test_methods_are_timed_and_their_errors_known(result):
     assert error[SEED] == pytest.approx(error[ENGINE], rel=1e-4)
     assert error[ELASTICA] < 1e-4
     assert error[INTEGRAL] < 1e-4
+    assert error[HISTORY] == pytest.approx(error["engine, PRB 3R, mu 0.3"], abs=0.1)
 
 
 def test_scaling_and_goals(result):
