@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.drift import Scratch, clear, scratch
+from prb3r.mechanics.balance import balance_plate
+from prb3r.mechanics.drift import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base
-from prb3r.mechanics.newton import cross_plate, slips_agree, stiffest_node
+from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.newton import correct_columns, slips_agree, stiffest_node
 from prb3r.mechanics.pivot import solve_from_afar, solve_near
 from prb3r.mechanics.records import Packed
 
@@ -67,7 +68,7 @@ def grip_march(packed, tension, force, tip, grip):
     Leaves the corrections of all node angles in `work.column`: as they are (first column) and per unit of slip of every
     hole (from the third on).  Returns the largest unbalanced node angle and the moment of the dead loads left over.
     """
-    work, cable = grip.work, packed.cable
+    model, work, cable = packed.model[0], grip.work, packed.cable
     outer, change, column = work.outer, work.drift, work.column
     plates, n, columns = column.shape
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
@@ -84,9 +85,22 @@ def grip_march(packed, tension, force, tip, grip):
             if i == 0 and cable[j].pulley != 0.0:
                 cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
                 change.log_tension[j, 2 + j] = -cable[j].pulley
-        error = cross_plate(packed, i, force, tip, work, True)
+        plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
+        local_load(plate, outer)
+        error = balance_plate(model, plate, span, cable)
         if not error <= largest:
             largest = error
+        enter(cable, span, change)
+        for j in range(len(cable)):
+            if span[j].tension != 0.0:
+                change.log_tension[j, 2 + i * len(cable) + j] += span[j].wrap
+        feel(plate, span, outer, change, work.block, n)
+        correct_columns(plate, work.block, column[i])
+        transmit(model, plate, span, column[i], change)
+        depart(plate, span, cable)
+        next_frame(model, plate, after)
+        at_tip = 1.0 if i + 1 == plates else 0.0
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
     for d in range(columns):
         guess = 0.0 if d == 1 else -(change.moment[d] + (outer[2] if d == 0 else 0.0)) / change.moment[1]
         grip.guess[d] = guess

@@ -107,22 +107,9 @@ def slips_agree(packed):
 
 
 @kernel
-def cross_plate(packed, i, force, tip, work, free):
-    """Balance plate `i`, find its corrections in `work.column` and go on to the next; largest unbalanced node angle.
-
-    `free`: the slip of each of its holes is an independent variable, from column 2 on, plate by plate.
-    """
-    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
-    plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
+def correct_columns(plate, block, column):
+    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the drifts."""
     n, columns = column.shape
-    local_load(plate, outer)
-    error = balance_plate(model, plate, span, cable)
-    enter(cable, span, change)
-    if free:
-        for j in range(len(cable)):
-            if span[j].tension != 0.0:
-                change.log_tension[j, 2 + i * len(cable) + j] += span[j].wrap
-    feel(plate, span, outer, change, block, n)
     for k in range(n):
         for p in range(n):
             block[k, p] = plate.tangent[k, p]
@@ -131,12 +118,6 @@ def cross_plate(packed, i, force, tip, work, free):
     for k in range(n):
         for d in range(columns):
             column[k, d] = -block[k, n + d]
-    transmit(model, plate, span, column, change)
-    depart(plate, span, cable)
-    next_frame(model, plate, after)
-    at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
-    shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
-    return error
 
 
 @kernel
@@ -150,17 +131,6 @@ def stiffest_node(packed):
 
 
 @kernel
-def longest_step(column):
-    """Largest correction of a node angle in the first of the columns, NaN if any is."""
-    longest = 0.0
-    for i in range(column.shape[0]):
-        for k in range(column.shape[1]):
-            if not abs(column[i, k, 0]) <= longest:
-                longest = abs(column[i, k, 0])
-    return longest
-
-
-@kernel
 def newton_march(packed, tension, slip, force, tip, work):
     """One evaluation of the whole chain and the full Newton step from there.
 
@@ -169,8 +139,8 @@ def newton_march(packed, tension, slip, force, tip, work):
     Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
     `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
     """
-    model, cable, outer, change = packed.model[0], packed.cable, work.outer, work.drift
-    plates, columns = work.column.shape[0], work.column.shape[2]
+    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    plates, n, columns = work.column.shape
     follows = model.presliding != 0.0
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):
@@ -187,13 +157,23 @@ def newton_march(packed, tension, slip, force, tip, work):
         change.total[j, 2 + j] = 1.0
     largest = 0.0
     for i in range(plates):
+        plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
+        local_load(plate, outer)
         if follows:
-            slip_at(model, packed.span[i], cable)
+            slip_at(model, span, cable)
             if i == 0:
                 pull_through_pulleys(tension, cable, change)
-        error = cross_plate(packed, i, force, tip, work, False)
+        error = balance_plate(model, plate, span, cable)
         if not error <= largest:
             largest = error
+        enter(cable, span, change)
+        feel(plate, span, outer, change, block, n)
+        correct_columns(plate, block, column)
+        transmit(model, plate, span, column, change)
+        depart(plate, span, cable)
+        next_frame(model, plate, after)
+        at_tip = 1.0 if i + 1 == plates else 0.0
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
     return largest, outer[2], close_guesses(cable, change, outer[2], work)
 
 
@@ -250,7 +230,11 @@ def balance_chain(packed, tension, slip, force, tip, work):
             and (not follows or slips_agree(packed))
         ):
             return step
-        longest = longest_step(column)
+        longest = 0.0
+        for i in range(len(column)):
+            for k in range(n):
+                if not abs(column[i, k, 0]) <= longest:
+                    longest = abs(column[i, k, 0])
         if not longest < 1e6:
             return FAILED
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
