@@ -70,9 +70,13 @@ class Space(NamedTuple):
 
 
 @kernel
-def put_loads(rows, steps, e, loaded, now):
+def put_loads(packed, rows, steps, e, loaded, now):
     """Loads of state `e`, tensions below zero included, dead loads where any are (`loaded`)."""
     last, row, share = steps.last[e], steps.row[e], steps.share[e]
+    if packed.model[0].extra:
+        start, target = rows.moment[last], rows.moment[row]
+        for i in range(len(packed.span)):
+            packed.plate[i].extra = start[i] + share * (target[i] - start[i])
     blend(rows.tension, last, row, share, now.tension)
     blend(rows.slip, row, row, 1.0, now.slip)
     if loaded:
@@ -172,10 +176,10 @@ def difference(packed, sides, side_rows, v, apart, steps, first, states, modes, 
     now, out, partial, outer, still = space.now, space.held, space.partial, space.room.outer, space.room.still
     d, loaded = v // 2, space.handed.shape[1] > 0
     side = Packed(sides.model[v], sides.plate[v], sides.span[v], sides.cable[v])
-    rows = Loads(side_rows.tension[v], side_rows.slip[v], side_rows.force[v], side_rows.tip[v])
+    rows = Loads(side_rows.tension[v], side_rows.slip[v], side_rows.force[v], side_rows.tip[v], side_rows.moment[v])
     for e in range(states):
         handed = space.handed[e]
-        put_loads(rows, steps, first + e, loaded, now)
+        put_loads(side, rows, steps, first + e, loaded, now)
         for j in range(len(now.tension)):
             if space.slack[e, j]:
                 now.tension[j] = 0.0
@@ -202,7 +206,7 @@ def differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, ou
     for first in range(0, len(steps.row), block):
         states = min(block, len(steps.row) - first)
         for e in range(states):
-            put_loads(rows, steps, first + e, loaded, now)
+            put_loads(packed, rows, steps, first + e, loaded, now)
             put_state(packed, steps, first + e, None)
             hand_back(packed, now, space.handed[e], outer, still, space.held)
             for j in range(len(now.tension)):
@@ -214,7 +218,7 @@ def differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, ou
             partial, left, handed = space.partial[e], space.left[e], space.handed[e]
             if steps.fresh[first + e]:
                 copy_memory(space.at_rest, space.memory)
-            put_loads(rows, steps, first + e, loaded, now)
+            put_loads(packed, rows, steps, first + e, loaded, now)
             put_state(packed, steps, first + e, None)
             for j in range(len(now.tension)):
                 now.tension[j] = max(now.tension[j], 0.0)

@@ -110,6 +110,8 @@ def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction],
     sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
     acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
     side_rows = Loads(*(_stack(field) for field in zip(*acts, strict=True)))
+    packed.model["extra"] = rows.moment.any()
+    sides.model["extra"] = rows.moment.any() or side_rows.moment.any()
     dead = any(field.any() for field in (rows.force, rows.tip, side_rows.force, side_rows.tip))
     shape, height = (plates, cables, count), n + 3 + (3 if history else 1) * cables
     modes = segment_modes(chain) if chain.tied else None
