@@ -73,15 +73,15 @@ class Space(NamedTuple):
 def put_loads(packed, rows, steps, e, loaded, now):
     """Loads of state `e`, tensions below zero included, dead loads where any are (`loaded`)."""
     last, row, share = steps.last[e], steps.row[e], steps.share[e]
-    if packed.model[0].extra:
-        start, target = rows.moment[last], rows.moment[row]
-        for i in range(len(packed.span)):
-            packed.plate[i].extra = start[i] + share * (target[i] - start[i])
     blend(rows.tension, last, row, share, now.tension)
     blend(rows.slip, row, row, 1.0, now.slip)
     if loaded:
         blend(rows.force, last, row, share, now.force)
         blend(rows.tip, last, row, share, now.tip)
+    if packed.model[0].extra:
+        start, target = rows.moment[last], rows.moment[row]
+        for i in range(len(target)):
+            packed.plate[i].extra = start[i] + share * (target[i] - start[i])
 
 
 @kernel
@@ -176,7 +176,8 @@ def difference(packed, sides, side_rows, v, apart, steps, first, states, modes, 
     now, out, partial, outer, still = space.now, space.held, space.partial, space.room.outer, space.room.still
     d, loaded = v // 2, space.handed.shape[1] > 0
     side = Packed(sides.model[v], sides.plate[v], sides.span[v], sides.cable[v])
-    rows = Loads(side_rows.tension[v], side_rows.slip[v], side_rows.force[v], side_rows.tip[v], side_rows.moment[v])
+    r = side_rows
+    rows = Loads(r.tension[v], r.slip[v], r.force[v], r.tip[v], r.moment[v])
     for e in range(states):
         handed = space.handed[e]
         put_loads(side, rows, steps, first + e, loaded, now)

@@ -74,11 +74,14 @@ def sensitivities(
     Raises
     ------
     ValueError
-        Without a direction, or where one changes more than numbers: plates, cables, model or kind of friction.
+        Without a direction, where one changes more than numbers (plates, cables, model or kind of friction), or with
+        moments that follow the state.
     """
     problems = [problem for along in directions for problem in (along.ahead, along.behind)]
     if not problems:
         raise ValueError("sensitivities need at least one direction")
+    if any(side.closure for side in (chain, *(side for side, _ in problems))):
+        raise ValueError("moments that follow the state are not differentiated")
     for number, problem in enumerate(problems):
         if _kind(*problem) != _kind(chain, loads):
             raise ValueError(
@@ -110,8 +113,7 @@ def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction],
     sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
     acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
     side_rows = Loads(*(_stack(field) for field in zip(*acts, strict=True)))
-    packed.model["extra"] = rows.moment.any()
-    sides.model["extra"] = rows.moment.any() or side_rows.moment.any()
+    packed.model["extra"] = sides.model["extra"] = rows.moment.any() or side_rows.moment.any()
     dead = any(field.any() for field in (rows.force, rows.tip, side_rows.force, side_rows.tip))
     shape, height = (plates, cables, count), n + 3 + (3 if history else 1) * cables
     modes = segment_modes(chain) if chain.tied else None

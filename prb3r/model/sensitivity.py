@@ -41,6 +41,8 @@ def sensitivities(
             known.append(parameter(manipulator, path))
         except ValueError as error:
             problems.append(Problem("parameters", str(error)))
+    if manipulator.chain().closure:
+        problems.append(Problem("effect", "a moment law that follows the state cannot be differentiated"))
     sequences = sequences_of(manipulator, steps)
     numbers = {int(number) for sequence in sequences for number in sequence.steps}
     for path in (found.path for found in known if found.path.startswith("step.")):

@@ -90,6 +90,14 @@ def test_every_number_of_every_effect(effect, name):
     close(rig(effect), f"effect.1.{name}")
 
 
+def test_a_moment_law_that_does_not_follow_the_state():
+    law = {"kind": "empirical_moment", "terms": [{"of": "position", "coefficient": 0.05}]}
+    close(rig(law), "effect.1.terms.1.coefficient")
+    law = {"kind": "empirical_moment", "terms": [{"of": "bend", "coefficient": 0.05}]}
+    with pytest.raises(SpecError, match="follows the state"):
+        prb3r.sensitivities(rig(law), STEPS, ["youngs_modulus_pa"])
+
+
 @pytest.mark.parametrize("path", NOMINAL)
 def test_every_kind_of_nominal_number(path):
     close(rig(), path)
