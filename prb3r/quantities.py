@@ -114,6 +114,12 @@ KNOWN = {
             "N m/rad",
             "lowest eigenvalue of the tangent stiffness; negative on an unstable branch",
         ),
+        Quantity(
+            "limit_load_factor",
+            "",
+            "1",
+            "factor on all loads at which the branch ends or loses stability; inf: none found",
+        ),
         Quantity("broken_cables", "", "", "names of the cables that carry nothing, separated by commas"),
         Quantity("tip_x_n", "F_x", "N", "dead load along x at the centre of the tip disk's distal face"),
         Quantity("tip_y_n", "F_y", "N", "dead load along y at the centre of the tip disk's distal face"),

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.attempt import blend
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.drift import Scratch
 from prb3r.mechanics.feedback import Sweep, sweep
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.newton import solve_block
-from prb3r.mechanics.path import blend
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.response import Room, respond, unbalance
 from prb3r.mechanics.tangent import chain_tangent

@@ -39,6 +39,10 @@ class Scratch(NamedTuple):
     """(c, c + 1) linear system in the independent variables."""
     column: np.ndarray
     """(plates, n, columns) corrections of all node angles."""
+    sign: np.ndarray
+    """(1,) sign of the determinant of the whole tangent, but for a factor that all states share."""
+    foreseen: np.ndarray
+    """(plates,) angle of every disk after the first Newton step of a solve, rad."""
 
 
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
@@ -53,6 +57,8 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
         block=np.zeros((n, n + columns)),
         system=np.zeros((columns, columns + 1)),
         column=np.zeros((plates, n, columns)),
+        sign=np.ones(1),
+        foreseen=np.zeros(plates),
     )
 
 

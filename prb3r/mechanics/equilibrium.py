@@ -5,12 +5,14 @@ from enum import IntEnum
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads, acting
+from prb3r.mechanics.attempt import JUMPED
+from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.drift import scratch
 from prb3r.mechanics.grip import grip_space
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import Path, follow, state
+from prb3r.mechanics.path import Path, follow
 from prb3r.mechanics.records import Packed, pack
+from prb3r.mechanics.state import state
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
 from prb3r.mechanics.trail import Trail, empty_trail
 
@@ -21,6 +23,8 @@ class Outcome(IntEnum):
     CONVERGED = 0
     UNSTABLE = 1
     NO_EQUILIBRIUM = 2
+    LIMIT_POINT = 3
+    DETOUR = 4
 
     @property
     def label(self) -> str:
@@ -32,7 +36,14 @@ class Outcome(IntEnum):
             "In balance.",
             "In balance, but the lowest eigenvalue of the tangent is not positive: the branch is unstable.",
             "No equilibrium was found on the branch that the load path leads along.",
+            "The branch ends before this load: the manipulator would jump.",
+            "In balance, but the path to it leaves out a step before that was not reached.",
         )[self]
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a state."""
+        return self not in (Outcome.NO_EQUILIBRIUM, Outcome.LIMIT_POINT)
 
 
 @dataclass(frozen=True)
@@ -40,7 +51,9 @@ class Equilibria:
     """Equilibria of `s` load steps of a chain with `n` plates and `m` cables.  Failed steps hold NaN."""
 
     outcome: np.ndarray
-    """(s,) values of :class:`Outcome`."""
+    """(s,) values of :class:`Outcome`; limit points are told from other failures where the eigenvalue is asked for."""
+    reached: np.ndarray
+    """(s,) part of the way from the step before (or rest) to which the branch was followed; 1 for solved steps."""
     iterations: np.ndarray
     """(s,) Newton steps, of the plate that took most, summed over the halved steps."""
     residual: np.ndarray
@@ -64,6 +77,18 @@ class Equilibria:
     closed: np.ndarray | None = None
     """(s,) whether moments that follow the state agree with it; None where there are none."""
 
+    def reason(self, step: int) -> str:
+        """What is to be said about a step, with how far its branch was followed."""
+        outcome = Outcome(self.outcome[step])
+        if outcome.solved:
+            return outcome.sentence
+        share = np.floor(1e3 * self.reached[step]) / 10
+        return f"{outcome.sentence.rstrip('.')}; reached {share:g} % of the step."
+
+
+LIMIT = 0.05
+"""Lowest eigenvalue, of that at rest, below which a branch that leads no further ends at a limit point."""
+
 
 def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.ndarray) -> float:
     """Lowest eigenvalue of the whole tangent in `modes` at node angles `q`, under one step of loads, N m/rad.
@@ -74,6 +99,21 @@ def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.nda
     packed.plate["q"][:-1] = q
     chain_tangent(packed, loads.tension, loads.slip, loads.force, loads.tip, modes, work)
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
+
+
+def last_solved(failed: np.ndarray) -> np.ndarray:
+    """(s,) row of the loads from which each step starts that does not start from rest: 0 is rest, then the steps."""
+    solved = np.where(failed, 0, np.arange(1, len(failed) + 1))
+    return np.concatenate([[0], np.maximum.accumulate(solved)[:-1]])
+
+
+def left_out(failed: np.ndarray, anew: np.ndarray) -> np.ndarray:
+    """(s,) whether a step fails between each step and the rest that its path begins with."""
+    passed, sofar = np.zeros(len(failed), bool), False
+    for s in range(len(failed)):
+        sofar = (sofar and not anew[s]) or bool(failed[s])
+        passed[s] = sofar
+    return passed
 
 
 def solve(
@@ -104,6 +144,7 @@ def solve(
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
         status=np.full((steps, 2), FAILED),
+        reached=np.zeros(steps),
         residual=np.full(steps, np.nan),
         q=np.full((kept, plates, n), np.nan),
         disk=np.concatenate([np.zeros((steps, 1, 3)), np.full((steps, plates, 3), np.nan)], axis=1),
@@ -115,24 +156,40 @@ def solve(
     )
     now = Loads(*(np.zeros_like(field[0]) for field in loads))
     states = (state(chain) for _ in range(5))
-    space = (now, grip_space(packed, history), *states, np.zeros((plates, 2)), trail or empty_trail(chain))
+    grip, frames = grip_space(packed, history), np.zeros((plates, 2))
+    space = (now, grip, np.zeros(1), *states, frames, trail or empty_trail(chain))
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
     follow(packed, onset, rows, dead, anew, modes, work, space, path)
-    outcome = np.where(path.status[:, 0] == FAILED, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
+    failed = path.status[:, 0] < 0
+    outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
+    outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT
+    outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
     if eigenvalue:
         modes = unit_modes(chain) if modes is None else modes
-        for s in np.flatnonzero((outcome == Outcome.CONVERGED) & np.isnan(path.lowest)):
+        starts = np.where(anew, 0, last_solved(failed))
+        for s in np.flatnonzero(np.isnan(path.lowest)):
             if history:
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            step = Loads(*(field[s + 1] for field in rows))._replace(tension=np.maximum(rows.tension[s + 1], 0.0))
+            share = path.reached[s] if failed[s] else 1.0
+            step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
+            slip = step.slip if starts[s] else rows.slip[s + 1]
+            step = step._replace(tension=np.maximum(step.tension, 0.0), slip=slip)
             path.lowest[s] = lowest_under_load(packed, modes, step, path.q[s])
-        outcome[path.lowest <= 0] = Outcome.UNSTABLE
+        outcome[~failed & (path.lowest <= 0)] = Outcome.UNSTABLE
+        if failed.any():
+            packed.span["sticks"] = False
+            at_rest = lowest_under_load(packed, modes, Loads(*(field[0] for field in no_loads(chain))), chain.rest)
+            outcome[failed & (path.lowest <= LIMIT * at_rest)] = Outcome.LIMIT_POINT
+            for field in (path.lowest, path.q, path.slip, path.beyond):
+                if len(field):
+                    field[failed] = np.nan
     x, y, angle = np.moveaxis(path.disk, -1, 0)
     return Equilibria(
         outcome=outcome,
+        reached=np.where(failed, path.reached, 1.0),
         iterations=path.status[:, 1],
         residual=path.residual,
         q=path.q,

@@ -23,7 +23,11 @@ SLIP_TOLERANCE = 1e-7
 
 @kernel
 def solve_block(block, n, columns):
-    """Gauss elimination with pivoting of ``[A | B]`` in place: the columns `n` to `columns` become ``A^-1 B``."""
+    """Gauss elimination with pivoting of ``[A | B]`` in place: the columns `n` to `columns` become ``A^-1 B``.
+
+    Returns the sign of the determinant of `A`.
+    """
+    sign = 1.0
     for k in range(n):
         pivot = k
         for r in range(k + 1, n):
@@ -32,6 +36,9 @@ def solve_block(block, n, columns):
         if pivot != k:
             for c in range(k, columns):
                 block[k, c], block[pivot, c] = block[pivot, c], block[k, c]
+            sign = -sign
+        if block[k, k] < 0.0:
+            sign = -sign
         inverse = 1.0 / block[k, k]
         for r in range(k + 1, n):
             factor = block[r, k] * inverse
@@ -44,6 +51,7 @@ def solve_block(block, n, columns):
             for r in range(k + 1, n):
                 value -= block[k, r] * block[r, c]
             block[k, c] = value * inverse
+    return sign
 
 
 @kernel
@@ -108,16 +116,20 @@ def slips_agree(packed):
 
 @kernel
 def correct_columns(plate, block, column):
-    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the drifts."""
+    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the drifts.
+
+    Returns the sign of the determinant of its tangent.
+    """
     n, columns = column.shape
     for k in range(n):
         for p in range(n):
             block[k, p] = plate.tangent[k, p]
         block[k, n] += plate.residual[k]
-    solve_block(block, n, n + columns)
+    sign = solve_block(block, n, n + columns)
     for k in range(n):
         for d in range(columns):
             column[k, d] = -block[k, n + d]
+    return sign
 
 
 @kernel
@@ -155,7 +167,7 @@ def newton_march(packed, tension, slip, force, tip, work):
     for j in range(columns - 2):  # at rest lengths are found too, though no slip follows them yet
         cable[j].length = work.handed[1 + j]
         change.total[j, 2 + j] = 1.0
-    largest = 0.0
+    largest, work.sign[0] = 0.0, 1.0
     for i in range(plates):
         plate, after, span, column = packed.plate[i], packed.plate[i + 1], packed.span[i], work.column[i]
         local_load(plate, outer)
@@ -168,7 +180,7 @@ def newton_march(packed, tension, slip, force, tip, work):
             largest = error
         enter(cable, span, change)
         feel(plate, span, outer, change, block, n)
-        correct_columns(plate, block, column)
+        work.sign[0] *= correct_columns(plate, block, column)
         transmit(model, plate, span, column, change)
         depart(plate, span, cable)
         next_frame(model, plate, after)
@@ -206,12 +218,22 @@ def close_guesses(cable, change, moment_left, work):
         for d in range(count):
             system[1 + j, d] = change.passed[j, 1 + d] - change.total[j, 1 + d]
         system[1 + j, count] = -(error + change.passed[j, 0])
-    solve_block(system, count, count + 1)
+    work.sign[0] *= solve_block(system, count, count + 1)
     for i in range(work.column.shape[0]):
         for k in range(work.column.shape[1]):
             for d in range(count):
                 work.column[i, k, 0] += work.column[i, k, 1 + d] * system[d, count]
     return worst
+
+
+@kernel
+def foresee(plates, work):
+    """Keep the angles of the disks that the full Newton step leads to."""
+    angle = 0.0
+    for i in range(len(work.foreseen)):
+        for k in range(work.column.shape[1]):
+            angle += plates[i].q[k] + work.column[i, k, 0]
+        work.foreseen[i] = angle
 
 
 @kernel
@@ -237,6 +259,8 @@ def balance_chain(packed, tension, slip, force, tip, work):
                     longest = abs(column[i, k, 0])
         if not longest < 1e6:
             return FAILED
+        if step == 0:
+            foresee(plates, work)
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
         if step >= CYCLING:
             damping *= 0.5

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.closure import equilibria_of
 from prb3r.model.effect import Base, observed, with_effects
 from prb3r.recording.recording import Kind, Recording
@@ -71,8 +71,7 @@ class Predictor:
         seen = observed(seen, [*recording.manipulator.effect, *effects], recording.image_centre_m)
         angle = states.angle[step, disk]
         bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
-        read = np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
-        return np.where((states.outcome == Outcome.NO_EQUILIBRIUM)[step], np.nan, read)
+        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
 
     def __call__(self, constants: Constants, effects: Sequence[Base] = (), loads: Loads | None = None) -> np.ndarray:
         """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""

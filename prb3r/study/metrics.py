@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from prb3r.mechanics.chain import Chain, Loads, loads, pose
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.mechanics.limit import limit_load
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.closure import equilibria_of
@@ -372,6 +373,25 @@ class Stability(Base):
         return [float(np.nanmin(loaded) / unloaded[0]) if loaded is not None and unloaded is not None else np.nan]
 
 
+class LimitLoad(Base):
+    """Factor by which all loads of the last step can grow before the branch ends or loses stability.
+
+    Infinite where they can grow to `up_to` times what they are.
+    """
+
+    kind: Literal["limit-load"]
+    since: Literal["path", "rest"] = "path"
+    """Grow from the end of the case's path, or the last step's loads alone from rest."""
+    up_to: Annotated[float, Field(gt=1, le=1e6)] = 20.0
+
+    def quantities(self) -> list[Quantity]:
+        meaning = "factor by which all loads of the last step can grow before the branch ends or loses stability"
+        return [Quantity("limit_load_factor", "", "1", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        return [limit_load(case.chain, case.loads, from_rest=self.since == "rest", most=self.up_to).factor]
+
+
 class ChangingPoint(Base):
     """Tension of a cable at which a segment is straight under the other loads of the last step (Fig. 14)."""
 
@@ -411,6 +431,7 @@ Metric = Annotated[
     | TipCompliance
     | Safety
     | Stability
+    | LimitLoad
     | ChangingPoint,
     Field(discriminator="kind"),
 ]

@@ -69,7 +69,7 @@ def bend_limit(case: Case, cable: str, cloud: Cloud) -> float:
 def summary(solved: Solved) -> Row:
     """How the solution went, over all steps."""
     states = solved.states
-    failed = states.outcome == Outcome.NO_EQUILIBRIUM
+    failed = ~np.array([Outcome(code).solved for code in states.outcome])
     unstable = states.outcome == Outcome.UNSTABLE
     lowest = states.lowest_eigenvalue if states.lowest_eigenvalue is not None else np.array([np.nan])
     last, reason = Outcome(states.outcome[-1]), ""
@@ -84,7 +84,7 @@ def summary(solved: Solved) -> Row:
         ]
         reason = f"of {len(failed)} loads {' and '.join(counts)}"
         if not solved.cloud and last != Outcome.CONVERGED:
-            reason = last.sentence if states.closed is None or states.closed[-1] else NOT_CLOSED
+            reason = states.reason(-1) if states.closed is None or states.closed[-1] else NOT_CLOSED
     return {
         "outcome": outcome,
         "reason": reason,
@@ -108,7 +108,7 @@ def heading(case: Case) -> Row:
 def case_row(case: Case, solved: Solved, metrics: tuple[Base, ...]) -> Row:
     """Outcome and metrics of a solved case; a metric that cannot be had marks the case as failed."""
     row = blank_row(case, metrics, "", "") | summary(solved)
-    if row["outcome"] == Outcome.NO_EQUILIBRIUM.label:
+    if row["outcome"] in (Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label):
         return row
     for metric in metrics:
         try:

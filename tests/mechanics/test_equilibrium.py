@@ -236,14 +236,24 @@ def test_loads_without_equilibrium_are_rows_and_later_steps_go_on():
     with np.errstate(invalid="ignore"):
         states = solve(chain, loads(chain, tension[:, None] * [1, 0, 0, 0]), eigenvalue=True)
     failed = np.array([False, True, False, True, True, False])
-    assert (states.outcome == np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED)).all()
+    assert [Outcome(code).label for code in states.outcome] == [
+        "converged",
+        "no equilibrium",
+        "detour",
+        "no equilibrium",
+        "no equilibrium",
+        "detour",
+    ]
+    assert 0 < states.reached[1] < 1
+    assert (states.reached[~failed] == 1).all()
     for field in (states.residual, states.q, states.x[:, 1:], states.y[:, 1:], states.tension, states.moment):
         assert np.isnan(field[failed]).all()
         assert np.isfinite(field[~failed]).all()
     assert np.isnan(states.lowest_eigenvalue[failed]).all()
     alone = solve(chain, loads(chain, tension[~failed, None] * [1, 0, 0, 0]))
     assert states.q[~failed] == pytest.approx(alone.q, abs=1e-10)
-    assert "No equilibrium" in Outcome(states.outcome[1]).sentence
+    assert "No equilibrium" in states.reason(1)
+    assert "leaves out a step" in states.reason(2)
 
 
 @pytest.mark.parametrize("plate", [PRB_3R, ELASTICA], ids=["PRB 3R", "elastica"])
@@ -324,7 +334,10 @@ def test_path_ends_at_a_fold():
     states = solve(chain, loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10]), eigenvalue=True)
     last = int(np.argmax(states.outcome))
     assert (states.outcome[:last] == Outcome.CONVERGED).all()
-    assert (states.outcome[last:] == Outcome.NO_EQUILIBRIUM).all()
+    assert (states.outcome[last:] == Outcome.LIMIT_POINT).all()
     near = slice(last - 5, last)
     _, fold = np.polyfit(states.lowest_eigenvalue[near] ** 2, share[near], 1)
     assert share[last - 1] < fold < share[last]
+    step = share[last] - share[last - 1]
+    assert share[last - 1] + states.reached[last] * step == pytest.approx(fold, abs=0.3 * step)
+    assert "jump; reached" in states.reason(last)

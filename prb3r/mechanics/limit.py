@@ -1,0 +1,75 @@
+r"""How far can the loads grow before the manipulator jumps or buckles?
+
+The path of growing loads is followed until its branch ends (a limit point: no equilibrium nearby under more load) or
+the lowest eigenvalue of the tangent ceases to be positive (a bifurcation, as of a straight column), and the place is
+bracketed.  Whether the manipulator finds another equilibrium after that is not asked.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Outcome, solve
+
+FIRST = 0.125
+"""First growth of the factor that is tried; every further one is twice as large."""
+
+
+class Limit(NamedTuple):
+    """The limit of growing loads."""
+
+    factor: float
+    """Largest factor on the loads that is stable; infinity where none of those asked for is too large, NaN where the
+    path does not lead to the loads at all."""
+    outcome: Outcome
+    """What is beyond: `UNSTABLE`, `LIMIT_POINT` or `NO_EQUILIBRIUM`; `CONVERGED` where there is no limit."""
+
+
+def limit_load(
+    chain: Chain, path: Loads, *, from_rest: bool = False, most: float = 100.0, tolerance: float = 1e-6
+) -> Limit:
+    """Factor by which all loads of the last step of `path` can be multiplied, together, before the branch ends.
+
+    Constant loads of the chain are not multiplied, and declared slips stay.
+
+    Parameters
+    ----------
+    from_rest : grow the last step's loads from zero, without the steps before; else follow `path` and grow from there.
+    most : largest factor that is tried.
+    tolerance : of the factor, relative.
+    """
+    start = 0.0 if from_rest else 1.0
+    last = Loads(*(field[-1:] for field in path))
+    before = Loads(*(field[:0] for field in path)) if from_rest else path
+    growth = np.array([FIRST * 2.0**k for k in range(64)])
+    trial = np.unique(np.minimum(start + growth, most))
+
+    def outcomes(factors) -> np.ndarray:
+        factors = np.asarray(factors, float)
+        more = Loads(
+            tension=factors[:, None] * last.tension,
+            slip=np.repeat(last.slip, len(factors), axis=0),
+            force=factors[:, None, None] * last.force,
+            tip=factors[:, None] * last.tip,
+            moment=factors[:, None] * last.moment,
+        )
+        steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
+        return solve(chain, steps, eigenvalue=True).outcome
+
+    found = outcomes(trial)
+    if (found[: before.steps] != Outcome.CONVERGED).any():
+        return Limit(np.nan, Outcome(found[: before.steps].max()))
+    found = found[before.steps :]
+    if (found == Outcome.CONVERGED).all():
+        return Limit(np.inf, Outcome.CONVERGED)
+    first = int(np.argmax(found != Outcome.CONVERGED))
+    low, high, beyond = (trial[first - 1] if first else start), trial[first], Outcome(found[first])
+    while high - low > tolerance * high:
+        middle = (low + high) / 2
+        outcome = Outcome(outcomes([*trial[:first], low, middle])[-1])
+        if outcome == Outcome.CONVERGED:
+            low = middle
+        else:
+            high, beyond = middle, outcome
+    return Limit(float(low), beyond)

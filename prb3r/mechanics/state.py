@@ -1,0 +1,102 @@
+"""States of a chain: kept, come back to, compared."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.kernel import kernel
+
+PLATE_TURN = 0.35
+"""Largest change of a plate's bend in one step, rad; a larger one is halved."""
+DISK_TURN = 1.0
+"""Largest change of a disk's angle in one step under dead loads, rad."""
+SURPRISE = 0.5
+"""Largest part of a disk's turn in a step that its beginning may not foresee; where more remains, it may be a jump."""
+SMALLEST_JUMP = 0.02
+"""Turn of a disk in one step up to which nothing is a jump, rad."""
+
+
+class State(NamedTuple):
+    """An accepted state of a chain, to come back to."""
+
+    q: np.ndarray
+    """(n, nodes) node angles."""
+    handed: np.ndarray
+    """(1 + m,) moment of the dead loads and cable lengths."""
+    slip: np.ndarray
+    """(n, m) slip at the holes, where friction follows the cables' travel."""
+    beyond: np.ndarray
+    """(n, m) cable length beyond the holes."""
+    sign: np.ndarray
+    """(1,) sign of the determinant of the tangent."""
+
+
+def state(chain: Chain) -> State:
+    shape = chain.offset.shape
+    return State(np.zeros_like(chain.stiffness), np.zeros(1 + shape[1]), np.zeros(shape), np.zeros(shape), np.ones(1))
+
+
+@kernel
+def save(packed, work, into):
+    """Keep the present state."""
+    into.sign[0] = work.sign[0]
+    for d in range(len(into.handed)):
+        into.handed[d] = work.handed[d]
+    for i in range(len(packed.span)):
+        for k in range(into.q.shape[1]):
+            into.q[i, k] = packed.plate[i].q[k]
+        if packed.model[0].presliding != 0.0:
+            for j in range(into.slip.shape[1]):
+                into.slip[i, j], into.beyond[i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
+
+
+@kernel
+def restore(packed, work, kept):
+    """Come back to a kept state."""
+    work.sign[0] = kept.sign[0]
+    for d in range(len(kept.handed)):
+        work.handed[d] = kept.handed[d]
+    for i in range(len(packed.span)):
+        for k in range(kept.q.shape[1]):
+            packed.plate[i].q[k] = kept.q[i, k]
+        if packed.model[0].presliding != 0.0:
+            for j in range(kept.slip.shape[1]):
+                hole = packed.span[i, j]
+                hole.slip, hole.beyond, hole.new_slip = kept.slip[i, j], kept.beyond[i, j], kept.slip[i, j]
+                hole.sticks = -1.0 < hole.slip < 1.0
+
+
+@kernel
+def settle(packed):
+    """Take the slip and cable lengths of the state just found as accepted."""
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            packed.span[i, j].slip = packed.span[i, j].new_slip
+            packed.span[i, j].beyond = packed.span[i, j].new_beyond
+
+
+@kernel
+def turned_too_far(packed, kept, loaded):
+    """Whether a plate, or a disk under dead loads, has turned so far since `kept` that branches could be mixed up."""
+    angle = 0.0
+    for i in range(kept.q.shape[0]):
+        turn = 0.0
+        for k in range(kept.q.shape[1]):
+            turn += packed.plate[i].q[k] - kept.q[i, k]
+        angle += turn
+        if not abs(turn) <= PLATE_TURN or (loaded and not abs(angle) <= DISK_TURN):
+            return True
+    return False
+
+
+@kernel
+def turned_by_surprise(packed, kept, work):
+    """Whether the chain has turned since `kept` in a way that the beginning of the step did not foresee."""
+    before, now, turn, off = 0.0, 0.0, 0.0, 0.0
+    for i in range(kept.q.shape[0]):
+        for k in range(kept.q.shape[1]):
+            before += kept.q[i, k]
+            now += packed.plate[i].q[k]
+        turn, off = max(turn, abs(now - before)), max(off, abs(now - work.foreseen[i]))
+    return turn > SMALLEST_JUMP and off > SURPRISE * turn
