@@ -157,3 +157,20 @@ def test_a_case_whose_worker_died_is_a_row_with_its_reason(spec, tmp_path):
     assert rows[0]["reason"] == "its worker died (SIGKILL)"
     assert rows[0]["disk7_shift_m"] is None
     assert set(tables["states"]["case_id"].to_pylist()) == {1, 2}
+
+
+def test_a_case_beyond_its_limit_says_so_and_one_before_it_says_how_far_it_is(spec, tmp_path):
+    """Tip load against cables: the branch ends at 0.728 of the larger loads."""
+    level = (
+        "[[factor.level]]\nlabel = '{}'\nstep = [{{ cable_3_n = {}, cable_4_n = {}, tip_x_n = {}, tip_y_n = {} }}]\n"
+    )
+    levels = level.format("half", 30, 75, 1.5, 5) + level.format("whole", 60, 150, 3, 10)
+    head = f'name = "limit"\ntitle = "Limit"\nmanipulator = "{ROOT}/studies/manipulators/two-segment.toml"\n'
+    model = 'model = "prb3r"\nset = { "friction.coefficient" = 0.0 }\n[[factor]]\nname = "loads"\n'
+    spec.write_text(head + model + levels + '[[step]]\ncable_1_n = 0\n[[metric]]\nkind = "limit-load"\n')
+    rows = go(spec, tmp_path / "out").cases.set_index("loads")
+    assert rows.loc["half", "limit_load_factor"] == pytest.approx(2 * 0.7283, rel=1e-3)
+    assert rows.loc["half", "outcome"] == "converged"
+    assert rows.loc["whole", "outcome"] == "limit point"
+    assert "would jump; reached 72.8 % of the step" in rows.loc["whole", "reason"]
+    assert np.isnan(rows.loc["whole", "limit_load_factor"])
