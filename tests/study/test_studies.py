@@ -189,3 +189,13 @@ def test_coupling_history_full_reversal_holds_for_a_large_second_load_only():
     error = 1e3 * frame.set_index(["cable_1_n", "direction", "cable_3_kg"])["tip_prescription_error_m"]
     assert error[10.0, "declared", 10.0] == pytest.approx(43.0, abs=0.5)  # rig: 43.0 mm
     assert shift[10.0, "history", 10.0] == pytest.approx(2.7, abs=0.1)  # rig: 2.7 mm
+
+
+def test_after_diagnosis_the_lossy_pulley_shows_where_the_cable_is_let_out():
+    """Drawn in, refitted constants stand in for the pulley; let out, its loss changes sides and they do not."""
+    frame = small("after-diagnosis", thickness_1_m=[0.0008])
+    error = frame.set_index(["physics", "way"])["tip_error_m"]
+    refitted = error["constants refitted alone"]
+    assert refitted["drawn in"] < 0.5 * error["nominal"]["drawn in"]
+    assert refitted["let out"] > error["nominal"]["let out"] > 0.05
+    assert (error["explained"] == 0).all()
