@@ -144,7 +144,10 @@ def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> 
 
     table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)
     last = table[table["disk"] == table["disk"].max()]
-    failed = int((last["outcome"] != "converged").sum())
+    failed, detours = (
+        int((~last["outcome"].isin(["converged", "detour"])).sum()),
+        int((last["outcome"] == "detour").sum()),
+    )
     if output:
         write_table(table, output)
         click.echo(f"{len(last)} steps, {failed} without a stable equilibrium, in {output}")
@@ -152,6 +155,8 @@ def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> 
         click.echo(table.to_csv(index=False), nl=False)
         if failed:
             click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
+        if detours:
+            click.echo(f"prb3r: {detours} after them are reached by leaving them out", err=True)
     ctx.exit(SOME_FAILED if failed else DONE)
 
 
