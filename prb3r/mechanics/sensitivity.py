@@ -17,7 +17,7 @@ import numpy as np
 from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.differentiate import Memory, Space, Steps, differentiate
 from prb3r.mechanics.drift import scratch
-from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.equilibrium import Equilibria, solve
 from prb3r.mechanics.feedback import sweep_room
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.response import room
@@ -98,7 +98,7 @@ def sensitivities(
         for row in range(3):
             pose[row, :, 1:, part] = found[:, :, n + row]
         tension[..., part] = found[:, :, n + 3 : n + 3 + cables]
-    failed = equilibria.outcome != Outcome.CONVERGED
+    failed = np.isnan(equilibria.angle[:, -1])
     pose[:, failed], tension[failed] = np.nan, np.nan
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension)
 
@@ -166,7 +166,7 @@ def _states(chain: Chain, loads: Loads, from_rest: np.ndarray) -> tuple[Equilibr
     if kept.noted[0] > len(kept.row) > 0:
         kept = empty_trail(chain, int(kept.noted[0]))
         equilibria = solve(chain, loads, from_rest=from_rest, trail=kept)
-    good = equilibria.outcome == Outcome.CONVERGED
+    good = ~np.isnan(equilibria.angle[:, -1])
     if chain.presliding == 0:
         row = 1 + np.flatnonzero(good)
         nothing = np.zeros((len(row), *chain.offset.shape))
