@@ -404,5 +404,6 @@ def _remarks(recording: Recording, training: Recording, trust: Trust) -> tuple[s
         )
     weighed = int((trust.distrust > 1).sum())
     if weighed:
-        remarks.append(f"{weighed} readings are far from what their neighbours show; they were weighed down")
+        far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
+        remarks.append(f"{weighed} {far} far from what the neighbours show; {down} weighed down")
     return tuple(remarks)
