@@ -21,6 +21,8 @@ PAIRS = 8
 MOST_EFFECTS = 3
 BIC_FALL = 10.0
 AT_BOUND = 1e-6
+COSTLY = 0.7
+"""Share of the largest score from which on an effect is fitted that makes every prediction slow."""
 MOST_EXCHANGES, BETTER = 3, 2.0
 """How often effects are exchanged, and by how much cost must fall for that."""
 UNKNOWN = 1e-9
@@ -169,6 +171,8 @@ def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> li
         hypothesis = found.directions[k].subject
         strong = found.z[k] > 0.5 * found.largest and place < count
         new = hypothesis.kind not in kinds and found.z[k] > max(0.3 * found.largest, 2.0)
+        if hypothesis.kind == "slip_history" and found.z[k] < COSTLY * found.largest:
+            continue  # a load path for every prediction
         if place < SURE or strong or (new and not hypothesis.by_degrees):
             kinds.add(hypothesis.kind)
             chosen.append(k)
