@@ -3,7 +3,7 @@
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.mechanics.plate import ONE_HINGE, gauss_collocation, hinged_links, plate_model
+from prb3r.mechanics.plate import ONE_HINGE, hinged_links, plate_model
 
 LENGTH = 0.476
 """Straight length of the prototype, m: position errors in % are relative to it."""
@@ -11,7 +11,7 @@ ARC = 0.014
 RIGIDITY = 187e9 * 0.030 * 0.0008**3 / 12
 """Bending stiffness of a plate of the prototype, N m^2."""
 
-PRB_3R, PRB_1R, ELASTICA = plate_model("prb3r"), hinged_links(*ONE_HINGE), gauss_collocation(3)
+PRB_3R, PRB_1R, ELASTICA = plate_model("prb3r"), hinged_links(*ONE_HINGE), plate_model("elastica")
 
 
 def prototype(mu=0.3, first_segment=1.0, plate=PRB_3R):

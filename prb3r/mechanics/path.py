@@ -50,7 +50,7 @@ def ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept, reached):
     while done < 1.0:
         if step < SMALLEST_STEP * max(done, 1.0 / 64):
             return why
-        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, kept, False)
+        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, kept, np.bool_(False))
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
@@ -171,7 +171,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
                 write_end(s - 1, kept, path)
                 if modes is None and not loaded and not history:
                     restore(packed, work, kept)
-                    attempt(packed, loads, last, s, reached[0], loaded, modes, work, now, grip, kept, False)
+                    attempt(packed, loads, last, s, reached[0], loaded, modes, work, now, grip, kept, np.bool_(False))
                     path.lowest[s - 1] = lowest_of_plates(packed)
             continue  # the next step goes on from the last good one
         last = s

@@ -30,7 +30,8 @@ ONE_HINGE = ((0.5, 0.5), (1.0,))
 HOWELL_TIP_FORCE = ((0.15, 0.85), (2.25,))
 """PRB 1R for a tip force (Howell, Compliant Mechanisms, 2001); it fails under moments."""
 
-GAUSS_POINTS = 3
+GAUSS_POINTS = 4
+"""Per plate of the elastica: its error is below 1e-5 of the length up to plates that bend by more than 1 rad."""
 
 
 class PlateModel(NamedTuple):
