@@ -6,7 +6,9 @@ squares is minus twice the logarithm of the posterior density, up to a constant.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +18,9 @@ from prb3r.recording.covariance import Noise
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.predict import Constants, Predictor
 
-MAX_STEPS = 40
-SMALL_STEP, SMALL_GAIN = 1e-7, 1e-6
+MAX_STEPS, PATIENCE = 40, 6
+SMALL_GAIN, SMALL_SHARE = 1e-8, 1e-6
+"""Falls of chi-square that are not worth a step: this much, and this share of it."""
 DECLARED_CHANGE, HISTORY_CHANGE = 1e-5, 3e-3
 """Changes of a parameter that derivatives are taken with; the second drowns what sub-stepping leaves of error."""
 FARTHEST = np.log(50.0)
@@ -36,7 +39,7 @@ class Model:
         """The model with more effects."""
         return replace(self, hypotheses=(*self.hypotheses, *more))
 
-    @property
+    @cached_property
     def varied(self) -> tuple[str, ...]:
         """Names of the calibrated constants that are not fixed."""
         measurement = self.predict.recording.measurement
@@ -51,7 +54,7 @@ class Model:
             *(("x", "y") if moved and positions else ()),
         )
 
-    @property
+    @cached_property
     def priors(self) -> np.ndarray:
         """(c,) standard deviations of the varied constants; infinite: flat."""
         measurement, prior = self.predict.recording.measurement, self.predict.recording.prior
@@ -108,7 +111,7 @@ class Model:
         return np.concatenate([self.noise.whiten(self.predict.misfit(predicted)), -p[:c] / self.priors])
 
     def jacobian(self, p: np.ndarray, predicted: np.ndarray, states: Equilibria) -> np.ndarray:
-        """(r + c, p) derivatives of the residuals, by differences; NaN where a change leads out of equilibrium."""
+        """(r + c, p) derivatives of the residuals, by differences; 0 where a change leads out of equilibrium."""
         c, (_, high) = len(self.varied), self.bounds(p)
         effects = self.effects(p)
         chain = self.predict.chain_of(self.constants(p), effects)
@@ -124,7 +127,7 @@ class Model:
             out[:, k] = (there - predicted) / step
         prior = np.zeros((c, len(p)))
         prior[:, :c] = np.diag(1 / self.priors)
-        return -np.vstack([self.noise.whiten(out), prior])
+        return -np.vstack([self.noise.whiten(np.nan_to_num(out)), prior])
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,59 +191,86 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     return basis[:, length > 1e-8]
 
 
-def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = ()) -> Fit | None:
+class Point(NamedTuple):
+    """A model at some parameters."""
+
+    p: np.ndarray
+    states: Equilibria
+    predicted: np.ndarray
+    residual: np.ndarray
+
+    @property
+    def chi2(self) -> float:
+        """Infinite where a step has no equilibrium."""
+        found = float(self.residual @ self.residual)
+        return found if np.isfinite(found) else np.inf
+
+
+def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> Fit | None:
     """Levenberg-Marquardt within bounds, from `start`; None where the start has no equilibrium.
 
-    A step into loads without equilibrium is taken back and shortened.  `fixed` numbers parameters that stay.
+    None too where chi-square is not below `useful` after `PATIENCE` steps.
+
+    A step uphill, or into loads without equilibrium, is taken back and shortened.  Derivatives are exact at the start,
+    at the end and wherever secants in their stead lead no further.  `fixed` numbers parameters that stay.
     """
-    low, high = model.bounds(start)
-    p = np.clip(start, low, high)
-    states = model.states(p)
-    predicted = model.predicted(p, states)
-    residual = model.residuals(p, predicted)
-    if not np.isfinite(residual).all():
+
+    def at(p: np.ndarray) -> Point:
+        states = model.states(p)
+        predicted = model.predicted(p, states)
+        return Point(p, states, predicted, model.residuals(p, predicted))
+
+    def derivatives(here: Point) -> np.ndarray:
+        return model.jacobian(here.p, here.predicted, here.states)
+
+    here = at(np.clip(start, *model.bounds(start)))
+    if not np.isfinite(here.chi2):
         return None
-    damping = 1e-3
-    jacobian = model.jacobian(p, predicted, states)
-    for _ in range(MAX_STEPS):
-        if not np.isfinite(jacobian).all():
-            jacobian = np.nan_to_num(jacobian)
-        gradient = jacobian.T @ residual
-        low, high = model.bounds(p)
-        held = np.isin(np.arange(len(p)), fixed) | ((p <= low) & (gradient > 0)) | ((p >= high) & (gradient < 0))
-        normal = jacobian.T @ jacobian
-        scale = np.diag(normal) + 1e-12
-        accepted = False
-        while damping < 1e8:
-            system = normal + np.diag(damping * scale)
-            system[held], system[:, held] = 0.0, 0.0
-            system[held, held] = 1.0
-            step = -np.linalg.solve(system, np.where(held, 0.0, gradient))
-            trial = np.clip(p + step, low, high)
-            new_states = model.states(trial)
-            new_predicted = model.predicted(trial, new_states)
-            new_residual = model.residuals(trial, new_predicted)
-            gain = residual @ residual - new_residual @ new_residual
-            if np.isfinite(gain) and gain >= 0:
-                accepted = True
-                break
-            damping *= 6
-            if np.abs(step).max() < SMALL_STEP:
-                break
-        if not accepted:
+    damping, jacobian, exact = 1e-3, derivatives(here), True
+    for done in range(MAX_STEPS):
+        if done == PATIENCE and here.chi2 > useful:
+            return None
+        low, high = model.bounds(here.p)
+        gradient = jacobian.T @ here.residual
+        held = np.isin(np.arange(len(here.p)), fixed)
+        held |= ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
+        small = SMALL_GAIN + SMALL_SHARE * here.chi2
+        if exact and -gradient @ _step(jacobian, gradient, held, 1e-9) < small:
             break
-        moved = np.abs(trial - p).max()
-        p, states, predicted, residual = trial, new_states, new_predicted, new_residual
-        jacobian = model.jacobian(p, predicted, states)
-        damping = max(damping / 10, 1e-9)
-        if gain < SMALL_GAIN * (1 + residual @ residual) and (moved < 1e-3 or gain < 1e-9):
+        shorter = 4.0
+        there = at(np.clip(here.p + _step(jacobian, gradient, held, damping), low, high))
+        while exact and there.chi2 > here.chi2 and damping < 1e8:
+            damping, shorter = damping * shorter, shorter * 2
+            there = at(np.clip(here.p + _step(jacobian, gradient, held, damping), low, high))
+        gain = here.chi2 - there.chi2
+        if gain > 0:
+            jacobian, here = _secant(jacobian, here, there), there
+            damping = max(damping / 10, 1e-9)
+        elif exact:
             break
-    return Fit(model, p, residual, np.nan_to_num(jacobian), states)
+        exact = gain < small
+        if exact:
+            jacobian = derivatives(here)
+    return Fit(model, here.p, here.residual, jacobian if exact else derivatives(here), here.states)
 
 
-def extend(base: Fit, hypothesis: Hypothesis, u: np.ndarray) -> np.ndarray:
-    """Start of a fit with one more effect, from a fit without it."""
-    return np.concatenate([base.p, u])
+def _step(jacobian: np.ndarray, gradient: np.ndarray, held: np.ndarray, damping: float) -> np.ndarray:
+    """The damped step of the parameters that are not `held`."""
+    normal = jacobian.T @ jacobian
+    system = normal + np.diag(damping * np.diag(normal) + 1e-12)
+    system[held], system[:, held] = 0.0, 0.0
+    system[held, held] = 1.0
+    return -np.linalg.solve(system, np.where(held, 0.0, gradient))
+
+
+def _secant(jacobian: np.ndarray, here: Point, there: Point) -> np.ndarray:
+    """Broyden's update, each parameter in its own scale; not from steps whose effect drowns in noise."""
+    moved = there.p - here.p
+    foreseen = jacobian @ moved
+    if foreseen @ foreseen < 1:
+        return jacobian
+    weighted = (jacobian**2).sum(0) * moved
+    return jacobian + np.outer(there.residual - here.residual - foreseen, weighted / (weighted @ moved))
 
 
 def calibrate(predict: Predictor, noise: Noise, factors: Sequence[float] = (1, 0.7, 1.4, 0.5, 2, 3, 5, 8, 12)) -> Fit:

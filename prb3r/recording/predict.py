@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,11 @@ class Predictor:
     chain: Chain
     """Without effects."""
 
+    @cached_property
+    def number(self) -> np.ndarray:
+        """(s,) of each step within its sequence, as recorded."""
+        return self.recording.steps["step"].to_numpy(float)
+
     @property
     def history(self) -> bool:
         """Whether the nominal manipulator's friction follows the load path."""
@@ -58,7 +64,7 @@ class Predictor:
             loads or self.recording.loads,
             from_rest=self.recording.begins,
             detail=detail,
-            number=self.recording.steps["step"].to_numpy(float),
+            number=self.number,
         )
 
     def read(self, states: Equilibria, constants: Constants, effects: Sequence[Base] = ()) -> np.ndarray:

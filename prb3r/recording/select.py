@@ -146,7 +146,7 @@ def fits(base: Fit, candidates: Sequence[Direction], each: Each = serially) -> l
 def _fit_from(task: tuple[Fit, Direction, list[np.ndarray]]) -> Fit | None:
     """The best of the fits from several beginnings."""
     base, candidate, starts = task
-    found = [fit(base.model.adding(candidate.subject), start) for start in starts]
+    found = [fit(base.model.adding(candidate.subject), start, useful=base.chi2) for start in starts]
     return min((one for one in found if one is not None), key=lambda one: one.chi2, default=None)
 
 
@@ -255,19 +255,18 @@ def exchanged(chosen: Fit, library: Sequence[Hypothesis], seed: int, each: Each 
 
     Also returns all full fits that were made on the way.
     """
-    tried: list[Fit] = []
-    if len(chosen.model.hypotheses) < 2:
-        return chosen, tried
-    for _ in range(MOST_EXCHANGES):
-        found = [
-            one for k in range(len(chosen.model.hypotheses)) for one in replacements(chosen, k, library, seed, each)
-        ]
-        tried += found
-        better = [one for one in found if plausible(one) and cost(one) < cost(chosen) - BETTER]
-        if not better:
+    own = chosen.model.hypotheses
+    known: dict[frozenset[Hypothesis], list[Fit]] = {}  # by the effects that stay
+    for _ in range(MOST_EXCHANGES if len(own) > 1 else 0):
+        for k in range(len(own)):
+            if (others := frozenset(own) - {own[k]}) not in known:
+                known[others] = replacements(chosen, k, library, seed, each)
+        better = [one for found in known.values() for one in found if plausible(one)]
+        best = min(better, key=cost, default=chosen)
+        if cost(best) >= cost(chosen) - BETTER:
             break
-        chosen = min(better, key=cost)
-    return chosen, tried
+        chosen, own = best, best.model.hypotheses
+    return chosen, [one for found in known.values() for one in found]
 
 
 def replacements(
