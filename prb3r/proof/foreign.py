@@ -139,7 +139,7 @@ def followed_foreign(
     found, yielded = [], False
     watched = design.number % design.plates
     for q, steps in enumerate(program):
-        plain = simulate(design.manipulator, design.program[q])
+        plain = simulate(design.manipulator, steps)
         parts = []
         for k, step in enumerate(steps):
             bends = np.diff(plain.angle[k])

@@ -97,10 +97,20 @@ def judged(task: Task) -> Verdict:
     return replace(found, seconds=round(time.perf_counter() - begin, 3))
 
 
-def diagnosed(task: Task) -> Verdict:
-    """The diagnosis as it is."""
-    found = diagnose(task.recording, seed=task.seed, without=task.without)
+def diagnosed(task: Task, *, trusting: bool = False, alone: bool = False) -> Verdict:
+    """The diagnosis as it is, or with a step left out."""
+    found = diagnose(task.recording, seed=task.seed, without=task.without, trusting=trusting, alone=alone)
     return _verdict(task, found)
+
+
+def each_alone(task: Task) -> Verdict:
+    """The diagnosis with every hypothesis judged as if it were the only one."""
+    return diagnosed(task, alone=True)
+
+
+def all_believed(task: Task) -> Verdict:
+    """The diagnosis with every reading and every weight believed."""
+    return diagnosed(task, trusting=True)
 
 
 def without_covariance(task: Task) -> Verdict:
@@ -135,6 +145,8 @@ METHODS: dict[str, Callable[[Task], Verdict]] = {
     "lowest error": lowest_error,
     "BIC, no covariance": plain_bic,
     "no tension covariance": without_covariance,
+    "each candidate alone": each_alone,
+    "every reading believed": all_believed,
 }
 
 
@@ -151,7 +163,7 @@ def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool])
     calibrated = explained = begun.calibrated
     found = []
     if task.method != "E and mu alone":
-        left = examine(calibrated, begun.library, task.seed)
+        left = examine(calibrated, begun.search)
         found = fits(calibrated, shortlist(left, calibrated.residual))
     best = min(found, key=lambda each: each.chi2, default=None)
     claims: tuple[Claim, ...] = ()

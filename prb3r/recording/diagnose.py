@@ -22,7 +22,7 @@ from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
 from prb3r.recording.rivals import Rival, rivals
-from prb3r.recording.select import Choice, Each, bic, chi2_threshold, choose, cost, examine, serially
+from prb3r.recording.select import Choice, Each, Search, bic, chi2_threshold, choose, cost, examine, serially
 from prb3r.recording.statements import Estimate, sentence
 from prb3r.recording.trust import renewed, start
 
@@ -143,6 +143,8 @@ def diagnose(
     report: Report = lambda step: None,
     hold_out: bool = True,
     each: Each = serially,
+    trusting: bool = False,
+    alone: bool = False,
 ) -> Diagnosis:
     """Diagnose a recording.
 
@@ -153,6 +155,8 @@ def diagnose(
     report : hears the name of every step as it begins.
     hold_out : set a quarter of the sequences aside; False where another recording is held out instead.
     each : applies a function to many tasks, in worker processes for instance.
+    trusting, alone : leave a step out, for benchmarks: believe every reading; judge every hypothesis as if it were the
+        only one.
 
     Raises
     ------
@@ -164,18 +168,18 @@ def diagnose(
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
     predict = predictor(training)
     try:
-        begun = start(predict, without, seed, each)
+        begun = start(predict, without, seed, each, trusting=trusting, alone=alone)
     except ValueError as error:
         raise RecordingError(Problem(recording.name, str(error))) from None
-    calibrated, trust, library = begun.calibrated, begun.trust, begun.library
+    calibrated, trust, search = begun.calibrated, begun.trust, begun.search
     report("locate")
-    before = examine(calibrated, library, seed, each)
+    before = examine(calibrated, search)
     report("explain")
-    choice = choose(calibrated, library, seed, before, each)
+    choice = choose(calibrated, search, before)
     if choice.fitted.model.hypotheses:  # covariance and outliers as the explanation has them
         trust = replace(trust, distrust=begun.trust.distrust)
         explained = renewed(choice.fitted, trust)
-        left = examine(explained, library, seed, each)
+        left = examine(explained, search)
         choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
     report("rivals")
     held = _held_out(recording, aside, calibrated, choice.fitted)
@@ -186,7 +190,7 @@ def diagnose(
         held = _held_out(recording, aside, calibrated, calibrated)
     unexplained = choice.structured
     named = tuple(
-        _named(choice, k, library, seed, recording, aside, each, partial=unexplained)
+        _named(choice, k, search, recording, aside, partial=unexplained)
         for k in range(len(choice.fitted.model.hypotheses))
     )
     if not named:
@@ -256,13 +260,13 @@ def _closure(
 
 
 def _named(
-    choice: Choice, number: int, library, seed: int, recording: Recording, aside, each: Each, *, partial: bool
+    choice: Choice, number: int, search: Search, recording: Recording, aside: Sequence[int], *, partial: bool
 ) -> Named:
     """Everything that is said of one chosen effect."""
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
     friction = fitted.model.friction(fitted.p)
-    found = rivals(choice, number, library, seed, each)
+    found = rivals(choice, number, search)
     near = [rival for rival in found if rival.indistinguishable]
     places, others = {}, []
     same = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]

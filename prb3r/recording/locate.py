@@ -133,10 +133,11 @@ class Scores:
         return order
 
 
-def scores(fitted: Fit, found: Sequence[Direction], seed: int) -> Scores:
-    """Test all directions on the residuals of `fitted`."""
+def scores(fitted: Fit, found: Sequence[Direction], seed: int, alone: bool = False) -> Scores:
+    """Test all directions on the residuals of `fitted`; `alone`: as if each were the only one."""
+    count = len(fitted.residual)
     z = np.array([each.z(fitted.residual) for each in found])
-    return Scores(tuple(found), z, *chance_of_largest(found, len(fitted.residual), seed))
+    return Scores(tuple(found), z, *chance_of_largest(found[:0] if alone else found, count, seed))
 
 
 def chance_of_largest(found: Sequence[Direction], count: int, seed: int, draws: int = DRAWS) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from prb3r.recording.calibrate import Fit
 from prb3r.recording.hypothesis import Hypothesis
-from prb3r.recording.select import Choice, Each, cost, plausible, replacements, serially
+from prb3r.recording.select import Choice, Search, cost, plausible, replacements
 
 SAME = 11.0
 """Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
@@ -39,14 +39,14 @@ def distance(of: Fit, to: Fit) -> float:
     return float(apart @ apart)
 
 
-def rivals(choice: Choice, number: int, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> list[Rival]:
+def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
     """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
     chosen = choice.fitted
     own = chosen.model.hypotheses
     others = own[:number] + own[number + 1 :]
     found = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, own[number], others)]
     if not found:
-        found = replacements(chosen, number, library, seed, each)
+        found = replacements(chosen, number, search)
     out = []
     for fitted in found:
         new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)

@@ -38,6 +38,18 @@ def serially(function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
     return [function(task) for task in tasks]
 
 
+@dataclass(frozen=True)
+class Search:
+    """Among what is searched, and how."""
+
+    library: tuple[Hypothesis, ...]
+    seed: int
+    """Of the draws that tell how large the largest score is by chance."""
+    each: Each = serially
+    alone: bool = False
+    """Whether every hypothesis is judged as if it were the only one: what that costs is for benchmarks to show."""
+
+
 def left_out(fitted: Fit) -> np.ndarray:
     """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
 
@@ -208,49 +220,48 @@ def accepted(simple: Fit, rich: Fit, threshold: float) -> bool:
     )
 
 
-def examine(fitted: Fit, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> Scores:
+def examine(fitted: Fit, search: Search, without: Sequence[Hypothesis] = ()) -> Scores:
     """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
-    rest = [hypothesis for hypothesis in library if hypothesis not in fitted.model.hypotheses]
+    left_alone = {*fitted.model.hypotheses, *without}
+    rest = [hypothesis for hypothesis in search.library if hypothesis not in left_alone]
     history = fitted.model.predict.chain_of(fitted.constants, fitted.effects).presliding > 0
     share = SHARE if history else max(len(rest), 1)
     tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]
-    named = [direction for part in (each if history else serially)(_directions, tasks) for direction in part]
+    named = [direction for part in (search.each if history else serially)(_directions, tasks) for direction in part]
     mechanics = mechanism(fitted)
     unnamed = law_directions(fitted, mechanics, laws(fitted, mechanics))
-    return scores(fitted, [*named, *unnamed], seed)
+    return scores(fitted, [*named, *unnamed], search.seed, search.alone)
 
 
 def _directions(task: tuple[Fit, list[Hypothesis]]) -> list[Direction]:
     return directions(*task)
 
 
-def choose(
-    calibrated: Fit, library: Sequence[Hypothesis], seed: int, before: Scores | None = None, each: Each = serially
-) -> Choice:
+def choose(calibrated: Fit, search: Search, before: Scores | None = None) -> Choice:
     """Forward selection to `MOST_EFFECTS`, with all pairs of the best at the second, and backward deletion.
 
-    `before` is the score test of the calibrated model, if it was made; `each` applies a function to many tasks.
+    `before` is the score test of the calibrated model, if it was made.
     """
-    before = before or examine(calibrated, library, seed, each)
+    before = before or examine(calibrated, search)
     current, left, tried = calibrated, before, []
     for _ in range(MOST_EFFECTS):
         if not Choice(current, (), left, chi2_threshold(current)).structured:
             break
-        found = fits(current, shortlist(left, current.residual), each)
+        found = fits(current, shortlist(left, current.residual), search.each)
         if len(current.model.hypotheses) == 1:
-            found += pair_fits(calibrated, before, each)
+            found += pair_fits(calibrated, before, search.each)
         tried += found
         good = [one for one in found if accepted(_parent(one, calibrated, current), one, left.naming)]
         if not good:
             break
         best = without_needless(min(good, key=cost), left.naming)
-        current, more = exchanged(best, library, seed, each)
+        current, more = exchanged(best, search)
         tried += more
-        left = examine(current, library, seed, each)
+        left = examine(current, search)
     return Choice(current, tuple(tried), left, chi2_threshold(current))
 
 
-def exchanged(chosen: Fit, library: Sequence[Hypothesis], seed: int, each: Each = serially) -> tuple[Fit, list[Fit]]:
+def exchanged(chosen: Fit, search: Search) -> tuple[Fit, list[Fit]]:
     """The model with effects exchanged for better ones, as what came first may have stood in for what came later.
 
     Also returns all full fits that were made on the way.
@@ -260,7 +271,7 @@ def exchanged(chosen: Fit, library: Sequence[Hypothesis], seed: int, each: Each 
     for _ in range(MOST_EXCHANGES if len(own) > 1 else 0):
         for k in range(len(own)):
             if (others := frozenset(own) - {own[k]}) not in known:
-                known[others] = replacements(chosen, k, library, seed, each)
+                known[others] = replacements(chosen, k, search)
         better = [one for found in known.values() for one in found if plausible(one)]
         best = min(better, key=cost, default=chosen)
         if cost(best) >= cost(chosen) - BETTER:
@@ -269,17 +280,15 @@ def exchanged(chosen: Fit, library: Sequence[Hypothesis], seed: int, each: Each 
     return chosen, [one for found in known.values() for one in found]
 
 
-def replacements(
-    chosen: Fit, number: int, library: Sequence[Hypothesis], seed: int, each: Each = serially
-) -> list[Fit]:
+def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     """Full fits of the chosen model with effect `number` replaced."""
     own, shares = chosen.model.hypotheses, chosen.model.shares(chosen.p)
     model = replace(chosen.model, hypotheses=own[:number] + own[number + 1 :])
     base = fit(model, np.concatenate([chosen.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]]))
     if base is None:
         return []
-    left = examine(base, [hypothesis for hypothesis in library if hypothesis != own[number]], seed, each)
-    return fits(base, shortlist(left, base.residual), each)
+    left = examine(base, search, without=[own[number]])
+    return fits(base, shortlist(left, base.residual), search.each)
 
 
 def _parent(rich: Fit, calibrated: Fit, current: Fit) -> Fit:

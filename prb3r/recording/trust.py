@@ -8,11 +8,11 @@ import numpy as np
 from prb3r.model.effect import Base
 from prb3r.recording.calibrate import Fit, Model, calibrate, fit
 from prb3r.recording.covariance import noise_of, tension_sensitivity
-from prb3r.recording.hypothesis import Hypothesis, bench, hypotheses
+from prb3r.recording.hypothesis import bench, hypotheses
 from prb3r.recording.locate import scores
 from prb3r.recording.outliers import Trust, Weight, distrust, wrong_weights
 from prb3r.recording.predict import Constants, Predictor
-from prb3r.recording.select import Each, examine, serially
+from prb3r.recording.select import Each, Search, examine, serially
 
 ROUNDS = 2
 MOST_WRONG_WEIGHTS = 3
@@ -26,7 +26,7 @@ class Start:
 
     calibrated: Fit
     trust: Trust
-    library: tuple[Hypothesis, ...]
+    search: Search
 
 
 def renewed(fitted: Fit, trust: Trust) -> Fit:
@@ -36,8 +36,22 @@ def renewed(fitted: Fit, trust: Trust) -> Fit:
     return fit(model, fitted.p) or fitted
 
 
-def start(predict: Predictor, without: frozenset[str], seed: int, each: Each = serially) -> Start:
+def start(
+    predict: Predictor,
+    without: frozenset[str],
+    seed: int,
+    each: Each = serially,
+    *,
+    trusting: bool = False,
+    alone: bool = False,
+) -> Start:
     """Calibrate, weigh gross outliers down, and set wrong weights aside.
+
+    Parameters
+    ----------
+    without : kinds of effects that are not considered.
+    trusting : believe every reading and every weight.
+    alone : see `Search`.
 
     Raises
     ------
@@ -49,31 +63,30 @@ def start(predict: Predictor, without: frozenset[str], seed: int, each: Each = s
     fitted = calibrate(predict, rough)
     trust = Trust(np.ones(recording.readings.count))
     for _ in range(ROUNDS):
-        trust = Trust(distrust(fitted))
+        trust = trust if trusting else Trust(distrust(fitted))
         fitted = renewed(fitted, trust)
-    library = hypotheses(bench(recording, predict.chain, fitted.states), without)
-    for _ in range(MOST_WRONG_WEIGHTS):
-        wrong = wrong_weight(fitted, library, trust.doubted, seed, each)
+    library = tuple(hypotheses(bench(recording, predict.chain, fitted.states), without))
+    search = Search(library, seed, each, alone)
+    for _ in range(0 if trusting else MOST_WRONG_WEIGHTS):
+        wrong = wrong_weight(fitted, search, trust.doubted)
         if wrong is None:
             break
         trust = replace(trust, doubted=(*trust.doubted, wrong))
         fitted = renewed(fitted, trust)
-    return Start(fitted, trust, library)
+    return Start(fitted, trust, search)
 
 
-def wrong_weight(
-    fitted: Fit, library: Sequence[Hypothesis], known: Sequence[Weight], seed: int, each: Each
-) -> Weight | None:
+def wrong_weight(fitted: Fit, search: Search, known: Sequence[Weight]) -> Weight | None:
     """The weight that explains more than any effect and any law could, if there is one."""
     effects: list[Base] = fitted.effects
     sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, effects)
     tension = fitted.model.predict.recording.loads.tension
     doubted = {weight.step for weight in known}
     candidates = [d for d in wrong_weights(fitted, sensitivity) if d.subject.step not in doubted]
-    tested = scores(fitted, candidates, seed)
+    tested = scores(fitted, candidates, search.seed)
     if tested.largest <= tested.threshold:
         return None
-    others = examine(fitted, library, seed, each)
+    others = examine(fitted, search)
     if tested.largest <= others.largest:
         return None
     step = candidates[int(np.argmax(tested.z))].subject.step
