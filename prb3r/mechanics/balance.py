@@ -20,7 +20,7 @@ from prb3r.mechanics.kernel import kernel
 
 @kernel
 def place_plate(model, plate):
-    """Nodes and distal end of a plate for its node angles `q`, with derivatives (Eq. 3, 4)."""
+    """Nodes and distal end of a plate for its node angles `q`, with derivatives (Eq. 3, 4) where there is room."""
     arc, clamp = plate.arc, plate.clamp
     n, links = plate.q.shape[0], plate.link.shape[1]
     bend, end_x, end_y = 0.0, clamp, 0.0
@@ -43,7 +43,7 @@ def place_plate(model, plate):
     plate.bend = bend
     along, across = clamp * plate.axis[0], clamp * plate.axis[1]
     plate.end[0], plate.end[1] = end_x + along, end_y + across
-    for p in range(n):
+    for p in range(plate.dend.shape[1]):
         dx, dy = -across, along
         for k in range(n):
             plate.dnode[0, k, p] = 0.0
@@ -72,7 +72,7 @@ def bending_law(model, angle, curvature):
 
 @kernel
 def balance_plate(model, plate, span, cable):
-    """Residual and tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
+    """Residual and, where there is room, tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
 
     `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.
     """
@@ -96,12 +96,11 @@ def balance_plate(model, plate, span, cable):
         error = abs(residual) / stiffness
         if not error <= largest:  # NaN too
             largest = error
-        for p in range(n):
+        for p in range(plate.tangent.shape[1]):
             plate.tangent[k, p] = (
                 (plate.dnode[0, k, p] * fy - plate.dnode[1, k, p] * fx)
                 + (x * plate.dwrench[1, p] - y * plate.dwrench[0, p])
                 - plate.dwrench[2, p]
-                + help
+                + (help + stiffness * slope if p == k else help)
             )
-        plate.tangent[k, k] += stiffness * slope
     return largest

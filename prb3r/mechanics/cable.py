@@ -27,7 +27,6 @@ def measure_span(model, plate, out):
     A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.  Returns
     the unit vector from the proximal to the distal hole, the offset and its derivative by the plate's bend.
     """
-    n = plate.q.shape[0]
     c, s = plate.axis[0], plate.axis[1]
     offset, doffset = out.offset, 0.0
     if model.clearance != 0.0:
@@ -41,7 +40,7 @@ def measure_span(model, plate, out):
     out.length = length
     if out.rubs:
         out.direction = direction_of(x, y)
-    for p in range(n):
+    for p in range(plate.dend.shape[1]):
         dx = plate.dend[0, p] - offset * c - doffset * s
         dy = plate.dend[1, p] - offset * s + doffset * (c - 1.0)
         out.ddirection[p], out.dlength[p] = (ux * dy - uy * dx) * per_length, ux * dx + uy * dy
@@ -69,10 +68,10 @@ def pull_cables(model, plate, span, cable):
     `cable` (m,): tension, approach and slip as each enters the holes of the proximal disk.  Reads the distal end from
     `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing but where travel is followed.
     """
-    n = plate.q.shape[0]
+    derivatives = plate.dwrench.shape[1]
     for d in range(3):
         plate.wrench[d] = 0.0
-        for p in range(n):
+        for p in range(derivatives):
             plate.dwrench[d, p] = 0.0
     for j in range(len(span)):
         out = span[j]
@@ -92,7 +91,7 @@ def pull_cables(model, plate, span, cable):
         out.wrench[0], out.wrench[1], out.wrench[2] = fx, fy, -offset * fx
         for d in range(3):
             plate.wrench[d] += out.wrench[d]
-        for p in range(n):
+        for p in range(derivatives):
             dfx = out.ddirection[p] * (out.rate * fx - fy)
             dfy = out.ddirection[p] * (out.rate * fy + fx)
             plate.dwrench[0, p] += dfx

@@ -1,7 +1,8 @@
 """The chain as kernels see it: record arrays, one row a plate or a cable over a plate.
 
 Records reach compiled code as plain pointers whose shapes are known, so that loops over nodes unroll and no
-reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.
+reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.  For the same reason
+records without room for derivatives by the node angles are computed without them, at no cost.
 """
 
 from functools import cache
@@ -25,8 +26,9 @@ class Packed(NamedTuple):
     """(m,) the cables as they arrive at the disk that is being passed."""
 
 
-def plate_fields(n: int, links: int) -> list[tuple]:
-    """One plate of `n` nodes; positions, forces and moments in the frame of its proximal disk, SI units."""
+def plate_fields(n: int, links: int, by: int) -> list[tuple]:
+    """One plate of `n` nodes with derivatives by `by` of their angles, all or none; positions, forces and moments in
+    the frame of its proximal disk, SI units."""
     return [
         ("arc", float),
         ("clamp", float),
@@ -35,33 +37,34 @@ def plate_fields(n: int, links: int) -> list[tuple]:
         ("rest", float, (n,)),  # stress-free node angles
         ("q", float, (n,)),  # node angles
         ("residual", float, (n,)),  # unbalanced moment at each node
-        ("tangent", float, (n, n)),  # its derivative by q
+        ("tangent", float, (n, by)),  # its derivative by q
         ("node", float, (2, n)),  # positions
-        ("dnode", float, (2, n, n)),  # their derivatives, last index that of q
+        ("dnode", float, (2, n, by)),  # their derivatives, last index that of q
         ("link", float, (2, links)),
         ("end", float, (2,)),  # distal disk's proximal face
-        ("dend", float, (2, n)),
+        ("dend", float, (2, by)),
         ("bend", float),  # angle of the distal disk to the proximal one
         ("axis", float, (2,)),  # its cosine and sine
         ("wrench", float, (3,)),  # force and moment (about the frame's origin) of the cables on the distal part
-        ("dwrench", float, (3, n)),
+        ("dwrench", float, (3, by)),
         ("load", float, (3,)),  # the same of the dead loads further out
         ("extra", float),  # extra bending moment all along the arc
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
     ]
 
 
-def span_fields(n: int) -> list[tuple]:
-    """One cable over one plate; directions relative to the axis of the plate's proximal disk."""
+def span_fields(by: int) -> list[tuple]:
+    """One cable over one plate with derivatives by `by` node angles; directions relative to the axis of the plate's
+    proximal disk."""
     return [
         ("present", bool),
         ("rubs", bool),  # whether its direction matters: friction at the hole before or behind it
         ("offset", float),
         ("friction", float),  # coefficient of the hole in the proximal disk
         ("direction", float),
-        ("ddirection", float, (n,)),
+        ("ddirection", float, (by,)),
         ("length", float),
-        ("dlength", float, (n,)),
+        ("dlength", float, (by,)),
         ("tension", float),
         ("rate", float),  # d ln(tension) / d direction, signed
         ("rate_in", float),  # d ln(tension) / d approach, signed
@@ -108,16 +111,17 @@ CABLE_FIELDS = [
 
 
 @cache
-def record_types(n: int, links: int) -> tuple[np.dtype, ...]:
+def record_types(n: int, links: int, by: int) -> tuple[np.dtype, ...]:
     """Of model, plate, span and cable."""
-    return tuple(np.dtype(f) for f in (model_fields(n, links), plate_fields(n, links), span_fields(n), CABLE_FIELDS))
+    fields = model_fields(n, links), plate_fields(n, links, by), span_fields(by), CABLE_FIELDS
+    return tuple(np.dtype(f) for f in fields)
 
 
-def pack(chain: Chain) -> Packed:
-    """Records of `chain` at rest."""
+def pack(chain: Chain, held: bool = False) -> Packed:
+    """Records of `chain` at rest; without derivatives by the node angles where its shape is `held`."""
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
-    of_model, of_plate, of_span, of_cable = record_types(n, links)
+    of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n)
     model = np.zeros(1, of_model)
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
     for name in ("disk", "presliding", "edges", "clearance"):

@@ -109,7 +109,8 @@ def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction],
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
     packed, history = pack(chain), chain.presliding > 0
     problems = [problem for along in directions for problem in (along.ahead, along.behind)]
-    chains = [packed if side is chain else pack(side) for side, _ in problems]
+    still = pack(chain, held=True)
+    chains = [still if side is chain else pack(side, held=True) for side, _ in problems]
     sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
     acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
     side_rows = Loads(*(_stack(field) for field in zip(*acts, strict=True)))
