@@ -77,6 +77,12 @@ def balance_plate(model, plate, span, cable):
     `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.
     """
     place_plate(model, plate)
+    return weigh_plate(model, plate, span, cable)
+
+
+@kernel
+def weigh_plate(model, plate, span, cable):
+    """As :func:`balance_plate`, for a plate that is placed."""
     pull_cables(model, plate, span, cable)
     n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]

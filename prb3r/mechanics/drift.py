@@ -130,7 +130,7 @@ def transmit(model, plate, span, dq, change):
 
 
 @kernel
-def shed(model, frame, fx, fy, gx, gy, sum, change):
+def unload(model, frame, fx, fy, gx, gy, sum):
     """Take the loads of one disk, `f` at its centre and `g` at its distal face, off `sum` (force x, y, moment)."""
     c, s = frame[3], frame[4]
     half = model.disk / 2
@@ -138,6 +138,14 @@ def shed(model, frame, fx, fy, gx, gy, sum, change):
     sum[0] -= fx + gx
     sum[1] -= fy + gy
     sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx)
+
+
+@kernel
+def shed(model, frame, fx, fy, gx, gy, sum, change):
+    """The same, and the drift of their moment off `change`."""
+    unload(model, frame, fx, fy, gx, gy, sum)
+    c, s = frame[3], frame[4]
+    half = model.disk / 2
     for d in range(len(change.moment)):
         turned = change.frame[2, d]
         dx, dy = change.frame[0, d] + half * s * turned, change.frame[1, d] - half * c * turned

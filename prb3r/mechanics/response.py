@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.drift import Drift, clear, enter, feel, local_load, shed, transmit
+from prb3r.mechanics.balance import balance_plate, weigh_plate
+from prb3r.mechanics.drift import Drift, clear, enter, feel, local_load, shed, transmit, unload
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import at_base, depart, next_frame
 from prb3r.mechanics.newton import solve_block
@@ -32,8 +32,6 @@ class Room(NamedTuple):
 
     change: Drift
     """`c` columns."""
-    still: Drift
-    """One column that stays zero, where nothing is asked for."""
     outer: np.ndarray
     """(3,) force and moment (about the world origin) of the dead loads further out."""
     block: np.ndarray
@@ -60,7 +58,6 @@ def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:
     c, arriving = dead * (not history) + parameters, 2 * cables + 3
     return Room(
         change=drift(cables, c),
-        still=drift(cables, 1),
         outer=np.zeros(3),
         block=np.zeros((n, n + c)),
         column=np.zeros((n, c)),
@@ -87,21 +84,20 @@ def begin(packed, now, handed, outer):
 
 @kernel
 def arrive(model, plate, span, cable, outer, loaded):
-    """Balance of a plate, with the loads further out and with the slip that its proximal holes have."""
+    """Loads further out, as a plate feels them, and cables with the slip that its proximal holes have."""
     plate.load[0] = plate.load[1] = plate.load[2] = 0.0
     if loaded:
         local_load(plate, outer)
     if model.presliding != 0.0:
         for j in range(len(cable)):
             cable[j].slip = span[j].new_slip
-    balance_plate(model, plate, span, cable)
 
 
 @kernel
-def unbalance(packed, now, handed, outer, still, out):
-    """Rows `out` (plates, rows) of all plates, without slips, at the present shape; returns the moment left at the tip.
+def unbalance(packed, now, handed, outer, out):
+    """Rows `out` (plates, rows) of a chain that is placed, without slips; returns the moment left at the tip.
 
-    `outer` and `still` (a drift that stays zero) are working space.
+    `outer` is working space.
     """
     model, cable, n, m = packed.model[0], packed.cable, packed.plate[0].q.shape[0], len(packed.cable)
     begin(packed, now, handed, outer)
@@ -112,12 +108,12 @@ def unbalance(packed, now, handed, outer, still, out):
             for j in range(m):
                 out[i, n + 3 + m + j] = -cable[j].passed
         arrive(model, plate, span, cable, outer, loaded)
+        weigh_plate(model, plate, span, cable)
         depart(plate, span, cable)
-        next_frame(model, plate, after)
         if loaded:
             tip = 1.0 if i + 1 == plates else 0.0
             gx, gy = tip * now.tip[0], tip * now.tip[1]
-            shed(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, outer, still)
+            unload(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, outer)
         for k in range(n):
             out[i, k] = plate.residual[k]
         out[i, n] = after.frame[0] - half * after.frame[3]
@@ -153,6 +149,7 @@ def respond(packed, now, handed, partial, left, known, room):
         plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
         frame = after.frame
         arrive(model, plate, span, cable, outer, loaded)
+        balance_plate(model, plate, span, cable)
         if history:
             follow_gain(change, room.gain[i], room.arriving, column, answer[i])
             for j in range(m):

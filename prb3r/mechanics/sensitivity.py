@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, acting
-from prb3r.mechanics.differentiate import Memory, Space, Steps, differentiate
+from prb3r.mechanics.differentiate import Memory, Space, differentiate
 from prb3r.mechanics.drift import scratch
 from prb3r.mechanics.equilibrium import Equilibria, solve
 from prb3r.mechanics.feedback import sweep_room
+from prb3r.mechanics.held import Sides, Steps
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.response import room
 from prb3r.mechanics.tangent import segment_modes
@@ -29,8 +30,6 @@ SUBSTEPS = 64
 
 TOGETHER = 16
 """Parameters differentiated at a time."""
-BLOCK = 16
-"""States differentiated at a time by one parameter after the other, whose problem stays in the processor's cache."""
 
 Problem = tuple[Chain, Loads]
 
@@ -107,34 +106,44 @@ def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction],
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
-    packed, history = pack(chain), chain.presliding > 0
-    problems = [problem for along in directions for problem in (along.ahead, along.behind)]
-    still = pack(chain, held=True)
-    chains = [still if side is chain else pack(side, held=True) for side, _ in problems]
-    sides = Packed(*(_stack(field) for field in zip(*chains, strict=True)))
-    acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
-    side_rows = Loads(*(_stack(field) for field in zip(*acts, strict=True)))
-    packed.model["extra"] = sides.model["extra"] = rows.moment.any() or side_rows.moment.any()
-    dead = any(field.any() for field in (rows.force, rows.tip, side_rows.force, side_rows.tip))
-    shape, height = (plates, cables, count), n + 3 + (3 if history else 1) * cables
+    packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
+    height = n + 3 + (3 if history else 1) * cables
+    sides = _sides(problem, rows, held, directions, np.zeros((2, plates, height)))
+    packed.model["extra"] = held.model["extra"] = rows.moment.any() or sides.rows.moment.any()
+    dead = any(field.any() for field in (rows.force, rows.tip, sides.rows.force, sides.rows.tip))
+    shape = (plates, cables, count)
     modes = segment_modes(chain) if chain.tied else None
     space = Space(
         now=Loads(*(np.zeros_like(field[0]) for field in rows)),
-        handed=np.zeros((BLOCK, int(dead))),
-        slack=np.zeros((BLOCK, cables), bool),
+        handed=np.zeros(int(dead)),
         memory=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
         at_rest=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
-        held=np.zeros((plates, height)),
-        partial=np.zeros((BLOCK, plates, height, count)),
-        left=np.zeros((BLOCK, count)),
+        partial=np.zeros((plates, height, count)),
+        left=np.zeros(count),
         room=room(packed, int(dead and not chain.tied), count, history),
         sweep=sweep_room(packed, count if history else 0),
         work=scratch(packed, 0 if modes is None else modes.shape[2]),
     )
-    out = np.empty((rows.steps - 1, *space.partial.shape[1:]))
-    apart = np.array([along.apart for along in directions], float)
-    differentiate(packed, sides, rows, side_rows, apart, steps, modes, space, out)
+    out = np.empty((rows.steps - 1, *space.partial.shape))
+    differentiate(packed, held, sides, rows, steps, modes, space, out)
     return out
+
+
+def _sides(problem: Problem, rows: Loads, held: Packed, directions: Sequence[Direction], out: np.ndarray) -> Sides:
+    """The problems ahead and behind of `problem`, which is `held` under the loads `rows`."""
+    chain = problem[0]
+    problems = [side for along in directions for side in (along.ahead, along.behind)]
+    chains = [held if side is chain else pack(side, held=True) for side, _ in problems]
+    acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
+    side_rows = Loads(*(np.stack(field, axis=1) for field in zip(*acts, strict=True)))
+    return Sides(
+        packed=Packed(*(_stack(field) for field in zip(*chains, strict=True))),
+        alike=np.array([_same_shape(side, chain) for side, _ in problems]),
+        rows=side_rows,
+        apart=np.array([along.apart for along in directions], float),
+        now=Loads(*(np.zeros_like(field[0]) for field in side_rows)),
+        out=out,
+    )
 
 
 def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
@@ -143,6 +152,13 @@ def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
     for into, field in zip(stack, fields, strict=True):
         into[...] = field
     return stack
+
+
+def _same_shape(side: Chain, chain: Chain) -> bool:
+    """Whether node angles, or bends where they are tied, mean the same shape in both."""
+    names = ("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp")
+    pairs = [*((getattr(side, name), getattr(chain, name)) for name in names), *zip(side.plate, chain.plate)]
+    return all(one is other or np.array_equal(one, other) for one, other in pairs)
 
 
 def _same_loads(side: Problem, problem: Problem) -> bool:

@@ -1,0 +1,155 @@
+r"""What a small change of a parameter leaves unbalanced while the shape is held.
+
+The problems a little ahead and a little behind of every parameter are evaluated with the node angles, slips and dead
+loads' moment of a state, and their rows (see `response.py`) differenced.  Nothing is solved, so no derivatives by the
+node angles are needed; and where a parameter does not touch the geometry, the shape is placed once for all.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.attempt import blend
+from prb3r.mechanics.balance import place_plate
+from prb3r.mechanics.chain import Loads
+from prb3r.mechanics.drift import unload
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.march import next_frame
+from prb3r.mechanics.records import Packed
+from prb3r.mechanics.response import unbalance
+
+
+class Steps(NamedTuple):
+    """States to differentiate, in the order in which the chain went through them."""
+
+    row: np.ndarray
+    """(e,) load step that a state is on the way to, counted from 1; 0 is rest."""
+    last: np.ndarray
+    """(e,) load step that it comes from."""
+    share: np.ndarray
+    """(e,) part of the way."""
+    fresh: np.ndarray
+    """(e,) whether it is the first after rest."""
+    write: np.ndarray
+    """(e,) step whose derivatives these are, -1 for none."""
+    q: np.ndarray
+    """(e, n, nodes)."""
+    slip: np.ndarray
+    """(e, n, m); no cables where slip is declared."""
+
+
+class Sides(NamedTuple):
+    """The problems ahead and behind of `p` parameters, in turn: `v` = 2 p in all."""
+
+    packed: Packed
+    """(v, ...) records of a held shape."""
+    alike: np.ndarray
+    """(v,) whether node angles mean the same shape as in the chain itself."""
+    rows: Loads
+    """(s + 1, v, ...) what acts at rest and at each step."""
+    apart: np.ndarray
+    """(p,) distance from behind to ahead, in the parameter's unit."""
+    now: Loads
+    """(v, ...) what acts in one state; working space, as what follows."""
+    out: np.ndarray
+    """(2, n, rows) of one parameter, ahead and behind."""
+
+
+@kernel
+def put_loads(rows, steps, e, dead, extra, now):
+    """Loads of state `e`, tensions below zero included; those that are `dead` and `extra` moments where any are."""
+    last, row, share = steps.last[e], steps.row[e], steps.share[e]
+    blend(rows.tension, last, row, share, now.tension)
+    blend(rows.slip, row, row, 1.0, now.slip)
+    if dead:
+        blend(rows.force, last, row, share, now.force)
+        blend(rows.tip, last, row, share, now.tip)
+    if extra:
+        blend(rows.moment, last, row, share, now.moment)
+
+
+@kernel
+def put_state(packed, steps, e, moment, rest):
+    """Shape and slip of state `e`, and extra moments.
+
+    Where angles are tied (`rest` is not None) those beyond the stress-free ones are held, else the angles are.
+    """
+    history = packed.model[0].presliding != 0.0
+    for i in range(len(packed.span)):
+        packed.plate[i].extra = moment[i]
+        for k in range(steps.q.shape[2]):
+            packed.plate[i].q[k] = steps.q[e, i, k]
+            if rest is not None:
+                packed.plate[i].q[k] += packed.plate[i].rest[k] - rest[i].rest[k]
+        if history:
+            for j in range(len(packed.cable)):
+                packed.span[i, j].new_slip = steps.slip[e, i, j]
+                packed.span[i, j].sticks = steps.row[e] > 0 and abs(steps.slip[e, i, j]) < 1.0
+
+
+@kernel
+def place_chain(packed):
+    """Plates and frames of the whole chain for its node angles."""
+    model = packed.model[0]
+    for i in range(len(packed.span)):
+        place_plate(model, packed.plate[i])
+        next_frame(model, packed.plate[i], packed.plate[i + 1])
+
+
+@kernel
+def place_alike(packed, like):
+    """The same, taken from a chain that stands alike."""
+    for i in range(len(packed.span)):
+        plate, other = packed.plate[i], like.plate[i]
+        plate.bend = other.bend
+        for d in range(2):
+            plate.end[d], plate.axis[d] = other.end[d], other.axis[d]
+            for k in range(plate.q.shape[0]):
+                plate.node[d, k] = other.node[d, k]
+        for d in range(5):
+            packed.plate[i + 1].frame[d] = like.plate[i + 1].frame[d]
+
+
+@kernel
+def hand_back(packed, now, handed, outer):
+    """Moment of the dead loads about the world origin in the present shape; `outer` is working space."""
+    if len(handed) > 0:
+        outer[2], last = 0.0, len(packed.span) - 1
+        for i in range(last + 1):
+            tip = 1.0 if i == last else 0.0
+            gx, gy = tip * now.tip[0], tip * now.tip[1]
+            unload(packed.model[0], packed.plate[i + 1].frame, now.force[i, 0], now.force[i, 1], gx, gy, outer)
+        handed[0] = -outer[2]
+
+
+@kernel
+def difference(held, sides, steps, e, now, rest, handed, outer, partial, left):
+    """Derivatives with the shape of state `e` held: rows `partial` (n, rows, p) and `left` (p,), at the tip.
+
+    `held` is the chain itself in that state under the loads `now`; slack cables stay slack.  `rest` is that of
+    `put_state`; `handed` and `outer` are those of `unbalance`.
+    """
+    of_all, packed, out = sides.now, sides.packed, sides.out
+    put_loads(sides.rows, steps, e, len(handed) > 0, held.model[0].extra, of_all)
+    for v in range(len(sides.alike)):
+        d, behind = v // 2, v % 2
+        side = Packed(packed.model[v], packed.plate[v], packed.span[v], packed.cable[v])
+        acting = Loads(of_all.tension[v], of_all.slip[v], of_all.force[v], of_all.tip[v], of_all.moment[v])
+        for j in range(len(now.tension)):
+            if now.tension[j] < 0.0:
+                acting.tension[j] = 0.0
+        put_state(side, steps, e, acting.moment, rest)
+        if sides.alike[v]:
+            place_alike(side, held)
+        else:
+            place_chain(side)
+        if rest is not None:
+            hand_back(side, acting, handed, outer)
+        over = unbalance(side, acting, handed, outer, out[behind])
+        if not behind:
+            left[d] = over
+            continue
+        left[d] = (left[d] - over) / sides.apart[d]
+        for i in range(partial.shape[0]):
+            for r in range(partial.shape[1]):
+                partial[i, r, d] = (out[0, i, r] - out[1, i, r]) / sides.apart[d]
