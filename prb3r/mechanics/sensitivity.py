@@ -147,11 +147,8 @@ def _sides(problem: Problem, rows: Loads, held: Packed, directions: Sequence[Dir
 
 
 def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
-    """As `np.stack`, which takes long over records."""
-    stack = np.empty((len(fields), *fields[0].shape), fields[0].dtype)
-    for into, field in zip(stack, fields, strict=True):
-        into[...] = field
-    return stack
+    """As `np.stack`, which copies records number by number."""
+    return np.stack([field.view(np.uint8) for field in fields]).view(fields[0].dtype)
 
 
 def _same_shape(side: Chain, chain: Chain) -> bool:
