@@ -74,15 +74,11 @@ def bending_law(model, angle, curvature):
 def balance_plate(model, plate, span, cable):
     """Residual and, where there is room, tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
 
-    `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.
+    `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.  A plate
+    whose shape is held (see `held.py`) has been placed.
     """
-    place_plate(model, plate)
-    return weigh_plate(model, plate, span, cable)
-
-
-@kernel
-def weigh_plate(model, plate, span, cable):
-    """As :func:`balance_plate`, for a plate that is placed."""
+    if plate.tangent.shape[1] > 0:  # known when compiled
+        place_plate(model, plate)
     pull_cables(model, plate, span, cable)
     n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
@@ -107,6 +103,8 @@ def weigh_plate(model, plate, span, cable):
                 (plate.dnode[0, k, p] * fy - plate.dnode[1, k, p] * fx)
                 + (x * plate.dwrench[1, p] - y * plate.dwrench[0, p])
                 - plate.dwrench[2, p]
-                + (help + stiffness * slope if p == k else help)
+                + help
             )
+        if plate.tangent.shape[1] > 0:
+            plate.tangent[k, k] += stiffness * slope
     return largest

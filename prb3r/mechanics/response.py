@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.balance import balance_plate, weigh_plate
+from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.drift import Drift, clear, enter, feel, local_load, shed, transmit, unload
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import at_base, depart, next_frame
@@ -108,7 +108,7 @@ def unbalance(packed, now, handed, outer, out):
             for j in range(m):
                 out[i, n + 3 + m + j] = -cable[j].passed
         arrive(model, plate, span, cable, outer, loaded)
-        weigh_plate(model, plate, span, cable)
+        balance_plate(model, plate, span, cable)
         depart(plate, span, cable)
         if loaded:
             tip = 1.0 if i + 1 == plates else 0.0

@@ -154,7 +154,8 @@ def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
 def _same_shape(side: Chain, chain: Chain) -> bool:
     """Whether node angles, or bends where they are tied, mean the same shape in both."""
     names = ("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp")
-    pairs = [*((getattr(side, name), getattr(chain, name)) for name in names), *zip(side.plate, chain.plate)]
+    pairs = [(getattr(side, name), getattr(chain, name)) for name in names]
+    pairs += zip(side.plate, chain.plate, strict=True)
     return all(one is other or np.array_equal(one, other) for one, other in pairs)
 
 
