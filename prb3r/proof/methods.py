@@ -42,6 +42,7 @@ class Proposal:
     """An experiment that is to tell two explanations apart."""
 
     one: str
+    """Name of an effect."""
     other: str
     separation: float
     steps: tuple[Mapping[str, float], ...]
@@ -211,7 +212,7 @@ def _verdict(task: Task, found: Diagnosis) -> Verdict:
         explained=_constants(found.explained),
         loading=_loading(task.recording),
         proposals=tuple(
-            Proposal(_kind(one), _kind(other), float(experiment.separation), _rows(experiment.steps))
+            Proposal(one, other, float(experiment.separation), _rows(experiment.steps))
             for one, other, experiment in found.experiments
         ),
         remarks=found.remarks,
@@ -229,8 +230,14 @@ def _named(each: Named) -> Claim:
     )
 
 
-def _kind(name: str) -> str:
+def kind_of(name: str) -> str:
+    """The kind in the name of an effect."""
     return name.split(" (")[0]
+
+
+def name_of(kind: str, place: Mapping[str, Any]) -> str:
+    """The name of an effect at a place."""
+    return Hypothesis(kind, tuple(place.items())).name
 
 
 def _rows(steps: Any) -> tuple[Mapping[str, float], ...]:

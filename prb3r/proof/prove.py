@@ -15,8 +15,7 @@ from prb3r.proof.intervals import Score, share_of
 from prb3r.proof.judged import Judged
 from prb3r.proof.labels import Label
 from prb3r.proof.methods import METHODS, Task, Verdict, judged
-from prb3r.proof.responses import APART
-from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested
+from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested, worth
 from prb3r.proof.sealed import Seal
 from prb3r.recording.recording import Recording
 from prb3r.study.engine import Piece, Workers, run
@@ -107,9 +106,9 @@ def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None) -> Pro
     ]
     verdicts = _all(answered, tasks, jobs, say)
     again = [
-        (case, _on(plays[case].design, steps))
-        for case, steps in ((each.case, _worth(each)) for each in verdicts if each.method == MAIN)
-        if steps
+        (each.case, _on(plays[each.case].design, proposal.steps))
+        for each in verdicts
+        if each.method == MAIN and (proposal := worth(each)) is not None
     ]
     say(f"{len(again)} proposed experiments")
     repeated = _all(recorded, [replace(plays[case], extra=steps) for case, steps in again], jobs, say)
@@ -152,11 +151,6 @@ def answered(asked: Asked) -> Verdict:
     if isinstance(recording, str):
         return Verdict(case, method, "failed", reason=f"not recorded: {recording}")
     return judged(Task(case, recording, without, method, seed))
-
-
-def _worth(verdict: Verdict) -> Steps:
-    """The steps of the first proposal that promises to tell two explanations apart."""
-    return next((each.steps for each in verdict.proposals if each.separation >= APART), ())
 
 
 def _on(design: Design, steps: Sequence[Mapping[str, float]]) -> Steps:

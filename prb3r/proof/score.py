@@ -19,7 +19,7 @@ from prb3r.proof.judged import (
     size_class,
 )
 from prb3r.proof.labels import FAR_OUTSIDE
-from prb3r.proof.methods import Proposal, Verdict
+from prb3r.proof.methods import Proposal, Verdict, kind_of, name_of
 from prb3r.proof.responses import APART, SAME
 
 
@@ -218,22 +218,24 @@ INFORMATION: tuple[Goal, ...] = (
 )
 
 
-def resolved(first: Judged, second: Verdict) -> bool:
-    """Whether after the proposed experiment the truth is named first and its rival is gone."""
-    proposal = tested(first)
-    named = confident(second)
-    if proposal is None or not named or named[0].kind != first.label.kinds[0]:
-        return False
-    other = proposal.other if proposal.one == first.label.kinds[0] else proposal.one
-    return other not in mentioned(second)
+def worth(verdict: Verdict) -> Proposal | None:
+    """The first proposal that promises to tell two explanations apart; it is carried out."""
+    return next((each for each in verdict.proposals if each.separation >= APART), None)
 
 
 def tested(case: Judged) -> Proposal | None:
-    """The proposal that is worth an experiment: the truth is one of the two, and they would come apart."""
+    """The proposal that is carried out, if the truth is one of the two effects that it is to tell apart."""
+    proposal = worth(case.verdict)
     if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":
         return None
-    true = case.label.kinds[0]
-    good = [
-        p for p in case.verdict.proposals if p.separation >= APART and true in (p.one, p.other) and p.one != p.other
-    ]
-    return good[0] if good else None
+    true = [] if proposal is None else [kind_of(name) == case.label.kinds[0] for name in (proposal.one, proposal.other)]
+    return proposal if sum(true) == 1 else None
+
+
+def resolved(first: Judged, second: Verdict) -> bool:
+    """Whether after the proposed experiment the truth is named first and the rival that it was to refute is gone."""
+    proposal, named = tested(first), confident(second)
+    if proposal is None or not named or named[0].kind != first.label.kinds[0]:
+        return False
+    other = proposal.other if kind_of(proposal.one) == first.label.kinds[0] else proposal.one
+    return all(other != name_of(kind, place) for each in named for kind, place, *_ in each.rivals)

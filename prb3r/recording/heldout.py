@@ -12,6 +12,9 @@ from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
 from prb3r.recording.outliers import distrust_of
 from prb3r.recording.predict import Constants, Predictor
 
+HARD = 0.8
+"""Share of a cable's highest tension from which on it is pulled hard."""
+
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -43,14 +46,15 @@ class HeldOut:
 def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int) -> tuple[int, ...]:
     """A quarter of the sequences, at least one where there are three or more, so that nothing goes unseen.
 
-    What the others must show at least once, and twice if they can: every cable pulled in and let out, and every pair
-    of cables pulled together.
+    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
+    every pair of cables pulled together.
     """
     count = int(of_sequence.max()) + 1
     if count < 3:
         return ()
     pulled = loads.tension > 0
-    way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0)], 1)
+    hard = pulled & (loads.tension >= HARD * loads.tension.max(0))
+    way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0), hard], 1)
     pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
     used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
     order, most = np.random.default_rng(seed).permutation(count), max(count // 4, 1)
