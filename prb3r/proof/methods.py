@@ -14,7 +14,7 @@ from scipy.stats import chi2 as chi2_law
 from prb3r.recording.calibrate import Fit, calibrate
 from prb3r.recording.covariance import noise_of, tension_sensitivity
 from prb3r.recording.diagnose import Diagnosis, Named, diagnose
-from prb3r.recording.heldout import judge, noise_on, predictions, set_aside
+from prb3r.recording.heldout import set_aside, unseen
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.recording import Recording
@@ -171,10 +171,8 @@ def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool])
     if best is not None and names(best, calibrated):
         explained = best
         claims = (_claim(best.model.hypotheses[0], best),)
-    held = None
-    if aside:
-        predict = predictor(task.recording.only(aside))
-        held = judge(predict, noise_on(predict, explained), *predictions(predict, [calibrated, explained]))
+    fresh = unseen(task.recording, aside)
+    held = fresh.judge(calibrated, explained) if fresh else None
     return Verdict(
         task.case,
         task.method,

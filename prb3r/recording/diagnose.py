@@ -13,11 +13,11 @@ from prb3r.recording.calibrate import Fit, fit
 from prb3r.recording.closure import Closure, close
 from prb3r.recording.clues import Clue, clues
 from prb3r.recording.experiment import Experiment, best_experiments
-from prb3r.recording.heldout import HeldOut, judge, noise_on, predictions, set_aside
+from prb3r.recording.heldout import HeldOut, Unseen, set_aside, unseen
 from prb3r.recording.hypothesis import Hypothesis
 from prb3r.recording.laws import Mechanism, MomentMap, mechanism, missing_moments
 from prb3r.recording.locate import DETECTABLE, Scores
-from prb3r.recording.outliers import Trust, far_off
+from prb3r.recording.outliers import Trust, Weight, far_off
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
@@ -182,16 +182,17 @@ def diagnose(
         left = examine(explained, search)
         choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
     report("rivals")
-    held = _held_out(recording, aside, calibrated, choice.fitted)
+    fresh = unseen(recording, aside)
+    fresh = fresh.doubting(choice.fitted) if fresh else None
+    held = fresh.judge(calibrated, choice.fitted) if fresh else None
     refuted: tuple[str, ...] = ()
     if held is not None and held.chi2_explained > held.chi2_calibrated + REFUTED:
         refuted = tuple(each.name for each in choice.fitted.model.hypotheses)
         choice = replace(choice, fitted=calibrated, scores=before, chi2_threshold=chi2_threshold(calibrated))
-        held = _held_out(recording, aside, calibrated, calibrated)
+        held = fresh.judge(calibrated, calibrated) if fresh else None
     unexplained = choice.structured
     named = tuple(
-        _named(choice, k, search, recording, aside, partial=unexplained)
-        for k in range(len(choice.fitted.model.hypotheses))
+        _named(choice, k, search, fresh, partial=unexplained) for k in range(len(choice.fitted.model.hypotheses))
     )
     if not named:
         verdict = "unexplained" if unexplained else "adequate"
@@ -200,7 +201,7 @@ def diagnose(
     closure, closure_gain = None, None
     if verdict == "unexplained":
         report("closure")
-        closure, closure_gain = _closure(recording, aside, calibrated, choice.fitted, seed)
+        closure, closure_gain = _closure(fresh, calibrated, choice.fitted, seed)
     report("next experiment")
     experiments = _experiments(choice, named) if verdict == "ambiguous" else ()
     return Diagnosis(
@@ -222,7 +223,13 @@ def diagnose(
         clues=tuple(clues(calibrated)),
         detectable=_detectable(choice.scores),
         experiments=experiments,
-        remarks=(*_remarks(recording, training, trust), *_refusals(refuted)),
+        remarks=(
+            *recording.remarks,
+            *_wrong_weights(training, trust.doubted),
+            *(_wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
+            *_weighed(trust),
+            *_refusals(refuted),
+        ),
     )
 
 
@@ -236,32 +243,20 @@ def _nominal_chi2(calibrated: Fit) -> float | None:
     return float(misfit @ misfit / len(misfit))
 
 
-def _held_out(recording: Recording, aside: Sequence[int], calibrated: Fit, explained: Fit) -> HeldOut | None:
-    if not aside:
-        return None
-    predict = predictor(recording.only(aside))
-    noise = noise_on(predict, explained)
-    return judge(predict, noise, *predictions(predict, [calibrated, explained]))
-
-
-def _closure(
-    recording: Recording, aside: Sequence[int], calibrated: Fit, explained: Fit, seed: int
-) -> tuple[Closure | None, float | None]:
+def _closure(fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int) -> tuple[Closure | None, float | None]:
     """The empirical law that describes what is left best, and its gain on held-out sequences, which must not fall."""
     laws = [close(base, seed) for base in ([calibrated, explained] if explained.model.hypotheses else [calibrated])]
     found = [law for law in laws if law is not None]
     if not found:
         return None, None
     best = min(found, key=lambda law: cost(law.fitted))
-    held = _held_out(recording, aside, calibrated, best.fitted)
+    held = fresh.judge(calibrated, best.fitted) if fresh else None
     if held is not None and held.chi2_explained > held.chi2_calibrated:
         return None, None
     return best, None if held is None else held.gain
 
 
-def _named(
-    choice: Choice, number: int, search: Search, recording: Recording, aside: Sequence[int], *, partial: bool
-) -> Named:
+def _named(choice: Choice, number: int, search: Search, fresh: Unseen | None, *, partial: bool) -> Named:
     """Everything that is said of one chosen effect."""
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
@@ -287,9 +282,7 @@ def _named(
         else:
             parameters[free.name] = Estimate(free.value(u, friction))
     simpler = _without(choice, number)
-    gain = None
-    if aside and simpler is not None and (held := _held_out(recording, aside, simpler, fitted)) is not None:
-        gain = held.gain
+    gain = fresh.judge(simpler, fitted).gain if fresh and simpler else None
     statement = sentence(hypothesis, parameters, friction)
     for key, (value, among) in places.items():
         if len(among) > 1:
@@ -397,17 +390,19 @@ def _refusals(refuted: Sequence[str]) -> list[str]:
     return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
 
 
-def _remarks(recording: Recording, training: Recording, trust: Trust) -> tuple[str, ...]:
-    remarks = list(recording.remarks)
-    for step, cable in trust.doubted:
-        row, name = training.steps.iloc[step], recording.manipulator.cable_names[cable]
-        noted = training.loads.tension[step, cable]
+def _wrong_weights(recording: Recording, doubted: Sequence[Weight]) -> list[str]:
+    remarks = []
+    for step, cable in doubted:
+        row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
+        noted = recording.loads.tension[step, cable]
         remarks.append(
             f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
             "not go with its readings; it was not believed"
         )
+    return remarks
+
+
+def _weighed(trust: Trust) -> list[str]:
     weighed = int((trust.distrust > 1).sum())
-    if weighed:
-        far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
-        remarks.append(f"{weighed} {far} far from what the neighbours show; {down} weighed down")
-    return tuple(remarks)
+    far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
+    return [f"{weighed} {far} far from what the neighbours show; {down} weighed down"] if weighed else []

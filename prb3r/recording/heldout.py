@@ -1,16 +1,21 @@
 """Before and after on sequences, or recordings, that no fit has seen."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2 as chi2_law
+from scipy.stats import norm as normal
 
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effect import Base
 from prb3r.recording.calibrate import Fit
-from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
-from prb3r.recording.outliers import distrust_of
-from prb3r.recording.predict import Constants, Predictor
+from prb3r.recording.covariance import Noise, tension_sensitivity
+from prb3r.recording.locate import LEVEL, NAMING_LEVEL
+from prb3r.recording.outliers import Trust, Weight, distrust_of
+from prb3r.recording.predict import Constants, Predictor, predictor
+from prb3r.recording.recording import Recording
+from prb3r.recording.trust import likeliest
 
 HARD = 0.8
 """Share of a cable's highest tension from which on it is pulled hard."""
@@ -69,16 +74,57 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int) -> tuple[int, ..
     return tuple(sorted(chosen))
 
 
-def noise_on(predict: Predictor, fitted: Fit) -> Noise:
-    """Covariance of other readings of the same manipulator, gross outliers weighed down."""
-    return noise_under(predict, fitted.constants, fitted.effects)
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted."""
+
+    predict: Predictor
+    doubted: tuple[Weight, ...] = ()
+    """Weights that are not believed."""
+
+    def noise(self, fitted: Fit) -> Noise:
+        """Covariance of the readings that `fitted` predicts."""
+        return noise_under(self.predict, fitted.constants, fitted.effects, self.doubted)
+
+    def misfit(self, fitted: Fit) -> np.ndarray:
+        """(r,) readings less those that `fitted` predicts."""
+        return self.predict.misfit(self.predict(fitted.constants, fitted.effects))
+
+    def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
+        """Compare two models."""
+        found = (self.predict(each.constants, each.effects) for each in (calibrated, explained))
+        return judge(self.predict, self.noise(explained), *found)
+
+    def doubting(self, fitted: Fit) -> "Unseen":
+        """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
+        noise, misfit, recording = self.noise(fitted), self.misfit(fitted), self.predict.recording
+        steps, cables = np.nonzero(recording.loads.tension > 0)
+        if not np.isfinite(misfit).all() or not len(steps):
+            return self
+        moved = tension_sensitivity(self.predict, fitted.constants, fitted.effects)[:, steps, cables]
+        white = noise.whiten(moved)
+        z = np.abs(white.T @ noise.whiten(misfit)) / np.maximum(np.linalg.norm(white, axis=0), 1e-9)
+        worst = int(np.argmax(z))
+        if z[worst] <= normal.isf(LEVEL / 2 / len(z)):
+            return self
+        weight = likeliest(self.predict, noise, fitted, int(steps[worst]))
+        doubting = replace(self, doubted=(*self.doubted, weight))
+        rest = doubting.noise(fitted).whiten(misfit)
+        others = int((recording.readings.step != weight.step).sum())
+        return doubting if rest @ rest <= chi2_law.isf(NAMING_LEVEL, others) else self
 
 
-def noise_under(predict: Predictor, constants: Constants, effects: Sequence[Base]) -> Noise:
-    """Covariance of the readings that `predict` predicts, gross outliers weighed down."""
-    sensitivity = tension_sensitivity(predict, constants, effects)
-    doubt = distrust_of(predict, predict(constants, effects))
-    return noise_of(predict.recording, sensitivity, doubt)
+def unseen(recording: Recording, aside: Sequence[int]) -> Unseen | None:
+    """The sequences that were set aside, if any were."""
+    return Unseen(predictor(recording.only(aside))) if aside else None
+
+
+def noise_under(
+    predict: Predictor, constants: Constants, effects: Sequence[Base], doubted: tuple[Weight, ...] = ()
+) -> Noise:
+    """Covariance of the readings that `predict` predicts, without belief in gross outliers and `doubted` weights."""
+    trust = Trust(distrust_of(predict, predict(constants, effects)), doubted)
+    return trust.noise(predict.recording, tension_sensitivity(predict, constants, effects))
 
 
 def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
@@ -106,8 +152,3 @@ def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: n
         float(np.sum(noise.whiten(after) ** 2)),
         int(known.sum()),
     )
-
-
-def predictions(predict: Predictor, fits: Sequence[Fit]) -> list[np.ndarray]:
-    """(r,) what each fitted model predicts for other readings of the same manipulator in the same frame."""
-    return [predict(each.constants, each.effects) for each in fits]

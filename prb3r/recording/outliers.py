@@ -12,7 +12,7 @@ from prb3r.recording.calibrate import Fit
 from prb3r.recording.covariance import Noise, noise_of, reading_sd
 from prb3r.recording.locate import Direction, direction
 from prb3r.recording.predict import Predictor
-from prb3r.recording.recording import Readings
+from prb3r.recording.recording import Readings, Recording
 
 ALONE = 5.0
 """A reading this many sd away from whatever its neighbours lead to expect is a gross outlier."""
@@ -127,8 +127,7 @@ class Trust:
     doubted: tuple[Weight, ...] = ()
     """Weights that are not believed."""
 
-    def noise(self, fitted: Fit, sensitivity: np.ndarray) -> Noise:
-        recording = fitted.model.predict.recording
+    def noise(self, recording: Recording, sensitivity: np.ndarray) -> Noise:
         doubted = np.isin(recording.readings.step, [weight.step for weight in self.doubted])
         return noise_of(recording, sensitivity, np.where(doubted, NOT_BELIEVED, self.distrust))
 

@@ -8,7 +8,7 @@ import pandas as pd
 from prb3r.quantities import Quantity
 from prb3r.recording.calibrate import Fit
 from prb3r.recording.diagnose import Diagnosis
-from prb3r.recording.heldout import noise_on
+from prb3r.recording.heldout import Unseen
 from prb3r.recording.predict import predictor
 from prb3r.recording.recording import Kind, Readings, Recording
 
@@ -53,7 +53,7 @@ def residuals(diagnosis: Diagnosis) -> pd.DataFrame:
     sd[fitted], believed[fitted] = diagnosis.explained.model.noise.total_sd, diagnosis.trust.distrust == 1
     if not fitted.all():
         aside = predictor(whole.only(set(of_reading[~fitted].tolist())))
-        noise = noise_on(aside, diagnosis.explained)
+        noise = Unseen(aside).noise(diagnosis.explained)
         for name in fits:
             white[name][~fitted] = noise.whiten(aside.misfit(predicted[name][~fitted]))
         sd[~fitted], believed[~fitted] = noise.total_sd, noise.believed

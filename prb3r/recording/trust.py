@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.model.effect import Base
 from prb3r.recording.calibrate import Fit, Model, calibrate, fit
-from prb3r.recording.covariance import noise_of, tension_sensitivity
+from prb3r.recording.covariance import Noise, noise_of, tension_sensitivity
 from prb3r.recording.hypothesis import bench, hypotheses
 from prb3r.recording.locate import scores
 from prb3r.recording.outliers import Trust, Weight, distrust, wrong_weights
@@ -32,7 +32,7 @@ class Start:
 def renewed(fitted: Fit, trust: Trust) -> Fit:
     """The same model under the covariance that it predicts itself."""
     sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, fitted.effects)
-    model: Model = replace(fitted.model, noise=trust.noise(fitted, sensitivity))
+    model: Model = replace(fitted.model, noise=trust.noise(fitted.model.predict.recording, sensitivity))
     return fit(model, fitted.p) or fitted
 
 
@@ -80,7 +80,6 @@ def wrong_weight(fitted: Fit, search: Search, known: Sequence[Weight]) -> Weight
     """The weight that explains more than any effect and any law could, if there is one."""
     effects: list[Base] = fitted.effects
     sensitivity = tension_sensitivity(fitted.model.predict, fitted.constants, effects)
-    tension = fitted.model.predict.recording.loads.tension
     doubted = {weight.step for weight in known}
     candidates = [d for d in wrong_weights(fitted, sensitivity) if d.subject.step not in doubted]
     tested = scores(fitted, candidates, search.seed)
@@ -90,12 +89,17 @@ def wrong_weight(fitted: Fit, search: Search, known: Sequence[Weight]) -> Weight
     if tested.largest <= others.largest:
         return None
     step = candidates[int(np.argmax(tested.z))].subject.step
-    return min((Weight(step, int(j)) for j in np.flatnonzero(tension[step] > 0)), key=lambda w: _best_misfit(fitted, w))
+    return likeliest(fitted.model.predict, fitted.model.noise, fitted, step)
 
 
-def _best_misfit(fitted: Fit, weight: Weight) -> float:
+def likeliest(predict: Predictor, noise: Noise, fitted: Fit, step: int) -> Weight:
+    """Of the weights on a step, the one that explains its readings best if it was another one."""
+    weights = [Weight(step, int(cable)) for cable in np.flatnonzero(predict.recording.loads.tension[step] > 0)]
+    return min(weights, key=lambda weight: _best_misfit(predict, noise, fitted, weight))
+
+
+def _best_misfit(predict: Predictor, noise: Noise, fitted: Fit, weight: Weight) -> float:
     """Least squared misfit of the step's readings over what the weight may have been instead."""
-    predict, noise = fitted.model.predict, fitted.model.noise
     loads, own = predict.recording.loads, predict.recording.readings.step == weight.step
     found = []
     for factor in OTHER_WEIGHTS:

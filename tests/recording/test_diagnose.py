@@ -7,6 +7,7 @@ import pytest
 from recording.simulated import Case, diagnosed, recorded
 
 from prb3r.recording.diagnose import diagnose
+from prb3r.recording.heldout import set_aside
 from prb3r.recording.recording import Kind
 
 
@@ -91,13 +92,21 @@ def test_missing_markers_and_gross_outliers_change_nothing():
     assert found.named[0].places["plate"][0] == 4
 
 
-def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect():
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
+    """Whether its sequence is fitted or set aside."""
     recording = recorded(case(seed=6))
+    aside = set_aside(recording.of_sequence, recording.loads, 0)
+    row = int(np.flatnonzero(np.isin(recording.of_sequence, aside) != seen)[1])
     tension = recording.loads.tension.copy()
-    tension[5, 3] *= 0.8
-    found = diagnose(replace(recording, loads=recording.loads._replace(tension=tension)), hold_out=False)
+    cable = int(tension[row].argmax())
+    tension[row, cable] *= 0.8
+    found = diagnose(replace(recording, loads=recording.loads._replace(tension=tension)))
     assert found.verdict == "adequate"
-    assert any("step 2: the weight on cable 4" in remark and "not believed" in remark for remark in found.remarks)
+    sequence, step, name = *recording.steps.iloc[row][["sequence", "step"]], recording.manipulator.cable_names[cable]
+    said = f"sequence {sequence}, step {step}: the weight on cable {name}"
+    assert any(said in remark and "not believed" in remark for remark in found.remarks)
+    assert found.heldout.chi2_calibrated < 1.3 * found.heldout.readings
 
 
 def test_what_calibration_hides_is_brought_to_light():
