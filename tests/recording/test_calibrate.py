@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from recording.simulated import Case, recorded
+from scipy.optimize import least_squares
 
 from prb3r.recording.calibrate import Model, calibrate, fit
 from prb3r.recording.covariance import noise_of, tension_sensitivity
@@ -78,6 +79,32 @@ def test_a_start_without_equilibrium_gives_no_fit():
     start = np.zeros(5)
     start[0] = -3.9  # a fiftieth of the stiffness
     assert fit(Model(predict, noise), start) is None
+
+
+def test_a_fit_ends_where_an_independent_minimiser_ends():
+    """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals, differences its own."""
+    recording = recorded(Case())
+    predict = predictor(recording)
+    library = hypotheses(bench(recording, predict.chain, predict.equilibria(Constants())))
+    weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
+    model = Model(predict, noise_of(recording, tension_sensitivity(predict, Constants())), (weak,))
+    start = np.array([0.3, 0.5, 0, 0, 0, 0.4])
+    found = fit(model, start)
+    other = least_squares(
+        lambda p: model.residuals(p, model.predicted(p)), start, x_scale=[0.1, 0.1, 1e-2, 1e-2, 1e-2, 0.1]
+    )
+    assert found.chi2 == pytest.approx(2 * other.cost, abs=1e-3)
+    sd = np.sqrt(np.diag(found.covariance))
+    assert np.abs((found.p - other.x) / sd).max() < 0.01
+    assert found.jacobian == pytest.approx(model.jacobian(found.p, model.predicted(found.p), found.states), rel=1e-9)
+
+
+def test_a_fit_that_comes_nowhere_near_what_is_useful_is_given_up():
+    recording = recorded(Case())
+    predict = predictor(recording)
+    model = Model(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=0.0) is None
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=1e9) is not None
 
 
 def test_leaving_a_sequence_out_in_closed_form_is_refitting_without_it():

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from recording.simulated import Case, recorded
-from scipy.stats import kstest
+from scipy.stats import halfnorm, kstest
 
 from prb3r.recording.calibrate import calibrate
 from prb3r.recording.covariance import noise_of, tension_sensitivity
 from prb3r.recording.hypothesis import bench, hypotheses
-from prb3r.recording.locate import LEVEL, chance_of_largest, directions
+from prb3r.recording.locate import LEVEL, chance_of_largest, directions, scores
 from prb3r.recording.outliers import ALONE, lonely
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.recording import Kind
@@ -39,22 +39,20 @@ def test_scores_of_right_models_are_standard_normal(tested):
     residual = drawn(fitted, 2000)
     by_degrees = [each for each in found if each.freedom == 1 and not each.one_sided][::5]
     for each in by_degrees:
-        assert (
-            kstest(
-                each.z(residual), lambda z: 2 * (0.5 * (1 + np.vectorize(__import__("math").erf)(z / 2**0.5))) - 1
-            ).pvalue
-            > 1e-3
-        )
+        assert kstest(each.z(residual), halfnorm.cdf).pvalue > 1e-3
 
 
 def test_the_largest_score_passes_its_threshold_in_one_right_model_of_a_hundred(tested):
     fitted, found = tested
     threshold, naming = chance_of_largest(found, len(fitted.residual), seed=1)
     assert naming > threshold
-    largest = np.max([each.z(drawn(fitted, 4000)) for each in found], axis=0)
+    residual = drawn(fitted, 4000)
+    largest = np.max([each.z(residual) for each in found], axis=0)
     alarms = np.mean(largest > threshold)
     assert 0.3 * LEVEL < alarms < 2.5 * LEVEL
     assert np.mean(largest > 1.96) > 0.3  # what looking at each score alone would do
+    assert scores(fitted, found, seed=1).threshold == threshold
+    assert scores(fitted, found, seed=1, alone=True).threshold == pytest.approx(2.576, abs=1e-3)
 
 
 def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
