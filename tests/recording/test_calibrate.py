@@ -82,7 +82,7 @@ def test_a_start_without_equilibrium_gives_no_fit():
 
 
 def test_a_fit_ends_where_an_independent_minimiser_ends():
-    """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals, differences its own."""
+    """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals."""
     recording = recorded(Case())
     predict = predictor(recording)
     library = hypotheses(bench(recording, predict.chain, predict.equilibria(Constants())))
