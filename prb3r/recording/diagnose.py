@@ -21,6 +21,7 @@ from prb3r.recording.outliers import Trust, Weight, far_off
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
+from prb3r.recording.repeats import Scatter, scatter
 from prb3r.recording.rivals import Rival, rivals
 from prb3r.recording.select import Choice, Each, Search, bic, chi2_threshold, choose, cost, examine, serially
 from prb3r.recording.statements import Estimate, sentence
@@ -166,9 +167,11 @@ def diagnose(
     report("calibrate")
     aside = set_aside(recording.of_sequence, recording.loads, seed) if hold_out else ()
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
-    predict = predictor(training)
     try:
-        begun = start(predict, without, seed, each, trusting=trusting, alone=alone)
+        repeated = scatter(training)
+        if repeated and repeated.beyond_chance:
+            recording, training = (one.noisier(repeated.factor) for one in (recording, training))
+        begun = start(predictor(training), without, seed, each, trusting=trusting, alone=alone)
     except ValueError as error:
         raise RecordingError(Problem(recording.name, str(error))) from None
     calibrated, trust, search = begun.calibrated, begun.trust, begun.search
@@ -225,6 +228,7 @@ def diagnose(
         experiments=experiments,
         remarks=(
             *recording.remarks,
+            *_scattered(repeated),
             *_wrong_weights(training, trust.doubted),
             *(_wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
             *_weighed(trust),
@@ -383,6 +387,18 @@ def _detectable(judged: Scores) -> tuple[Detectable, ...]:
         if old is None or old.size is None or size < old.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
     return tuple(best.values())
+
+
+def _scattered(repeated: Scatter | None) -> list[str]:
+    if repeated is None:
+        return []
+    taken = (
+        "more than chance allows: the noise is taken to be so"
+        if repeated.beyond_chance
+        else "and what is stated is kept"
+    )
+    often = f"{repeated.factor:.2g} times as much as stated"
+    return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
 
 
 def _refusals(refuted: Sequence[str]) -> list[str]:

@@ -123,6 +123,12 @@ class Recording:
             readings=readings._replace(step=place[readings.step]),
         )
 
+    def noisier(self, factor: float) -> "Recording":
+        """The same recording with so much more noise stated."""
+        names = ("position_sd_m", "angle_sd_rad", "tension_sd_relative")
+        stated = {name: sd * factor for name in names if (sd := getattr(self.measurement, name)) is not None}
+        return replace(self, measurement=self.measurement.model_copy(update=stated))
+
     def with_values(self, value: np.ndarray, **changes: Any) -> "Recording":
         """The same recording with other numbers read."""
         return replace(self, readings=self.readings._replace(value=value), **changes)

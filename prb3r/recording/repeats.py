@@ -1,0 +1,108 @@
+"""How much repeated sequences scatter: what the stated noise is held against.
+
+Two sequences repeat one another where they carry the same loads at the same length of their paths through load space,
+even if they were read at other loads: in between, what the model leaves changes steadily.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from prb3r.recording.calibrate import calibrate
+from prb3r.recording.covariance import noise_of, tension_sensitivity
+from prb3r.recording.locate import LEVEL
+from prb3r.recording.predict import Constants, predictor
+from prb3r.recording.recording import Recording
+
+SAME_LOADS = 0.05
+"""Share of the highest load by which repeated loads differ at most."""
+FEWEST = 8
+"""Steps that must have been repeated."""
+
+
+class Scatter(NamedTuple):
+    """What repeated sequences show."""
+
+    factor: float
+    """Median difference of repeated readings over what the stated noise lets expect."""
+    steps: int
+    """How many steps were repeated."""
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Whether it is larger than stated; all readings of a step count as one."""
+        return self.steps >= FEWEST and self.factor**2 * self.steps > chi2_law.isf(LEVEL, self.steps)
+
+
+class Match(NamedTuple):
+    """A step that lies on the load path of another sequence."""
+
+    step: int
+    before: int
+    after: int
+    """Steps of the other sequence between which it lies; the same where it meets one."""
+    share: float
+    """Of the way from one to the other."""
+
+
+def scatter(recording: Recording) -> Scatter | None:
+    """The scatter of sequences that repeat others; None where none does.
+
+    Raises
+    ------
+    ValueError
+        If nothing near the nominal manipulator is in balance under the recorded loads.
+    """
+    found = list(matches(recording))
+    if not found:
+        return None
+    predict = predictor(recording)
+    fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
+    noise = noise_of(recording, tension_sensitivity(predict, fitted.constants))
+    misfit, variance = predict.misfit(fitted.predicted()), noise.total_sd**2
+    step, disk, kind, _ = recording.readings
+    places = list(zip(disk.tolist(), kind.tolist(), strict=True))
+    row = {(s, *place): k for k, (s, place) in enumerate(zip(step.tolist(), places, strict=True))}
+    squares = []
+    for own, before, after, share in found:
+        for k in np.flatnonzero(step == own):
+            a, b = row.get((before, *places[k])), row.get((after, *places[k]))
+            if a is None or b is None:
+                continue
+            weights = {b: 1.0} if a == b else {a: 1 - share, b: share}
+            away = misfit[k] - sum(weight * misfit[at] for at, weight in weights.items())
+            squares.append(away**2 / (variance[k] + sum(weight**2 * variance[at] for at, weight in weights.items())))
+    factor = np.sqrt(np.median(squares) / chi2_law.median(1)) if squares else 0.0
+    return Scatter(float(factor), len({match.step for match in found}))
+
+
+def matches(recording: Recording) -> Iterator[Match]:
+    """Every step on the path of a later sequence that carries the same loads as far as both go."""
+    loads = recording.loads
+    every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
+    rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
+    for first, second in combinations(rows, 2):
+        yield from _on_path(every, first, second)
+
+
+def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray) -> list[Match]:
+    """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
+    here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
+    far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
+    found, tolerance = [], SAME_LOADS * np.abs(loads[[*first, *second]]).max()
+    for own, at, load in zip(first, far[1:], here[1:], strict=True):
+        if at > along[-1] + tolerance:
+            break
+        k = max(min(int(np.searchsorted(along, at)), len(second)), 1)
+        way = along[k] - along[k - 1]
+        share = float(np.clip((at - along[k - 1]) / way, 0, 1)) if way > 0 else 1.0
+        if np.abs((1 - share) * there[k - 1] + share * there[k] - load).max() > tolerance:
+            return []
+        if share == 1.0:
+            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
+        elif k > 1:  # at rest nothing is read
+            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
+    return found
