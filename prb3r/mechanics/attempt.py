@@ -50,9 +50,8 @@ def attempt(packed, loads, last, s, share, loaded, modes, work, now, grip, origi
     for j in range(len(now.tension)):
         now.tension[j] = max(now.tension[j], 0.0)
     blend(loads.slip, last, s, share if last > 0 else 1.0, now.slip)
-    if loaded:
-        blend(loads.force, last, s, share, now.force)
-        blend(loads.tip, last, s, share, now.tip)
+    blend(loads.force, last, s, share, now.force)
+    blend(loads.tip, last, s, share, now.tip)
     if packed.model[0].extra:
         start, target = loads.moment[last], loads.moment[s]
         for i in range(len(target)):

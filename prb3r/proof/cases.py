@@ -113,8 +113,10 @@ def _noisy(design: Design, label: Label, exact: np.ndarray, rng: np.random.Gener
 
 
 def bias_of(design: Design) -> float:
-    """Whitened norm of engine less rig for a whole recording without effects, at the nominal constants."""
+    """Whitened norm of engine less rig for a recording without effects; infinite where the engine has no equilibrium."""
     bench = Bench(design)
     label = Label(0, "clean", design.number, 0)
     predicted = predictor(recording_of(design, label))(Constants())
+    if not np.isfinite(predicted).all():
+        return np.inf
     return float(np.linalg.norm(bench.whiten(predicted.reshape(bench.nominal.shape) - bench.nominal)))

@@ -22,7 +22,7 @@ from prb3r.study.engine import Piece, Workers, run
 from prb3r.study.manifest import environment
 
 MAIN = "diagnose"
-COMPARED = 5
+COMPARED = 10
 """One of so many recordings is judged by the other methods too."""
 
 Say = Callable[[str], None]

@@ -161,6 +161,17 @@ def test_sequences_that_start_from_rest_can_share_one_call():
         assert (together.slip[half] == alone.slip).all()
 
 
+@pytest.mark.parametrize("kind", [{"presliding": 3e-5}, {"presliding": 0.0}, {"presliding": 0.0, "tied": True}])
+def test_a_tip_load_of_one_sequence_is_gone_in_the_next(kind):
+    rig = chain()._replace(**kind)
+    table, tip = np.vstack([pulls((80, 0)), pulls((30, 20))]), np.array([[0.5, -1.5], [0.0, 0.0]])
+    together = solve(rig, loads(rig, table, tip=tip), from_rest=True)
+    alone = solve(rig, loads(rig, table[1:]))
+    assert (together.outcome == 0).all()
+    assert (together.x[1:] == alone.x).all()
+    assert np.abs(together.y[1] - solve(rig, loads(rig, table[1:], tip=tip[:1])).y[0]).max() > 1e-3
+
+
 def test_moments_act_along_the_path_too():
     """Moments that hold an idle, rubbing chain bent, and the same shape from stress-free angles that change nothing."""
     extra = np.linspace(0.3, -0.1, 14)
