@@ -113,7 +113,7 @@ def _noisy(design: Design, label: Label, exact: np.ndarray, rng: np.random.Gener
 
 
 def bias_of(design: Design) -> float:
-    """Whitened norm of engine less rig for a recording without effects; infinite where the engine has no equilibrium."""
+    """Whitened norm of engine less rig for a recording without effects; infinite without equilibrium."""
     bench = Bench(design)
     label = Label(0, "clean", design.number, 0)
     predicted = predictor(recording_of(design, label))(Constants())
