@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from prototype import ELASTICA, LENGTH, PRB_1R, PRB_3R, cantilever, prototype, shift, tip_face
 
-from prb3r.mechanics.chain import Loads, loads
+from prb3r.mechanics.chain import Loads, loads, pose
 from prb3r.mechanics.equilibrium import Outcome, solve
 from prb3r.mechanics.plate import CHEN, SU, gauss_collocation, hinged_links
-from prb3r.mechanics.reference import constant_curvature_pose, elastica_shooting
+from prb3r.mechanics.reference import constant_curvature_pose, elastica_shooting, seed_fsolve
 
 G = 9.785
 TABLE_2 = np.arange(10, 201, 10)
@@ -50,13 +50,14 @@ def test_paper_table_2_largest_tip_error_of_prb_3r():
 
 @pytest.mark.parametrize(
     ("points", "orders"),
-    [(2, (1e-4, 7e-4, 3e-3)), (4, (3e-12, 4e-10, 2e-8))],
+    [(2, (1e-4, 7e-4, 3e-3)), (3, (5e-8, 1e-6, 2e-5)), (4, (3e-12, 4e-10, 2e-8))],
 )
 def test_collocation_needs_as_many_unknowns_and_is_orders_more_exact(points, orders):
     forces = [50, 100, 200]
     steps = loads(prototype(0.0), np.multiply.outer(forces, [1.0, 0, 0, 0]))
     exact = [elastica_shooting(prototype(0.0), Loads(*step))[1] for step in zip(*steps, strict=True)]
-    found = driven(prototype(0.0, plate=gauss_collocation(points)), forces)
+    chain = prototype(0.0, plate=gauss_collocation(points))
+    found = pose(chain, seed_fsolve(chain, steps)[0])  # the engine solves the same equations: test_equilibrium.py
     error = (
         100
         / LENGTH
