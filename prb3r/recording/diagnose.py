@@ -14,7 +14,7 @@ from prb3r.recording.closure import Closure, close
 from prb3r.recording.clues import Clue, clues
 from prb3r.recording.experiment import Experiment, best_experiments
 from prb3r.recording.heldout import HeldOut, Unseen, set_aside, unseen
-from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.hypothesis import FARTHEST, Hypothesis
 from prb3r.recording.laws import Mechanism, MomentMap, mechanism, missing_moments
 from prb3r.recording.locate import DETECTABLE, Scores
 from prb3r.recording.outliers import Trust, Weight, far_off
@@ -382,7 +382,7 @@ def _detectable(judged: Scores) -> tuple[Detectable, ...]:
         free = hypothesis.free[0]
         size = abs(free.value(DETECTABLE / each.size) - free.null)
         if free.log:
-            size = abs(free.null * np.expm1(DETECTABLE / each.size))
+            size = abs(free.null * np.expm1(min(DETECTABLE / each.size, FARTHEST)))
         old = best.get(hypothesis.kind)
         if old is None or old.size is None or size < old.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)

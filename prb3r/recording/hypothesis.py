@@ -16,6 +16,8 @@ from prb3r.model.effect import EFFECT_KINDS, Base
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
+FARTHEST = 50.0
+"""Beyond it an exponential is any bound."""
 SMALL = 1e-3
 """Step of a free parameter, in its own scale, that stands for a derivative."""
 
@@ -34,7 +36,7 @@ class Free(NamedTuple):
     """The value is what the calibrated friction coefficient is exceeded by."""
 
     def value(self, u: float, friction: float = 0.0) -> float:
-        plain = self.null * np.exp(u) if self.log else self.null + self.scale * u
+        plain = self.null * np.exp(min(u, FARTHEST)) if self.log else self.null + self.scale * u
         return float(np.clip(plain + (friction if self.above else 0.0), self.low, self.high))
 
     def at(self, value: float, friction: float = 0.0) -> float:
