@@ -4,7 +4,8 @@ Two sequences repeat one another where they carry the same loads at the same len
 even if they were read at other loads: in between, what the model leaves changes steadily.
 """
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from scipy.stats import chi2 as chi2_law
 from prb3r.recording.calibrate import calibrate
 from prb3r.recording.covariance import noise_of, tension_sensitivity
 from prb3r.recording.locate import LEVEL
+from prb3r.recording.outliers import distrust
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.recording import Recording
 
@@ -27,7 +29,7 @@ class Scatter(NamedTuple):
     """What repeated sequences show."""
 
     factor: float
-    """Median difference of repeated readings over what the stated noise lets expect."""
+    """Scatter of repeated readings, gross outliers left out, over what the stated noise lets expect."""
     steps: int
     """How many steps were repeated."""
 
@@ -63,29 +65,44 @@ def scatter(recording: Recording) -> Scatter | None:
     fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
     noise = noise_of(recording, tension_sensitivity(predict, fitted.constants))
     misfit, variance = predict.misfit(fitted.predicted()), noise.total_sd**2
-    step, disk, kind, _ = recording.readings
-    places = list(zip(disk.tolist(), kind.tolist(), strict=True))
-    row = {(s, *place): k for k, (s, place) in enumerate(zip(step.tolist(), places, strict=True))}
     squares = []
-    for own, before, after, share in found:
-        for k in np.flatnonzero(step == own):
-            a, b = row.get((before, *places[k])), row.get((after, *places[k]))
-            if a is None or b is None:
+    for changes in _changes(recording, found, distrust(fitted) == 1):
+        rows, weights = np.array(list(changes)), np.array(list(changes.values()))
+        squares.append((weights @ misfit[rows]) ** 2 / (weights**2 @ variance[rows]))
+    factor = np.sqrt(np.mean(squares)) if squares else 0.0
+    return Scatter(float(factor), len({match.step for _, match in found}))
+
+
+def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray) -> Iterator[Counter[int]]:
+    """From one matched step to the next, how the difference of two sequences changes: weights of readings by row.
+
+    What sets whole sequences apart (a camera that was moved, plates that creep) is no noise, and cancels nearly.
+    """
+    step, disk, kind, _ = (field.tolist() for field in recording.readings)
+    row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True)) if believed[k]}
+    before: dict[tuple[int, int, int], Counter[int]] = {}  # by pair of sequences, disk and kind
+    for pair, match in found:
+        for place in {(d, k) for s, d, k in row if s == match.step}:
+            own, first, last = (row.get((at, *place)) for at in (match.step, match.before, match.after))
+            if own is None or first is None or last is None:
                 continue
-            weights = {b: 1.0} if a == b else {a: 1 - share, b: share}
-            away = misfit[k] - sum(weight * misfit[at] for at, weight in weights.items())
-            squares.append(away**2 / (variance[k] + sum(weight**2 * variance[at] for at, weight in weights.items())))
-    factor = np.sqrt(np.median(squares) / chi2_law.median(1)) if squares else 0.0
-    return Scatter(float(factor), len({match.step for match in found}))
+            apart = Counter({own: 1.0})
+            apart.subtract({first: 1 - match.share})
+            apart.subtract({last: match.share})
+            if (key := (pair, *place)) in before:
+                change = Counter(apart)
+                change.subtract(before[key])
+                yield change
+            before[key] = apart
 
 
-def matches(recording: Recording) -> Iterator[Match]:
-    """Every step on the path of a later sequence that carries the same loads as far as both go."""
+def matches(recording: Recording) -> Iterator[tuple[int, Match]]:
+    """Every step on the path of a later sequence with the same loads as far as both go; by number of the pair."""
     loads = recording.loads
     every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
-    for first, second in combinations(rows, 2):
-        yield from _on_path(every, first, second)
+    for pair, (first, second) in enumerate(combinations(rows, 2)):
+        yield from ((pair, match) for match in _on_path(every, first, second))
 
 
 def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray) -> list[Match]:

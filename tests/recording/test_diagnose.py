@@ -109,6 +109,17 @@ def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
     assert found.heldout.chi2_calibrated < 1.3 * found.heldout.readings
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_no_sequence_is_set_aside_that_alone_pulls_a_cable_hard(seed):
+    recording = recorded(case())
+    tension = recording.loads.tension.copy()
+    only = recording.of_sequence == 2
+    tension[only, 1] *= 4
+    aside = set_aside(recording.of_sequence, recording.loads._replace(tension=tension), seed)
+    assert aside
+    assert 2 not in aside
+
+
 def test_what_calibration_hides_is_brought_to_light():
     """A lossy pulley looks like more friction and another E; the held-out sequence tells."""
     found = diagnosed(case(effect("pulley_friction", efficiency=0.92)))

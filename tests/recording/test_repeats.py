@@ -11,6 +11,7 @@ from prb3r.mechanics.chain import Loads
 from prb3r.recording.covariance import reading_sd
 from prb3r.recording.diagnose import diagnose
 from prb3r.recording.predict import Constants, predictor
+from prb3r.recording.recording import Kind
 from prb3r.recording.repeats import matches, scatter
 
 
@@ -53,9 +54,21 @@ def test_other_paths_are_no_repetition():
 def test_every_step_of_a_repetition_matches_its_own():
     many = pulled_again(1.0, times=2)
     count = many.loads.steps // 2
-    assert [(each.step, each.before, each.after) for each in matches(many)] == [
+    assert [(each.step, each.before, each.after) for _, each in matches(many)] == [
         (k, k + count, k + count) for k in range(count)
     ]
+
+
+def test_a_camera_that_moved_between_repetitions_is_no_noise():
+    many = pulled_again(1.0)
+    later = many.of_sequence >= len(many.sequences) // 3
+    shifted = later[many.readings.step] & (many.readings.kind == Kind.Y)
+    moved = many.with_values(many.readings.value + 0.002 * shifted)
+    assert not scatter(moved).beyond_chance
+    assert scatter(moved).factor == pytest.approx(1, rel=0.1)
+    found = diagnose(moved)
+    assert found.verdict == "unexplained"
+    assert "frame" in found.mismatch.depends_on
 
 
 def test_readings_that_scatter_more_than_stated_are_no_effect():
