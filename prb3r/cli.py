@@ -265,12 +265,16 @@ def bench(as_json, output) -> None:
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.option("--seed", type=click.IntRange(0), default=2, show_default=True, help="Of everything; 1 is for tuning.")
 def prove(output, cases, jobs, seed) -> None:
-    """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict."""
+    """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict.
+
+    An interrupted run goes on where it stopped when it is started again.
+    """
     from prb3r.present.proof import publish_proof, scores_table
     from prb3r.proof.composition import FULL
     from prb3r.proof.prove import prove as run_proof
 
-    found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True))
+    kept = Path(output) / ".journal"
+    found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
     files = publish_proof(found, Path(output))
     click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -12,6 +13,7 @@ from prb3r.proof.cases import bias_of, recording_of
 from prb3r.proof.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.designs import Design, Steps
 from prb3r.proof.intervals import Score, share_of
+from prb3r.proof.journal import Journal
 from prb3r.proof.judged import Judged
 from prb3r.proof.labels import Label
 from prb3r.proof.methods import METHODS, Task, Verdict, judged
@@ -19,7 +21,7 @@ from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, resolved, test
 from prb3r.proof.sealed import Seal
 from prb3r.recording.recording import Recording
 from prb3r.study.engine import Piece, Workers, run
-from prb3r.study.manifest import environment
+from prb3r.study.manifest import environment, fingerprint
 
 MAIN = "diagnose"
 COMPARED = 10
@@ -75,7 +77,7 @@ class Proof:
         return [*measured[: len(GOALS)], (FOLLOWED, after), *measured[len(GOALS) :]]
 
 
-def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None) -> Proof:
+def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None, kept: Path | None = None) -> Proof:
     """Run the benchmark.
 
     Parameters
@@ -83,40 +85,47 @@ def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None) -> Pro
     cases : recordings of a run.
     seed : of everything; the same seed, the same scores.
     say : hears what is under way, the hash of the labels among it.
+    kept : file of what is there already if the run was interrupted; removed at the end.
+
+    Raises
+    ------
+    EngineError
+        If `kept` cannot be written.
     """
-    begin = time.monotonic()
+    journal = Journal(kept, f"{fingerprint('recording', 'proof')} {cases} {seed}")
+    work = partial(_all, jobs=jobs, say=say, journal=journal)
     numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases))]
     say(f"{len(numbered)} designs")
-    designs = _all(drawn_design, numbered, jobs, say)
+    designs = work("designs", drawn_design, numbered)
     asked = requests(seed, cases, designs)
     own = [(design, [each for each in asked if each.design == k]) for k, design in enumerate(designs)]
     say(f"{cases} labels; what can be told apart is computed by the bench")
-    labels = sorted((label for part in _all(labels_of, own, jobs, say) for label in part), key=lambda each: each.case)
+    labels = sorted((label for part in work("labels", labels_of, own) for label in part), key=lambda each: each.case)
     seal = Seal(labels)
     say(f"labels sealed, SHA-256 {seal.digest}")
-    bias = _all(bias_of, designs, jobs, say)
+    bias = work("bias", bias_of, designs)
     say("recordings")
     plays = [Play(designs[label.design], label) for label in labels]
-    recordings = _all(recorded, plays, jobs, say)
+    recordings = work("recordings", recorded, plays)
     say("verdicts")
     tasks = [
         Asked(label.case, recording, frozenset(label.without), method, seed)
         for label, recording in zip(labels, recordings, strict=True)
         for method in (METHODS if label.case % COMPARED == 0 else (MAIN,))
     ]
-    verdicts = _all(answered, tasks, jobs, say)
+    verdicts = work("verdicts", answered, tasks)
     again = [
         (each.case, _on(plays[each.case].design, proposal.steps))
         for each in verdicts
         if each.method == MAIN and (proposal := worth(each)) is not None
     ]
     say(f"{len(again)} proposed experiments")
-    repeated = _all(recorded, [replace(plays[case], extra=steps) for case, steps in again], jobs, say)
+    repeated = work("experiments", recorded, [replace(plays[case], extra=steps) for case, steps in again])
     more = [
         Asked(case, each, frozenset(labels[case].without), MAIN, seed)
         for (case, _), each in zip(again, repeated, strict=True)
     ]
-    second = _all(answered, more, jobs, say)
+    second = work("answers", answered, more)
     opened = {label.case: label for label in seal.opened({each.case for each in verdicts})}
     found = {
         method: tuple(
@@ -125,16 +134,18 @@ def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None) -> Pro
         for method in METHODS
     }
     first = {case.label.case: case for case in found[MAIN]}
-    return Proof(
+    proof = Proof(
         seed,
         seal.digest,
         tuple(designs),
         tuple(bias),
         found,
         tuple((first[each.case], each) for each in second),
-        time.monotonic() - begin,
+        journal.seconds,
         environment(Path("proof")),
     )
+    journal.discard()
+    return proof
 
 
 def recorded(play: Play) -> Recording | str:
@@ -163,15 +174,17 @@ def _friction(designs: Sequence[Design], label: Label) -> float:
     return designs[label.design].friction * float(np.exp(label.constants[1]))
 
 
-def _all(function: Callable[[Any], T], tasks: Sequence[Any], jobs: int, say: Say) -> list[T]:
-    """Results in the order of the tasks.
+def _all(
+    stage: str, function: Callable[[Any], T], tasks: Sequence[Any], *, jobs: int, say: Say, journal: Journal
+) -> list[T]:
+    """Results in the order of the tasks; those that are there already are not made again.
 
     Raises
     ------
     RuntimeError
         If one has none.
     """
-    out: dict[int, T] = {}
+    out: dict[int, T] = journal.known(stage)
     told = time.monotonic()
 
     def keep(number: int, pieces: list[Piece]) -> None:
@@ -179,9 +192,10 @@ def _all(function: Callable[[Any], T], tasks: Sequence[Any], jobs: int, say: Say
         if pieces[0].fate != "done":
             raise RuntimeError(f"task {number}: {pieces[0].reason}")
         out[number] = pieces[0].value
+        journal.add(stage, number, pieces[0].value)
         if time.monotonic() - told > 20:
             told = time.monotonic()
             say(f"{len(out)} of {len(tasks)}")
 
-    run(function, tasks, keep, Workers(jobs=jobs))
+    run(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=jobs))
     return [out[k] for k in range(len(tasks))]

@@ -1,5 +1,6 @@
 """The manifest of a run: the spec as resolved, versions, revision, platform, run time; what varies lives here alone."""
 
+import hashlib
 import json
 import os
 import platform
@@ -17,6 +18,7 @@ from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
 
 NAME = "manifest.json"
+PACKAGE = Path(__file__).parents[1]
 PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
 TIMED_EQUILIBRIA = 2000
 REPEATS = 5
@@ -45,6 +47,13 @@ def git_state(folder: Path) -> dict[str, Any] | None:
         return {"revision": git("rev-parse", "HEAD").strip(), "dirty": bool(git("status", "--porcelain").strip())}
     except (OSError, subprocess.SubprocessError):
         return None
+
+
+def fingerprint(*more: str) -> str:
+    """Hash of the program text that tables depend on, and of `more` parts of the package."""
+    parts = ("mechanics", "model", "study", *more)
+    sources = sorted(path for part in parts for path in (PACKAGE / part).glob("*.py"))
+    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:16]
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:

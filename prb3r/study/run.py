@@ -4,7 +4,6 @@ A run resumes by content: parts are kept under the hash of what they were comput
 kept, and the program text of the engine), so an unchanged study is a no-op and an interrupted one goes on.
 """
 
-import hashlib
 import json
 import time
 from collections.abc import Mapping
@@ -22,11 +21,9 @@ from prb3r.study.cases import Case, resolve
 from prb3r.study.columns import check_columns, described
 from prb3r.study.compare import comparisons, fits
 from prb3r.study.engine import Piece, Workers, run
-from prb3r.study.manifest import changes, environment, read_manifest, timing, write_manifest
+from prb3r.study.manifest import changes, environment, fingerprint, read_manifest, timing, write_manifest
 from prb3r.study.spec import Study, load_study
 from prb3r.study.work import CRASHED, FAILED, Chunk, blank_row, solve_chunk
-
-PACKAGE = Path(__file__).parents[1]
 
 
 class Progress(Protocol):
@@ -129,12 +126,6 @@ class Result:
         """The table of states, if the spec keeps any."""
         path = self.folder / "states.parquet"
         return store.read(path).to_pandas() if self.plan.study.states != "none" else None
-
-
-def fingerprint() -> str:
-    """Hash of the program text that tables depend on."""
-    sources = sorted(path for part in ("mechanics", "model", "study") for path in (PACKAGE / part).glob("*.py"))
-    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:16]
 
 
 def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
