@@ -14,7 +14,9 @@ TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
 MAX_ITERATIONS = 60
 CYCLING = 12
-"""From this Newton step on only half steps are taken: at kinks of friction or of a bending law full ones may cycle."""
+"""From this Newton step on steps are shortened: at kinks of friction or of a bending law full ones may cycle."""
+SHORTEST_SHARE = 1.0 / 64
+"""Of a step that leads to a larger error, where steps are shortened."""
 MAX_STEP = 0.5
 """Longest Newton step of a node angle, rad."""
 FAILED = -1
@@ -81,23 +83,30 @@ def march(packed, tension, slip, work):
     Returns the largest number of Newton steps a plate took, or `FAILED`.
     """
     model, plates, spans, cable = packed.model[0], packed.plate, packed.span, packed.cable
-    n = work.block.shape[0]
+    n, way = work.block.shape[0], work.block
     at_base(tension, slip, cable)
     most = 0
     for i in range(len(spans)):
         plate, after, span = plates[i], plates[i + 1], spans[i]
         plate.load[0], plate.load[1], plate.load[2] = 0.0, 0.0, 0.0
-        steps = FAILED
+        steps, last, share = FAILED, 0.0, 1.0
         for step in range(MAX_ITERATIONS):
-            if balance_plate(model, plate, span, cable) <= TOLERANCE:
+            error = balance_plate(model, plate, span, cable)
+            if error <= TOLERANCE:
                 steps = step
                 break
+            if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
+                share /= 2  # back by half of what was gone
+                for k in range(n):
+                    plate.q[k] -= share * way[k, 0]
+                    after.q[k] -= share * way[k, 0]
+                continue
             correct_plate(plate)
-            share = 1.0 if step < CYCLING else 0.5
+            last, share = error, 1.0
             for k in range(n):
-                change = share * min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
-                plate.q[k] += change
-                after.q[k] += change  # the next plate will change much alike
+                way[k, 0] = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
+                plate.q[k] += way[k, 0]
+                after.q[k] += way[k, 0]  # the next plate will change much alike
         if steps == FAILED:
             return FAILED
         most = max(most, steps)

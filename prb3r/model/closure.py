@@ -18,6 +18,8 @@ TOLERANCE = 1e-9
 """Largest change of a moment that counts as none, of the largest moment."""
 ANGLE_TOLERANCE = 1e-11
 """And the bend that a moment may cause to count as none, rad: as exact as equilibria are."""
+FARTHEST = np.pi
+"""No moment larger than that which would bend a rotation of a plate so far, rad, is tried on the way."""
 SHORTEST, LONGEST = 0.02, 4.0
 """Share of the way to the moments that the law asks for, at most and at least."""
 NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
@@ -88,7 +90,8 @@ def equilibria_of(
     path = Loads(*(np.concatenate(pair) for pair in zip(rest, loads, strict=True)))  # the law acts at rest too
     begins = np.append(True, begins)
     constant = chain.constant or no_loads(chain)
-    least = ANGLE_TOLERANCE * float(chain.stiffness.max())
+    stiffest = float(chain.stiffness.max())
+    least, most = ANGLE_TOLERANCE * stiffest, FARTHEST * stiffest
 
     def under(moment: np.ndarray, eigenvalue: bool) -> Equilibria:
         bare = chain._replace(closure=(), constant=constant._replace(moment=constant.moment + moment[:1]))
@@ -108,7 +111,7 @@ def equilibria_of(
         if closed.all():
             break
         share = _share(moment - before, miss - missed) if done else 1.0
-        before, missed, moment = moment, miss, moment + share * miss
+        before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
     if eigenvalue:
         states = under(moment, True)
     if chain.presliding:  # what follows an unclosed step is another path

@@ -24,7 +24,7 @@ def verdict(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "ambiguous":
         what = f"{effects} account{'s' * one} for the mismatch, but so would others"
         return f"Explained, but not by one cause alone: {what} that these recordings cannot tell apart."
-    text = "Unexplained: a real mismatch remains that no effect of the library accounts for."
+    text = f"Unexplained: {diagnosis.why}."
     if not count:
         return text
     which = "One effect of the library helps" if one else f"{count} effects of the library together help"

@@ -82,7 +82,7 @@ def _single(request: Request, bench: Bench, loading: Bench | None, rng: np.rando
         one = drawn(bench, request.kind, request.multiple, rng)
         if one is None:
             continue
-        far = min(rivals_of(bench, one, refit=False).values(), default=np.inf)
+        far = min(rivals_of(bench, one, near=0.0).values(), default=np.inf)
         if best is None or far > best[0]:
             best = far, one
         if best[0] >= 1.2 * APART or request.multiple < 2 or not one.candidate.sized:
@@ -96,9 +96,10 @@ def _deleted(request: Request, bench: Bench, loading: Bench | None, rng: np.rand
         one = drawn(bench, request.kind, multiple, rng)
         if one is None:
             continue
-        label = _labelled(replace(request, multiple=multiple), bench, one, rivals_of(bench, one))
+        label = _labelled(replace(request, multiple=multiple), bench, one, rivals_of(bench, one, near=np.inf))
         if best is None or label.distance > best.distance:
-            best = replace(label, without=label.kinds)
+            others = [each for each in bench.responses if each.kind not in label.kinds]
+            best = replace(label, without=label.kinds, pair_distance=bench.to_pairs(one.change, others))
         if best.distance >= FAR_OUTSIDE:
             break
     return best
@@ -199,7 +200,11 @@ def _outside(request: Request, bench: Bench, law: str, size: float) -> Label | N
         foreign=(law, size),
         sizes=(size,),
         norm=float(np.sqrt(bench.refitted(change, None))),
-        nearest=nearest(bench, change, bench.responses, [], refit=False),
+        nearest={
+            **nearest(bench, change, bench.responses, [], near=np.inf),
+            "wrong weight": bench.without_a_step(change),
+        },
+        pair_distance=bench.to_pairs(change, bench.responses),
     )
 
 
@@ -239,7 +244,7 @@ def _confusable(request: Request, bench: Bench, loading: Bench | None, rng: np.r
         one = drawn(bench, request.kind, request.multiple, rng)
         if one is None or not one.candidate.sized:
             continue
-        if min(rivals_of(bench, one, refit=False).values(), default=np.inf) < 4 * SAME:
+        if min(rivals_of(bench, one, near=0.0).values(), default=np.inf) < 4 * SAME:
             near = rivals_of(bench, one)
             if min(near.values()) < SAME:
                 return _labelled(request, bench, one, near)

@@ -44,6 +44,8 @@ class Label:
     """Of the whitened change, calibration refitted."""
     nearest: Mapping[str, float] = field(default_factory=dict)
     """Squared distance to the nearest refitted effect of every other kind."""
+    pair_distance: float | None = None
+    """Outside the library: squared distance to the nearest two effects together."""
     places: tuple[Any, ...] = ()
     """Places of the same kind that are nearer than `APART`, with their squared distances."""
     foreign: tuple[str, float] | None = None

@@ -8,6 +8,7 @@ effects come close, both refits are iterated with the full rig (Gauss-Newton wit
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -211,6 +212,32 @@ class Bench:
             sizes = np.clip(sizes, rival.group[0].low, rival.group[0].high)
         return float(((a - b @ sizes) ** 2).sum())
 
+    def without_a_step(self, change: np.ndarray) -> float:
+        """The squared distance to one step under another weight, whatever that may have been, linearised."""
+        count, whole = len(self.nominal), len(change) - len(self.constants)
+        step = np.append(np.repeat(np.arange(count), whole // count), np.full(len(self.constants), count))
+        left = []
+        for k in range(count):
+            own = step != k
+            basis = np.linalg.qr(self.calibration[own])[0]
+            left.append(change[own] - basis @ (basis.T @ change[own]))
+        return float(min(each @ each for each in left))
+
+    def to_pairs(self, change: np.ndarray, rivals: Sequence[Response]) -> float:
+        """The squared distance to the best refit of any two effects together, linearised, of whatever size."""
+        a, columns = self.free(change), [self.free(each.columns) for each in rivals]
+        best = np.inf
+        for one, other in combinations(range(len(rivals)), 2):
+            fixed = [k for k in (one, other) if not rivals[k].group[0].sized]
+            left = a - sum(columns[k][:, 0] for k in fixed)
+            free = [columns[k] for k in (one, other) if k not in fixed]
+            if free:
+                both = np.hstack(free)
+                normal, along = both.T @ both, both.T @ left
+                gain = along @ np.linalg.lstsq(normal, along, rcond=1e-9)[0]
+            best = min(best, float(left @ left - (gain if free else 0.0)))
+        return max(best, 0.0)
+
     def refitted(self, change: np.ndarray, rival: Response | None) -> float:
         """The same with the full rig, refitted from the nominal constants; a rival of None is calibration alone."""
         group = rival.group if rival is not None else ()
@@ -242,9 +269,9 @@ class Bench:
 
 
 def nearest(
-    bench: Bench, change: np.ndarray, rivals: Sequence[Response], without: Sequence[str], refit: bool = True
+    bench: Bench, change: np.ndarray, rivals: Sequence[Response], without: Sequence[str], near: float = NEAR
 ) -> dict[str, float]:
-    """The squared distance to the nearest rival of every kind but those `without`, the close ones refitted."""
+    """The squared distance to the nearest rival of every kind but those `without`, refitted if below `near`."""
     best: dict[str, tuple[float, Response]] = {}
     for rival in rivals:
         if rival.kind not in without:
@@ -253,7 +280,7 @@ def nearest(
                 best[rival.kind] = far, rival
     out: dict[str, float] = {}
     for kind, (far, rival) in sorted(best.items(), key=lambda item: item[1][0]):
-        if refit and far < NEAR and len(out) < MOST_REFITTED and rival.group[0].sized:
+        if far < near and len(out) < MOST_REFITTED and rival.group[0].sized:
             far = min(far, bench.refitted(change, rival))
         out[kind] = round(float(far), 3)
     return out

@@ -100,6 +100,11 @@ def outside(case: Judged) -> bool:
     return case.label.cls in ("foreign", "deleted") and case.label.distance >= FAR_OUTSIDE
 
 
+def far_outside(case: Judged) -> bool:
+    """Whether not even two effects of the library together come near."""
+    return outside(case) and (case.label.pair_distance or 0.0) >= APART
+
+
 def _flagged(case: Judged) -> bool:
     near = [kind for kind, far in case.label.nearest.items() if far < SAME]
     kinds = mentioned(case.verdict)
@@ -198,6 +203,18 @@ INFORMATION: tuple[Goal, ...] = (
         "",
         (),
         _share(lambda c: c.label.wrong_weight is not None, _weight_named),
+    ),
+    Goal(
+        "outside, two effects together included: `unexplained`",
+        "",
+        (),
+        _share(far_outside, lambda c: c.verdict.verdict == "unexplained"),
+    ),
+    Goal(
+        "outside, two effects together included: wrong confident name",
+        "",
+        (),
+        _share(far_outside, lambda c: bool(confident(c.verdict)) or failed(c)),
     ),
     Goal("decoys with a named effect", "", (), _share(_of("decoy"), named_or_failed)),
     Goal("held-out chi-square a reading, median", "", (), _after),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.proof.candidates import Candidate, shaped, twins
-from prb3r.proof.responses import APART, NORM, Bench, Response, nearest
+from prb3r.proof.responses import APART, NEAR, NORM, Bench, Response, nearest
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ def drawn(bench: Bench, kind: str, multiple: float, rng: np.random.Generator) ->
     return None
 
 
-def rivals_of(bench: Bench, one: Found, refit: bool = True) -> dict[str, float]:
-    """Squared distances to the other kinds, laws that are the same under another name included."""
+def rivals_of(bench: Bench, one: Found, near: float = NEAR) -> dict[str, float]:
+    """Squared distances to the other kinds, laws that are the same under another name included; see `nearest`."""
     twin = []
     for each in twins(bench.design, one.candidate, one.size):
         if (column := bench.unit(each)) is not None:
             twin.append(Response((each,), column[:, None]))
-    return nearest(bench, one.change, [*bench.responses, *twin], [one.candidate.kind], refit)
+    return nearest(bench, one.change, [*bench.responses, *twin], [one.candidate.kind], near)
 
 
 def places_of(bench: Bench, one: Found) -> tuple[Any, ...]:

@@ -16,7 +16,7 @@ from prb3r.recording.locate import scores
 from prb3r.recording.select import BIC_FALL, bic, improves_left_out
 
 MOST_TERMS = 3
-FARTHEST = 1e3
+FARTHEST = 30.0
 """Bound of a term, in shares of the largest cable moment."""
 SHARE = 0.1
 """Scale of a term: the moment that is this share of the largest cable moment."""

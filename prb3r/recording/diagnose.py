@@ -23,7 +23,18 @@ from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
 from prb3r.recording.repeats import Scatter, scatter
 from prb3r.recording.rivals import Rival, rivals
-from prb3r.recording.select import Choice, Each, Search, bic, chi2_threshold, choose, cost, examine, serially
+from prb3r.recording.select import (
+    MOST_EFFECTS,
+    Choice,
+    Each,
+    Search,
+    bic,
+    chi2_threshold,
+    choose,
+    cost,
+    examine,
+    serially,
+)
 from prb3r.recording.statements import Estimate, sentence
 from prb3r.recording.trust import renewed, start
 
@@ -89,6 +100,8 @@ class Diagnosis:
     recording: Recording
     seed: int
     verdict: str
+    why: str
+    """Of `unexplained`: what no effect of the library accounts for."""
     training: Recording
     """The sequences that were fitted."""
     nominal_chi2: float | None
@@ -193,14 +206,15 @@ def diagnose(
         refuted = tuple(each.name for each in choice.fitted.model.hypotheses)
         choice = replace(choice, fitted=calibrated, scores=before, chi2_threshold=chi2_threshold(calibrated))
         held = fresh.judge(calibrated, calibrated) if fresh else None
-    unexplained = choice.structured
+    doubted = (*trust.doubted, *(fresh.doubted if fresh else ()))
+    why = _unexplained(choice, [recording.manipulator.cable_names[weight.cable] for weight in doubted])
     named = tuple(
-        _named(choice, k, search, fresh, partial=unexplained) for k in range(len(choice.fitted.model.hypotheses))
+        _named(choice, k, search, fresh, partial=bool(why)) for k in range(len(choice.fitted.model.hypotheses))
     )
-    if not named:
-        verdict = "unexplained" if unexplained else "adequate"
+    if why or not named:
+        verdict = "unexplained" if why else "adequate"
     else:
-        verdict = "unexplained" if unexplained else "ambiguous" if any(n.rivals for n in named) else "explained"
+        verdict = "ambiguous" if any(each.rivals for each in named) else "explained"
     closure, closure_gain = None, None
     if verdict == "unexplained":
         report("closure")
@@ -211,6 +225,7 @@ def diagnose(
         recording=recording,
         seed=seed,
         verdict=verdict,
+        why=why,
         training=training,
         nominal_chi2=_nominal_chi2(calibrated),
         calibrated=calibrated,
@@ -235,6 +250,20 @@ def diagnose(
             *_refusals(refuted),
         ),
     )
+
+
+def _unexplained(choice: Choice, doubted: Sequence[str]) -> str:
+    """Why the verdict is `unexplained`; empty if it is not.  `doubted`: the cable of every weight not believed."""
+    effects = len(choice.fitted.model.hypotheses)
+    if choice.structured:
+        return "a real mismatch remains that no effect of the library accounts for"
+    if effects >= MOST_EFFECTS:
+        return f"it takes {effects} effects at once, which is less likely than one that is not in the library"
+    again = sorted({name for name in doubted if doubted.count(name) > 1})
+    if again:
+        which = f"cable{'s' * (len(again) > 1)} {' and '.join(again)}"
+        return f"weights on {which} do not go with the readings at several steps, which is more than a slip of a label"
+    return ""
 
 
 def _nominal_chi2(calibrated: Fit) -> float | None:

@@ -304,7 +304,8 @@ def pair_fits(calibrated: Fit, before: Scores, each: Each = serially) -> list[Fi
 
 def _fit_pair(task: tuple[Fit, tuple[Direction, Direction]]) -> Fit | None:
     base, (a, b) = task
-    return fit(base.model.adding(a.subject, b.subject), np.concatenate([base.p, a.start, b.start]))
+    start = np.concatenate([base.p, a.start, b.start])
+    return fit(base.model.adding(a.subject, b.subject), start, useful=base.chi2)
 
 
 def without_needless(fitted: Fit, threshold: float) -> Fit:
