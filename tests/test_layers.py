@@ -24,7 +24,7 @@ ALLOWED = {
     "errors": set(),
     "quantities": set(),
     "mechanics": {"numpy", "scipy", "numba"},
-    "model": {"numpy", "pandas", "pydantic"},
+    "model": {"numpy", "pandas", "pydantic", "scipy"},
     "study": {"numpy", "pandas", "scipy", "pydantic", "pyarrow"},
     "study/engine": {"joblib", "distributed", "threadpoolctl"},
     "recording": {"numpy", "pandas", "scipy", "pydantic"},

@@ -60,6 +60,8 @@ class Sensitivities:
     """(s, n + 1, p) of the absolute angles of the disks, rad per unit."""
     dtension: np.ndarray
     """(s, n, m, p) of the cable tensions across the plates, N per unit."""
+    dslip: np.ndarray
+    """(s, n, m, p) of the slip at the holes before the plates; no cables where it is declared."""
 
 
 def sensitivities(
@@ -74,7 +76,7 @@ def sensitivities(
     ------
     ValueError
         Without a direction, where one changes more than numbers (plates, cables, model or kind of friction), or with
-        moments that follow the state.
+        moments that follow the state: `prb3r.model.law_sensitivity` has these.
     """
     problems = [problem for along in directions for problem in (along.ahead, along.behind)]
     if not problems:
@@ -90,6 +92,7 @@ def sensitivities(
     rows, n, cables = acting(chain, loads), chain.stiffness.shape[1], len(chain.reach)
     pose = np.zeros((3, loads.steps, chain.plates + 1, len(directions)))
     tension = np.empty((loads.steps, chain.plates, cables, len(directions)))
+    slip = np.empty((loads.steps, chain.plates, cables if chain.presliding > 0 else 0, len(directions)))
     pose[0, :, 0] = [(along.behind[0].disk - along.ahead[0].disk) / (2 * along.apart) for along in directions]
     for first in range(0, len(directions), TOGETHER):
         part = slice(first, first + TOGETHER)
@@ -97,9 +100,10 @@ def sensitivities(
         for row in range(3):
             pose[row, :, 1:, part] = found[:, :, n + row]
         tension[..., part] = found[:, :, n + 3 : n + 3 + cables]
+        slip[..., part] = found[:, :, n + 3 + 2 * cables :]
     failed = np.isnan(equilibria.angle[:, -1])
-    pose[:, failed], tension[failed] = np.nan, np.nan
-    return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension)
+    pose[:, failed], tension[failed], slip[failed] = np.nan, np.nan, np.nan
+    return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
 
 
 def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:

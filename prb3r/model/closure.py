@@ -10,8 +10,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads, no_loads
+from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.model.moment_law import LawPath, law_path
 
 MAX_PASSES = 60
 TOLERANCE = 1e-9
@@ -23,46 +24,6 @@ FARTHEST = np.pi
 SHORTEST, LONGEST = 0.02, 4.0
 """Share of the way to the moments that the law asks for, at most and at least."""
 NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
-
-
-def influences_of_place(chain: Chain) -> dict[str, np.ndarray]:
-    """What a moment may follow without following the state, by name: (n,) for every plate."""
-    place = np.linspace(-1.0, 1.0, chain.plates) if chain.plates > 1 else np.zeros(1)
-    return {"constant": np.ones(chain.plates), "position": place}
-
-
-def influences(chain: Chain, loads: Loads, states: Equilibria, time: np.ndarray) -> dict[str, np.ndarray]:
-    """What a term's moment may follow, by name: (s, n) for every step and plate.
-
-    Parameters
-    ----------
-    states : with detail.
-    time : (s,) of each step within its sequence, from 0 at rest to 1 at its last step.
-    """
-    shape = len(states.angle), chain.plates
-    bend = np.diff(states.angle, axis=1)
-    pull = states.tension * chain.offset
-    slip = states.slip if chain.presliding else loads.slip[:, None, :]
-    each = {
-        **influences_of_place(chain),
-        "bend": bend,
-        "bend_cubed": bend**3,
-        "tension": pull.sum(-1),
-        "wrap": pull.sum(-1) * np.cumsum(np.abs(bend), axis=1),
-        "direction": (slip * pull).sum(-1),
-        "time": time[:, None],
-    }
-    return {name: np.broadcast_to(values, shape) for name, values in each.items()}
-
-
-def time_within(begins: np.ndarray, number: np.ndarray | None = None) -> np.ndarray:
-    """(s,) step number over the last one of its sequence; sequences begin where `begins` and are counted from 1."""
-    first = np.flatnonzero(np.concatenate([[True], begins[1:]]))
-    count = np.diff(np.append(first, len(begins)))
-    if number is None:
-        number = np.arange(len(begins)) - np.repeat(first, count) + 1
-    last = np.repeat(np.asarray(number, float)[first + count - 1], count)
-    return np.divide(number, last, out=np.zeros(len(begins)), where=last != 0)
 
 
 def equilibria_of(
@@ -84,28 +45,23 @@ def equilibria_of(
     """
     if not chain.closure:
         return solve(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail)
-    begins = np.array(np.broadcast_to(from_rest, loads.steps), bool)
-    time = np.append(0.0, time_within(begins, number))
-    rest = Loads(*(np.zeros_like(field[:1]) for field in loads))._replace(slip=loads.slip[:1])
-    path = Loads(*(np.concatenate(pair) for pair in zip(rest, loads, strict=True)))  # the law acts at rest too
-    begins = np.append(True, begins)
-    constant = chain.constant or no_loads(chain)
+    along = law_path(chain, loads, from_rest, number)
+    states, _, closed = settled(along, eigenvalue)
+    return kept(states, closed, detail)
+
+
+def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.ndarray, np.ndarray]:
+    """States along the path, rest first, the moments (s + 1, n) applied there, and (s + 1,) whether the law asks for
+    these."""
+    chain = along.chain
     stiffest = float(chain.stiffness.max())
     least, most = ANGLE_TOLERANCE * stiffest, FARTHEST * stiffest
-
-    def under(moment: np.ndarray, eigenvalue: bool) -> Equilibria:
-        bare = chain._replace(closure=(), constant=constant._replace(moment=constant.moment + moment[:1]))
-        further = path._replace(moment=path.moment + moment - moment[:1])
-        return solve(bare, further, from_rest=begins, eigenvalue=eigenvalue)
-
-    moment = before = missed = np.zeros((path.steps, chain.plates))
+    moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     for done in range(MAX_PASSES):
-        states = under(moment, False)
-        known = influences(chain, path, states, time)
-        asked = np.sum([term.coefficient * known[term.of] for term in chain.closure], axis=0)
-        asked = np.where(
-            np.isfinite(asked).all(1, keepdims=True), asked, moment / 2
-        )  # too large to have an equilibrium
+        states = solve(*along.under(moment), from_rest=along.begins)
+        asked = along.asked(states)
+        too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
+        asked = np.where(too_large, moment / 2, asked)
         miss = asked - moment
         closed = np.abs(miss).max(1) <= TOLERANCE * np.abs(asked).max() + least
         if closed.all():
@@ -113,12 +69,12 @@ def equilibria_of(
         share = _share(moment - before, miss - missed) if done else 1.0
         before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
     if eigenvalue:
-        states = under(moment, True)
+        states = solve(*along.under(moment), from_rest=along.begins, eigenvalue=True)
     if chain.presliding:  # what follows an unclosed step is another path
         for first in np.flatnonzero(~closed):
-            end = first + 1 + np.argmax(np.append(begins[first + 1 :], True))
+            end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
             closed[first:end] = False
-    return _kept(states, closed, detail)
+    return states, moment, closed
 
 
 def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
@@ -127,7 +83,7 @@ def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
     return np.where(slope < 0, np.clip(-1 / np.minimum(slope, -1e-3), SHORTEST, LONGEST), 1.0)
 
 
-def _kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:
+def kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:
     """The states after rest, those that are not closed without equilibrium."""
     arrays = {field.name: getattr(states, field.name) for field in fields(states)}
     arrays = {name: values[1:] for name, values in arrays.items() if values is not None}

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain, Contact, Law, Term, no_loads
 from prb3r.mechanics.plate import with_end_hinges
-from prb3r.model.closure import influences_of_place
+from prb3r.model.moment_law import influences_of_place
 
 if TYPE_CHECKING:
     from prb3r.model.manipulator import Manipulator

@@ -8,7 +8,7 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
-from prb3r.mechanics.sensitivity import sensitivities as derivatives
+from prb3r.model.law_sensitivity import sensitivities as derivatives
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.parameter import Parameter, changed, changed_loads, parameter
 from prb3r.model.steps import Sequence, sequences_of
@@ -41,8 +41,6 @@ def sensitivities(
             known.append(parameter(manipulator, path))
         except ValueError as error:
             problems.append(Problem("parameters", str(error)))
-    if manipulator.chain().closure:
-        problems.append(Problem("effect", "a moment law that follows the state cannot be differentiated"))
     sequences = sequences_of(manipulator, steps)
     numbers = {int(number) for sequence in sequences for number in sequence.steps}
     for path in (found.path for found in known if found.path.startswith("step.")):
@@ -81,7 +79,7 @@ def _directions(
 def _table(
     manipulator: Manipulator, sequence: Sequence, known: list[Parameter], directions: list[Direction]
 ) -> pd.DataFrame:
-    found = derivatives(manipulator.chain(), sequence.loads, directions)
+    found = derivatives(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
     count, disks, parameters = found.dx.shape
     tension = np.full((count, disks, len(manipulator.cable), parameters), np.nan)
     tension[:, 1:] = found.dtension

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.model.closure import influences, time_within
+from prb3r.model.moment_law import influences, time_within
 from prb3r.recording.calibrate import Fit
 from prb3r.recording.locate import Direction, direction
 from prb3r.recording.recording import Kind

@@ -222,3 +222,26 @@ def test_bad_parameters_are_refused(effect, said, tmp_path):
     path.write_text(tomli_w.dumps(manipulator().model_dump(exclude_none=True) | {"effect": [effect]}))
     with pytest.raises(SpecError, match=said):
         load_manipulator(path)
+
+
+@pytest.mark.parametrize(
+    ("knee", "ratio", "angle", "stiffness"),
+    [(0.86, 0.026, 0.49, 6e4), (1.8, 0.042, 0.67, 2.6e4), (0.57, 0.023, 0.08, 4e4), (1.7, 0.041, 0.44, 180)],
+)
+def test_plates_that_yield_and_touch_are_solved_in_few_steps_and_stand_against_their_disks(
+    knee, ratio, angle, stiffness
+):
+    """Full Newton steps cycle between kinks of so different slopes; half ones took 50 to 60, near the limit."""
+    yields = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": knee, "ratio": ratio}
+    touches = {"kind": "disk_contact", "angle_rad": angle, "stiffness_n_m_per_rad": stiffness}
+    chain = manipulator(yields, touches, model="elastica").chain()
+    tension = np.outer(np.linspace(2, 300, 11), [1.0, 0.0])
+    found = solve(chain, loads(chain, tension))
+    assert (found.outcome == 0).all()
+    assert found.iterations.max() <= 30
+    bend = np.diff(found.angle[-1])
+    rigidity = ratio * 0.24  # beyond the knee, of arcs of 0.014 m in circles
+    held = (0.24 - rigidity) * knee + rigidity * bend / 0.014 + stiffness * (bend - angle)
+    half, radius = bend / 2, 0.014 / bend
+    lever = 0.02 * np.cos(half) + 0.008 * np.sin(half) + radius * (np.sin(half) / half - np.cos(half))
+    assert held == pytest.approx(300 * lever, rel=0.01)  # the cable runs straight from hole to hole

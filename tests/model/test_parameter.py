@@ -91,12 +91,35 @@ def test_every_number_of_every_effect(effect, name):
     close(rig(effect, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
 
 
+def law(of, coefficient):
+    return {"kind": "empirical_moment", "terms": [{"of": of, "coefficient": coefficient, "plates": [1, 2, 5]}]}
+
+
 def test_a_moment_law_that_does_not_follow_the_state():
-    law = {"kind": "empirical_moment", "terms": [{"of": "position", "coefficient": 0.05}]}
-    close(rig(law), "effect.1.terms.1.coefficient")
-    law = {"kind": "empirical_moment", "terms": [{"of": "bend", "coefficient": 0.05}]}
-    with pytest.raises(SpecError, match="follows the state"):
-        prb3r.sensitivities(rig(law), STEPS, ["youngs_modulus_pa"])
+    close(rig(law("position", 0.05)), "effect.1.terms.1.coefficient")
+
+
+@pytest.mark.parametrize("friction", [{}, {"direction": "history", "presliding_m": 1e-3}], ids=["declared", "history"])
+@pytest.mark.parametrize("of", ["bend", "bend_cubed", "tension", "wrap", "direction", "time"])
+def test_a_moment_law_that_follows_the_state(of, friction):
+    stiffening = {"kind": "empirical_moment", "terms": [{"of": "bend", "coefficient": -1.0}]}
+    arm = rig(law(of, 2.0 if of == "bend" else 0.05), stiffening, **friction)
+    for path in (
+        "effect.1.terms.1.coefficient",
+        "friction.coefficient",
+        "cable.down.offset_m.2",
+        "segment.2.thickness_m",
+    ):
+        close(arm, path)
+
+
+def test_a_law_that_is_nothing_changes_by_its_coefficient_all_the_same():
+    close(rig(law("bend", 0.0)), "effect.1.terms.1.coefficient")
+
+
+def test_steps_where_a_law_runs_away_have_no_derivatives():
+    table = prb3r.sensitivities(rig(law("bend", 1e3)), STEPS, ["youngs_modulus_pa"])
+    assert table["dangle_rad"].isna().all()
 
 
 @pytest.mark.parametrize("path", NOMINAL)
@@ -109,9 +132,10 @@ def test_with_history(path):
     close(rig(direction="history", presliding_m=1e-3), path)
 
 
+@pytest.mark.parametrize("effects", [(), (law("wrap", 0.05),)], ids=["plain", "moment law"])
 @pytest.mark.parametrize("friction", [{}, {"direction": "history", "presliding_m": 1e-3}])
-def test_loads_by_their_column(friction):
-    manipulator, far = rig(**friction), 1e-3
+def test_loads_by_their_column(friction, effects):
+    manipulator, far = rig(*effects, **friction), 1e-3
     table = prb3r.sensitivities(manipulator, STEPS, LOADS).set_index("parameter")
 
     def moved(path, by):
