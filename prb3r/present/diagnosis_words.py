@@ -27,6 +27,8 @@ def verdict(diagnosis: Diagnosis) -> str:
     text = f"Unexplained: {diagnosis.why}."
     if not count:
         return text
+    if not diagnosis.choice.structured:
+        return f"{text} {'That' if one else 'Those'} named below would do it: a lead, not a finding."
     which = "One effect of the library helps" if one else f"{count} effects of the library together help"
     return f"{text} {which} in part."
 
