@@ -14,8 +14,8 @@ from prb3r.present import style
 from prb3r.present.diagnosis_sheet import NOISE, Evidence, StepAxis, sheet
 from prb3r.present.sheet import pale
 from prb3r.quantities import Quantity, describe
-from prb3r.recording.diagnose import Named
 from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.naming import Named
 from prb3r.recording.profile import RISE, Profile
 
 COLD_WARM = "PuOr_r"

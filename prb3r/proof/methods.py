@@ -13,9 +13,10 @@ from scipy.stats import chi2 as chi2_law
 
 from prb3r.recording.calibrate import Fit, calibrate
 from prb3r.recording.covariance import noise_of, tension_sensitivity
-from prb3r.recording.diagnose import Diagnosis, Named, diagnose
+from prb3r.recording.diagnose import Diagnosis, diagnose
 from prb3r.recording.heldout import set_aside, unseen
 from prb3r.recording.hypothesis import Hypothesis
+from prb3r.recording.naming import Named
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.recording import Recording
 from prb3r.recording.select import examine, fits, shortlist

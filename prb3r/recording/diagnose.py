@@ -1,46 +1,40 @@
 """From a recording to a verdict: locate the mismatch, name the physics that was left out, and say how sure that is."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from prb3r.errors import Problem, RecordingError
 from prb3r.model.effect import Base
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.calibrate import Fit, fit
+from prb3r.recording.calibrate import Fit
 from prb3r.recording.closure import Closure, close
 from prb3r.recording.clues import Clue, clues
+from prb3r.recording.detectable import Detectable, detectable
 from prb3r.recording.experiment import Experiment, best_experiments
 from prb3r.recording.heldout import HeldOut, Unseen, set_aside, unseen
-from prb3r.recording.hypothesis import FARTHEST, Hypothesis
-from prb3r.recording.laws import Mechanism, MomentMap, mechanism, missing_moments
-from prb3r.recording.locate import DETECTABLE, Scores
-from prb3r.recording.outliers import Trust, Weight, far_off
+from prb3r.recording.locate import Scores
+from prb3r.recording.mismatch import Mismatch, mismatch
+from prb3r.recording.naming import Named, named_effect
+from prb3r.recording.outliers import Trust, far_off
 from prb3r.recording.predict import Constants, predictor
-from prb3r.recording.profile import Profile, profile
 from prb3r.recording.recording import Recording
-from prb3r.recording.repeats import Scatter, scatter
-from prb3r.recording.rivals import Rival, rivals
+from prb3r.recording.remarks import refusals, scattered, weighed, wrong_weights
+from prb3r.recording.repeats import scatter
 from prb3r.recording.select import (
     MOST_EFFECTS,
     Choice,
     Each,
-    Search,
-    bic,
     chi2_threshold,
     choose,
     cost,
     examine,
     serially,
 )
-from prb3r.recording.statements import Estimate, sentence
 from prb3r.recording.trust import renewed, start
 
 VERDICTS = ("adequate", "explained", "ambiguous", "unexplained")
-FAR_FROM_ONE = 1.5
-"""With a larger reduced chi-square no interval is printed."""
 MOST_RIVALS = 4
 """Rivals of an effect that experiments are sought for."""
 REFUTED = 10.0
@@ -48,49 +42,6 @@ REFUTED = 10.0
 
 Report = Callable[[str], None]
 """Hears which step is under way."""
-
-
-@dataclass(frozen=True, eq=False)
-class Named:
-    """An effect that the diagnosis names."""
-
-    hypothesis: Hypothesis
-    effect: Base
-    parameters: Mapping[str, Estimate]
-    places: Mapping[str, tuple[Any, tuple[Any, ...]]]
-    """Where: the best place, and all that cannot be told from it."""
-    statement: str
-    rivals: tuple[Rival, ...]
-    """Effects of another kind that cannot be told apart."""
-    delta_bic: float
-    """Negative: better with the effect than without."""
-    heldout_gain: float | None
-    """Share of the excess squared error on held-out sequences that this effect removes."""
-    partial: bool
-    profiles: Mapping[str, Profile]
-
-
-@dataclass(frozen=True, eq=False)
-class Mismatch:
-    """Where the calibrated model misses, and what that depends on."""
-
-    plates: tuple[int, ...]
-    sequences: tuple[str, ...]
-    depends_on: tuple[str, ...]
-    statement: str
-    moments: MomentMap
-    mechanics: Mechanism
-
-
-@dataclass(frozen=True)
-class Detectable:
-    """The smallest effect of a kind that the recording would have shown."""
-
-    hypothesis: Hypothesis
-    size: float | None
-    """Change of the first free parameter; None for an effect without degrees."""
-    shown: bool
-    """Whether an effect without degrees would have shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +160,7 @@ def diagnose(
     doubted = (*trust.doubted, *(fresh.doubted if fresh else ()))
     why = _unexplained(choice, [recording.manipulator.cable_names[weight.cable] for weight in doubted])
     named = tuple(
-        _named(choice, k, search, fresh, partial=bool(why)) for k in range(len(choice.fitted.model.hypotheses))
+        named_effect(choice, k, search, fresh, partial=bool(why)) for k in range(len(choice.fitted.model.hypotheses))
     )
     if why or not named:
         verdict = "unexplained" if why else "adequate"
@@ -234,20 +185,20 @@ def diagnose(
         choice=choice,
         before=before,
         named=named,
-        mismatch=_mismatch(calibrated, choice, before, named),
+        mismatch=mismatch(calibrated, choice, before, named),
         closure=closure,
         closure_gain=closure_gain,
         heldout=held,
         clues=tuple(clues(calibrated)),
-        detectable=_detectable(choice.scores),
+        detectable=detectable(choice.scores),
         experiments=experiments,
         remarks=(
             *recording.remarks,
-            *_scattered(repeated),
-            *_wrong_weights(training, trust.doubted),
-            *(_wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
-            *_weighed(trust),
-            *_refusals(refuted),
+            *scattered(repeated),
+            *wrong_weights(training, trust.doubted),
+            *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
+            *weighed(trust),
+            *refusals(refuted),
         ),
     )
 
@@ -289,67 +240,6 @@ def _closure(fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int) -
     return best, None if held is None else held.gain
 
 
-def _named(choice: Choice, number: int, search: Search, fresh: Unseen | None, *, partial: bool) -> Named:
-    """Everything that is said of one chosen effect."""
-    fitted = choice.fitted
-    hypothesis = fitted.model.hypotheses[number]
-    friction = fitted.model.friction(fitted.p)
-    found = rivals(choice, number, search)
-    near = [rival for rival in found if rival.indistinguishable]
-    places, others = {}, []
-    same = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
-    for key, value in hypothesis.place:
-        if key != "law":
-            values = {value, *(dict(rival.hypothesis.place)[key] for rival in same)}
-            places[key] = (value, tuple(sorted(values, key=str if isinstance(value, str) else None)))
-    others = [rival for rival in near if rival not in same]
-    first = len(fitted.model.varied) + sum(len(each.free) for each in fitted.model.hypotheses[:number])
-    sure = fitted.reduced < FAR_FROM_ONE
-    parameters, profiles = {}, {}
-    for k, free in enumerate(hypothesis.free):
-        u = fitted.p[first + k]
-        if sure:
-            profiles[free.name] = profile(fitted, first + k)
-            ends = sorted(free.value(end, friction) for end in (profiles[free.name].low, profiles[free.name].high))
-            parameters[free.name] = Estimate(free.value(u, friction), *ends)
-        else:
-            parameters[free.name] = Estimate(free.value(u, friction))
-    simpler = _without(choice, number)
-    gain = fresh.judge(simpler, fitted).gain if fresh and simpler else None
-    statement = sentence(hypothesis, parameters, friction)
-    for key, (value, among) in places.items():
-        if len(among) > 1:
-            listed = ", ".join(str(each) for each in among)
-            statement += f" These recordings cannot tell {key} {value} from {key} {listed}."
-    return Named(
-        hypothesis,
-        fitted.effects[number],
-        parameters,
-        places,
-        statement,
-        tuple(others),
-        bic(fitted) - bic(simpler) if simpler is not None else float("nan"),
-        gain,
-        partial,
-        profiles,
-    )
-
-
-def _same_but_place(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two hypotheses are the same effect elsewhere."""
-    a, b = dict(one.place), dict(other.place)
-    return one.kind == other.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
-
-
-def _without(choice: Choice, number: int) -> Fit | None:
-    """The chosen model refitted without one effect."""
-    fitted = choice.fitted
-    own, shares = fitted.model.hypotheses, fitted.model.shares(fitted.p)
-    model = replace(fitted.model, hypotheses=own[:number] + own[number + 1 :])
-    first = np.concatenate([fitted.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]])
-    return fit(model, first)
-
-
 def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
     out: list[tuple[str, str, Experiment]] = []
     for each in named:
@@ -357,97 +247,3 @@ def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str
         best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
         out += [(each.hypothesis.name, r.hypothesis.name, one) for r, one in zip(near, best, strict=True)]
     return tuple(out)
-
-
-def _mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[Named]) -> Mismatch:
-    """Where and on what: of what calibration leaves, or of what the best model leaves where that is structured."""
-    judged, fitted = (choice.scores, choice.fitted) if choice.structured else (before, calibrated)
-    mechanics = mechanism(fitted)
-    moments = missing_moments(fitted, mechanics)
-    strong = [
-        (float(z), d.subject)
-        for z, d in zip(judged.z, judged.directions, strict=True)
-        if not isinstance(d.subject, Hypothesis) and z > judged.threshold
-    ]
-    strong.sort(key=lambda pair: -pair[0])
-    top = [law for z, law in strong if z > 0.7 * strong[0][0]]
-    if top and top[0].plate is None:  # a law of the whole arm is felt on single plates too
-        top = [law for law in top if law.plate is None]
-    depends = tuple(dict.fromkeys({"bend_cubed": "bend", "constant": "position"}.get(law.of, law.of) for law in top))
-    plates = [law.plate for law in top if law.plate]
-    plates += [p for n in named for key, (_, among) in n.places.items() if key in ("plate",) for p in among]
-    count = fitted.model.predict.recording.readings.count
-    recording = fitted.model.predict.recording
-    of_reading = recording.of_sequence[recording.readings.step]
-    squared = np.array(
-        [np.mean(fitted.residual[:count][of_reading == k] ** 2) for k in range(len(recording.sequences))]
-    )
-    rows = np.bincount(of_reading, minlength=len(squared))
-    loud = squared > 1 + 3 * np.sqrt(2 / np.maximum(rows, 1))
-    sequences = tuple(name for name, on in zip(recording.sequences, loud, strict=True) if on)
-    if not strong and not named and not choice.structured:
-        statement = "Nothing is left that chance does not explain."
-    else:
-        where = f"at {', '.join(dict.fromkeys(law.place for law in top[:4]))}" if top else "at no single place"
-        on = " and ".join(depends[:3]) or "nothing that was tried"
-        what = "What is left after the best explanation" if choice.structured and named else "What calibration leaves"
-        statement = f"{what} sits {where} and goes with {on}."
-        if sequences and len(sequences) < len(recording.sequences):
-            statement += f" It is seen in {', '.join(sequences)}."
-    return Mismatch(tuple(sorted(set(plates))), sequences, depends, statement, moments, mechanics)
-
-
-def _detectable(judged: Scores) -> tuple[Detectable, ...]:
-    best: dict[str, Detectable] = {}
-    for each in judged.directions:
-        hypothesis = each.subject
-        if not isinstance(hypothesis, Hypothesis) or each.size == 0:
-            continue
-        if not hypothesis.by_degrees:
-            found = Detectable(hypothesis, None, each.size > DETECTABLE)
-            if hypothesis.kind not in best or (found.shown and not best[hypothesis.kind].shown):
-                best[hypothesis.kind] = found
-            continue
-        free = hypothesis.free[0]
-        size = abs(free.value(DETECTABLE / each.size) - free.null)
-        if free.log:
-            size = abs(free.null * np.expm1(min(DETECTABLE / each.size, FARTHEST)))
-        old = best.get(hypothesis.kind)
-        if old is None or old.size is None or size < old.size:
-            best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
-    return tuple(best.values())
-
-
-def _scattered(repeated: Scatter | None) -> list[str]:
-    if repeated is None:
-        return []
-    taken = (
-        "more than chance allows: the noise is taken to be so"
-        if repeated.beyond_chance
-        else "and what is stated is kept"
-    )
-    often = f"{repeated.factor:.2g} times as much as stated"
-    return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
-
-
-def _refusals(refuted: Sequence[str]) -> list[str]:
-    which = " and ".join(refuted)
-    return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
-
-
-def _wrong_weights(recording: Recording, doubted: Sequence[Weight]) -> list[str]:
-    remarks = []
-    for step, cable in doubted:
-        row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
-        noted = recording.loads.tension[step, cable]
-        remarks.append(
-            f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
-            "not go with its readings; it was not believed"
-        )
-    return remarks
-
-
-def _weighed(trust: Trust) -> list[str]:
-    weighed = int((trust.distrust > 1).sum())
-    far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
-    return [f"{weighed} {far} far from what the neighbours show; {down} weighed down"] if weighed else []

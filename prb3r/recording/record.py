@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.recording.calibrate import Fit
-from prb3r.recording.diagnose import FAR_FROM_ONE, Diagnosis, Named
+from prb3r.recording.diagnose import Diagnosis
 from prb3r.recording.experiment import RESOLVED, Experiment
 from prb3r.recording.heldout import HeldOut
+from prb3r.recording.naming import FAR_FROM_ONE, Named
 from prb3r.recording.statements import Estimate
 
 SCHEMA = 1
