@@ -116,8 +116,12 @@ def closure(diagnosis: Diagnosis) -> str | None:
     worth = (
         "" if gain is None else f"; on held-out sequences it removes {percent(gain)} of the squared error beyond noise"
     )
-    left = number(diagnosis.closure.fitted.reduced)
-    return f"{diagnosis.closure.statement} It brings the squared error per degree of freedom to {left}{worth}."
+    beside = len(diagnosis.closure.fitted.model.hypotheses) > 1
+    base, what = (
+        (diagnosis.explained, "with what is named") if beside else (diagnosis.calibrated, "with E and μ refitted")
+    )
+    fall = f"from {number(base.reduced)} {what} to {number(diagnosis.closure.fitted.reduced)}"
+    return f"{diagnosis.closure.statement} It brings the squared error per degree of freedom {fall}{worth}."
 
 
 def alternatives(diagnosis: Diagnosis) -> Iterator[str]:

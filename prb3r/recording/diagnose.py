@@ -228,9 +228,10 @@ def _nominal_chi2(calibrated: Fit) -> float | None:
 
 
 def _closure(fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int) -> tuple[Closure | None, float | None]:
-    """The empirical law that describes what is left best, and its gain on held-out sequences, which must not fall."""
+    """The empirical law that describes the recording best, if better than what is named, and its gain on held-out
+    sequences, which must not fall."""
     laws = [close(base, seed) for base in ([calibrated, explained] if explained.model.hypotheses else [calibrated])]
-    found = [law for law in laws if law is not None]
+    found = [law for law in laws if law is not None and cost(law.fitted) < cost(explained)]
     if not found:
         return None, None
     best = min(found, key=lambda law: cost(law.fitted))
