@@ -34,6 +34,8 @@ class Free(NamedTuple):
     log: bool = False
     above: bool = False
     """The value is what the calibrated friction coefficient is exceeded by."""
+    limit: bool = False
+    """The lowest value stands for all below it, which act alike: an estimate may well end there."""
 
     def value(self, u: float, friction: float = 0.0) -> float:
         plain = self.null * np.exp(min(u, FARTHEST)) if self.log else self.null + self.scale * u
@@ -155,7 +157,9 @@ def _pulley_friction(bench: Bench) -> Iterator[Hypothesis]:
 def _slip_history(bench: Bench) -> Iterator[Hypothesis]:
     if bench.manipulator.friction.coefficient > 0 and bench.manipulator.friction.direction == "declared":
         yield Hypothesis(
-            "slip_history", free=(Free("presliding_m", 3e-5, 1e-6, 1e-2, log=True),), probes=((3e-5,), (3e-4,))
+            "slip_history",
+            free=(Free("presliding_m", 3e-5, 1e-6, 1e-2, log=True, limit=True),),
+            probes=((3e-5,), (3e-4,)),
         )
 
 

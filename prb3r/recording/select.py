@@ -86,15 +86,16 @@ def improves_left_out(simple: Fit, rich: Fit) -> bool:
 
 
 def plausible(fitted: Fit) -> bool:
-    """Whether no parameter of an effect ends on its bound."""
+    """Whether no parameter of an effect ends on its bound, but for limits where all values act alike."""
     low, high = fitted.model.bounds(fitted.p)
     own = slice(len(fitted.model.varied), None)
+    limits = np.array([free.limit for each in fitted.model.hypotheses for free in each.free], bool)
     at_null = [
         each.by_degrees and abs(u).max() < AT_BOUND
         for each, u in zip(fitted.model.hypotheses, fitted.model.shares(fitted.p), strict=True)
         if len(u)
     ]
-    inside = (fitted.p[own] > low[own] + AT_BOUND) & (fitted.p[own] < high[own] - AT_BOUND)
+    inside = (limits | (fitted.p[own] > low[own] + AT_BOUND)) & (fitted.p[own] < high[own] - AT_BOUND)
     return bool(inside.all()) and not any(at_null)
 
 

@@ -10,6 +10,7 @@ from prb3r.mechanics.chain import Loads
 from prb3r.recording.diagnose import diagnose
 from prb3r.recording.heldout import set_aside
 from prb3r.recording.recording import Kind
+from prb3r.recording.select import plausible
 
 
 def case(*effects, **more):
@@ -82,6 +83,19 @@ def spoilt(recording, seed, missing=0.2, gross=0.02):
     ) * rng.choice([-1, 1], recording.readings.count)
     changed = recording.with_values(value)
     return replace(changed, readings=changed.readings.where(kept))
+
+
+@pytest.mark.parametrize(
+    ("hidden", "may_end_low"),
+    [(effect("slip_history", presliding_m=1e-5), True), (effect("weakened_plate", plate=4, factor=0.7), False)],
+    ids=["presliding that is too short to tell", "a plate without stiffness"],
+)
+def test_an_estimate_may_end_only_where_all_values_beyond_act_alike(hidden, may_end_low):
+    found = diagnosed(case(hidden))
+    assert names(found) == [hidden["kind"]]
+    low, _ = found.explained.model.bounds(found.explained.p)
+    assert plausible(found.explained)
+    assert plausible(replace(found.explained, p=np.append(found.explained.p[:-1], low[-1]))) == may_end_low
 
 
 def test_missing_markers_and_gross_outliers_change_nothing():
