@@ -248,12 +248,13 @@ def schema(what) -> None:
 def bench(as_json, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
     from prb3r.bench import markdown, measure, to_json
+    from prb3r.study.store import ensure_writable
 
+    folder = Path(output)
+    ensure_writable(folder)
     with _told("measuring, less than a minute"):
         result = measure()
     text = markdown(result)
-    folder = Path(output)
-    folder.mkdir(parents=True, exist_ok=True)
     (folder / "bench.md").write_text(text)
     (folder / "bench.json").write_text(to_json(result))
     click.echo(to_json(result) if as_json else f"{text}\nin {folder}")
@@ -272,7 +273,9 @@ def prove(output, cases, jobs, seed) -> None:
     from prb3r.present.proof import publish_proof, scores_table
     from prb3r.proof.composition import FULL
     from prb3r.proof.prove import prove as run_proof
+    from prb3r.study.store import ensure_writable
 
+    ensure_writable(Path(output))
     kept = Path(output) / ".journal"
     found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
     files = publish_proof(found, Path(output))

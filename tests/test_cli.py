@@ -200,6 +200,12 @@ def test_diagnose_refuses_what_is_no_recording(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_prove_refuses_a_folder_that_is_none_before_any_work(steps):
+    done = prb3r("prove", "--cases", "8", "-o", steps)
+    assert done.returncode == 2
+    assert done.stderr == f"prb3r: {steps}: results cannot go there: {steps} is a file\n"
+
+
 @pytest.mark.parametrize("what", ["study", "manipulator", "recording"])
 def test_schema_is_json_schema(what):
     schema = json.loads(prb3r("schema", what).stdout)
