@@ -5,7 +5,7 @@ even if they were read at other loads: in between, what the model leaves changes
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -50,20 +50,6 @@ class Match(NamedTuple):
     """Steps of the other sequence between which it lies; the same where it meets one."""
     share: float
     """Of the way from one to the other."""
-    further: tuple[int, ...] = ()
-    """The steps next to those two, where there are any: how the way bends."""
-    miss: float = 0.0
-    """By how much its loads are others than those on the way, as a share of the way to the step after it."""
-    start: int | None = None
-    """Where that way starts; None: at rest."""
-
-
-class Apart(NamedTuple):
-    """What sets a reading apart from the other sequence: weights of readings by row."""
-
-    difference: Counter[int]
-    wrong: tuple[Counter[int], ...] = ()
-    """Each a guess at its error: what the model leaves changes with the loads, and not along a straight line."""
 
 
 def scatter(recording: Recording) -> Scatter | None:
@@ -81,57 +67,35 @@ def scatter(recording: Recording) -> Scatter | None:
     fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
     noise = noise_of(recording, tension_sensitivity(predict, fitted.constants))
     misfit, variance = predict.misfit(fitted.predicted()), noise.total_sd**2
-
-    def of(weights: Counter[int], values: np.ndarray, power: int = 1) -> float:
-        return float(sum(weight**power * values[row] for row, weight in weights.items()))
-
     squares = []
-    for here, before in _changes(recording, found, distrust(fitted) == 1):
-        change = Counter(here.difference)
-        change.subtract(before.difference)
-        wrong = sum(max((of(guess, misfit) ** 2 for guess in each.wrong), default=0.0) for each in (here, before))
-        squares.append(of(change, misfit) ** 2 / (of(change, variance, 2) + wrong))
+    for change in _changes(recording, found, distrust(fitted) == 1):
+        rows, weights = np.array(list(change)), np.array(list(change.values()))
+        squares.append((weights @ misfit[rows]) ** 2 / (weights**2 @ variance[rows]))
     factor = np.sqrt(np.mean(squares)) if squares else 0.0
     return Scatter(float(factor), len({match.step for _, match in found}))
 
 
-def _changes(
-    recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray
-) -> Iterator[tuple[Apart, Apart]]:
-    """How two sequences lie apart at one matched step and at the one before it, for every disk and kind of reading.
+def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray) -> Iterator[Counter[int]]:
+    """From one matched step to the next, how the difference of two sequences changes: weights of readings by row.
 
     What sets whole sequences apart (a camera that was moved, plates that creep) is no noise, and cancels nearly.
     """
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True)) if believed[k]}
-    before: dict[tuple[int, int, int], Apart] = {}  # by pair of sequences, disk and kind
+    before: dict[tuple[int, int, int], Counter[int]] = {}  # by pair of sequences, disk and kind
     for pair, match in found:
         for place in {(d, k) for s, d, k in row if s == match.step}:
-            apart = _apart(match, lambda at, place=place: row.get((at, *place)))  # type: ignore[misc]
-            if apart is None:
+            own, first, last = (row.get((at, *place)) for at in (match.step, match.before, match.after))
+            if own is None or first is None or last is None:
                 continue
+            apart = Counter({own: 1.0})
+            apart.subtract({first: 1 - match.share})
+            apart.subtract({last: match.share})
             if (key := (pair, *place)) in before:
-                yield apart, before[key]
+                change = Counter(apart)
+                change.subtract(before[key])
+                yield change
             before[key] = apart
-
-
-def _apart(match: Match, row: Callable[[int], int | None]) -> Apart | None:
-    """Of one disk and kind of reading, whose rows are known by step; None where one is missing."""
-    own, first, last = (row(at) for at in (match.step, match.before, match.after))
-    if own is None or first is None or last is None:
-        return None
-    difference = Counter({own: 1.0})
-    difference.subtract({first: 1 - match.share})
-    difference.subtract({last: match.share})
-    wrong, size = [], match.share * (1 - match.share) / 2
-    for at in match.further:
-        middle, end = (first, last) if at < match.before else (last, first)
-        if (beyond := row(at)) is not None:
-            wrong.append(Counter({beyond: size, middle: -2 * size, end: size}))
-    begin = None if match.start is None else row(match.start)
-    if begin is not None or match.start is None:
-        wrong.append(Counter({last: match.miss, **({} if begin is None else {begin: -match.miss})}))
-    return Apart(difference, tuple(wrong))
 
 
 def matches(recording: Recording) -> Iterator[tuple[int, Match]]:
@@ -155,13 +119,10 @@ def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray) -> list[M
         k = max(min(int(np.searchsorted(along, at)), len(second)), 1)
         way = along[k] - along[k - 1]
         share = float(np.clip((at - along[k - 1]) / way, 0, 1)) if way > 0 else 1.0
-        away = float(np.abs((1 - share) * there[k - 1] + share * there[k] - load).max())
-        if away > tolerance:
+        if np.abs((1 - share) * there[k - 1] + share * there[k] - load).max() > tolerance:
             return []
-        miss, start = away / way if way > 0 else 0.0, None if k == 1 else int(second[k - 2])
         if share == 1.0:
-            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share, (), miss, start))
+            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
         elif k > 1 and way <= CLOSE * highest:  # at rest nothing is read
-            further = tuple(int(second[n]) for n in (k - 3, k) if 0 <= n < len(second))
-            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share, further, miss, start))
+            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
     return found

@@ -8,11 +8,12 @@ import pytest
 from recording.simulated import Case, recorded
 
 from prb3r.mechanics.chain import Loads
+from prb3r.model.effect import NonlinearPlate
 from prb3r.recording.covariance import reading_sd
 from prb3r.recording.diagnose import diagnose
 from prb3r.recording.predict import Constants, predictor
 from prb3r.recording.recording import Kind
-from prb3r.recording.repeats import matches, scatter
+from prb3r.recording.repeats import FEWEST, matches, scatter
 
 
 def pulled_again(factor, times=3, other=1.0, seed=0):
@@ -76,3 +77,24 @@ def test_readings_that_scatter_more_than_stated_are_no_effect():
     assert found.verdict == "adequate"
     assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
     assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)
+
+
+def test_a_model_that_is_far_off_is_no_noise_where_loads_lie_far_apart():
+    """Cable 1 pulled and let go, read at every 15 N and at every 75 N; plates stiffen as no constant can imitate."""
+    plain = recorded(Case(hidden=()))
+    pulls = [10, 25, 40, 55, 70, 85, 70, 55], [10, 85, 20], [17, 32, 47, 62, 77, 85, 70, 55], [10, 85, 30]
+    own = np.repeat(np.arange(4), [len(each) for each in pulls])
+    tension = np.outer(np.concatenate(pulls), [1.0, 0, 0, 0])
+    falling = np.concatenate([np.diff(each, prepend=0) < 0 for each in pulls])
+    nothing = Loads(*(np.zeros((len(own), *field.shape[1:])) for field in plain.loads))
+    loads = nothing._replace(tension=tension, slip=np.where(falling, 1.0, -1.0)[:, None] * np.ones(4))
+    numbers = np.concatenate([1 + np.arange(len(each)) for each in pulls])
+    steps = pd.DataFrame({"sequence": own.astype(str), "step": numbers})
+    disks = plain.manipulator.plates
+    places = np.repeat(np.arange(len(own)), disks), np.tile(1 + np.arange(disks), len(own))
+    readings = type(plain.readings)(*places, np.full(len(own) * disks, Kind.ANGLE), np.zeros(len(own) * disks))
+    many = replace(plain, sequences=tuple("0123"), of_sequence=own, loads=loads, steps=steps, readings=readings)
+    stiffening = NonlinearPlate(kind="nonlinear_plate", law="cubic", cubic_m2=0.05)
+    found = scatter(many.with_values(predictor(many)(Constants(), [stiffening])))
+    assert not found.beyond_chance
+    assert found.steps >= FEWEST
