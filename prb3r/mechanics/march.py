@@ -13,6 +13,7 @@ from prb3r.mechanics.kernel import kernel
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
 MAX_ITERATIONS = 60
+"""Evaluations of a plate, or of the chain, after which a solve is given up."""
 CYCLING = 12
 """From this Newton step on steps are shortened: at kinks of friction or of a bending law full ones may cycle."""
 SHORTEST_SHARE = 1.0 / 64
@@ -83,7 +84,7 @@ def march(packed, tension, slip, work):
     Returns the largest number of Newton steps a plate took, or `FAILED`.
     """
     model, plates, spans, cable = packed.model[0], packed.plate, packed.span, packed.cable
-    n, way = work.block.shape[0], work.block
+    n, way = work.block.shape[0], work.block[:, 0]  # the last step, to go back by
     at_base(tension, slip, cable)
     most = 0
     for i in range(len(spans)):
@@ -98,15 +99,15 @@ def march(packed, tension, slip, work):
             if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
                 share /= 2  # back by half of what was gone
                 for k in range(n):
-                    plate.q[k] -= share * way[k, 0]
-                    after.q[k] -= share * way[k, 0]
+                    plate.q[k] -= share * way[k]
+                    after.q[k] -= share * way[k]
                 continue
             correct_plate(plate)
             last, share = error, 1.0
             for k in range(n):
-                way[k, 0] = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
-                plate.q[k] += way[k, 0]
-                after.q[k] += way[k, 0]  # the next plate will change much alike
+                way[k] = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
+                plate.q[k] += way[k]
+                after.q[k] += way[k]  # the next plate will change much alike
         if steps == FAILED:
             return FAILED
         most = max(most, steps)

@@ -11,7 +11,7 @@ from prb3r.mechanics.attempt import JUMPED, attempt
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.creep import creep
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import FAILED, MAX_ITERATIONS
+from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.stability import lowest_of_plates, plate_moments
 from prb3r.mechanics.state import restore, save, turned_by_surprise, turned_too_far
 from prb3r.mechanics.trail import keep
@@ -20,8 +20,6 @@ SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
 SMALLEST_STEP = 1.0 / 2**20
 """Of what has been reached of a load step, or of the step where that is more."""
-MOST_ITERATIONS = 20_000
-"""Newton steps on the way to a load step after which it is given up: kinks that are crept along, as by a wall."""
 
 
 class Path(NamedTuple):
@@ -46,14 +44,13 @@ def ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept, reached):
     Leaves the last accepted state in `kept`, the part of the way to it in `reached` (1,), and returns Newton steps, or
     `FAILED` or `JUMPED` where the path leads no further.
     """
-    done, step, iterations, spent = 0.0, 1.0, 0, 0
+    done, step, iterations = 0.0, 1.0, 0
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
-        if step < SMALLEST_STEP * max(done, 1.0 / 64) or spent > MOST_ITERATIONS:
+        if step < SMALLEST_STEP * max(done, 1.0 / 64):
             return why
         taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, kept, np.bool_(False))
-        spent += MAX_ITERATIONS if taken == FAILED else taken
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
