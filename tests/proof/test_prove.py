@@ -20,7 +20,7 @@ from prb3r.proof.judged import Judged, first_right, parameters, plate_error
 from prb3r.proof.labels import Label, Request
 from prb3r.proof.methods import Claim, Verdict
 from prb3r.proof.reading import read, truth
-from prb3r.proof.responses import NORM, Bench
+from prb3r.proof.responses import APART, NORM, Bench, nearest
 from prb3r.proof.sealed import Seal
 
 SEED = 77
@@ -157,6 +157,34 @@ def test_every_candidate_vanishes_with_its_size(bench):
                 assert np.linalg.norm(small) == pytest.approx(
                     np.linalg.norm(bench.unit(each) * each.probe / 10), rel=0.1
                 )
+
+
+def test_what_one_wrong_weight_can_imitate_is_all_at_one_step(bench):
+    program = [list(steps) for steps in bench.program]
+    step = max(range(len(program[0])), key=lambda k: sum(program[0][k][f"cable_{c}_n"] for c in bench.design.cables))
+    name = max((f"cable_{c}_n" for c in bench.design.cables), key=lambda key: program[0][step][key])
+    program[0][step] = {**program[0][step], name: 0.7 * program[0][step][name]}
+    weight = bench.whiten(bench.readings(program=[tuple(steps) for steps in program]) - bench.nominal)
+    assert bench.norm(weight) > 2 * NORM
+    assert bench.without_a_step(weight) < 1e-6 * bench.norm(weight) ** 2
+    physics = bench.response([{"kind": "pulley_friction", "efficiency": 0.97}])
+    assert bench.without_a_step(physics) > 0.3 * bench.norm(physics) ** 2
+
+
+def test_two_effects_are_near_their_sum_and_no_other_pair_need_be(bench):
+    kinds = ("weakened_plate", "pulley_friction", "gravity")
+    own = [next(each for each in bench.responses if each.kind == kind) for kind in kinds]
+    changes = [5 * NORM * each.columns[:, 0] / bench.norm(each.columns[:, 0]) for each in own]
+    assert bench.to_pairs(changes[0] + changes[1], own) < 1e-6
+    assert min(bench.distance(changes[0] + changes[1], each) for each in own) > APART
+    assert bench.to_pairs(sum(changes), own) > APART
+
+
+def test_a_refit_with_the_full_rig_is_no_farther_than_by_the_linear_rule(bench):
+    change = bench.response([{"kind": "segment_stiffness", "segment": 1, "factor": 0.7}])
+    linear, refitted = (nearest(bench, change, bench.responses, ["segment_stiffness"], near) for near in (0.0, np.inf))
+    assert all(refitted[kind] <= linear[kind] for kind in linear)
+    assert min(refitted.values()) < 0.9 * min(linear.values())
 
 
 def test_a_small_run_from_end_to_end(monkeypatch):
