@@ -25,7 +25,7 @@ from prb3r.mechanics.equilibrium import Outcome, solve
 from prb3r.mechanics.plate import PlateModel, gauss_collocation, plate_model
 from prb3r.mechanics.reference import integral_fsolve, seed_fsolve
 from prb3r.mechanics.sensitivity import direction, sensitivities
-from prb3r.study.manifest import git_state
+from prb3r.runs.provenance import git_state
 
 TENSIONS = np.linspace(10, 200, 20)
 """Table 2, N."""

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
-from prb3r.model.cells import count, ranges
+from prb3r.model.files.cells import count, ranges
+from prb3r.model.files.table import SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.steps import ignored_slips, sequences_of
-from prb3r.model.table import SUFFIXES, read_table
 from prb3r.recording.reading import FILE, load_recording
 from prb3r.recording.recording import Kind
 

@@ -71,7 +71,7 @@ STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml
 @click.pass_context
 def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
-    from prb3r.study.engine import Workers
+    from prb3r.runs.engine import Workers
     from prb3r.study.run import Options, execute, plan_study
 
     plans = []
@@ -92,7 +92,7 @@ def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
         for plan in plans:
             click.echo(_forecast(plan, jobs))
         return
-    from prb3r.present.publish import publish
+    from prb3r.present.study.publish import publish
     from prb3r.progress import reporter
 
     options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
@@ -138,9 +138,9 @@ def _closing(result, files: list[Path]) -> str:
 @click.pass_context
 def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps."""
+    from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import solve as solve_steps
-    from prb3r.model.table import write_table
 
     table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)
     last = table[table["disk"] == table["disk"].max()]
@@ -165,7 +165,7 @@ def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> 
 @click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
 def compare(results, output) -> None:
     """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
-    from prb3r.present.comparison import publish_comparison
+    from prb3r.present.study.comparison import publish_comparison
     from prb3r.study.designs import compare_results
 
     comparison = compare_results([Path(result) for result in results])
@@ -184,12 +184,12 @@ def compare(results, output) -> None:
 @click.pass_context
 def diagnose(ctx, recording, output, holdout, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
-    from prb3r.present.diagnosis_report import publish_diagnosis
+    from prb3r.diagnosis.result.files import default_folder, write
+    from prb3r.diagnosis.run import diagnose as diagnosed
+    from prb3r.present.diagnosis.report import publish_diagnosis
     from prb3r.progress import stages
-    from prb3r.recording.files import default_folder, write
     from prb3r.recording.reading import load_recording
-    from prb3r.recording.run import diagnose as diagnosed
-    from prb3r.study.store import ensure_writable
+    from prb3r.runs.store import ensure_writable
 
     loaded = load_recording(recording)
     others = [load_recording(path) for path in holdout]
@@ -205,7 +205,7 @@ def diagnose(ctx, recording, output, holdout, seed, jobs) -> None:
 
 
 def _told_of(found, files: int, folder: Path) -> str:
-    from prb3r.recording.record import summary
+    from prb3r.diagnosis.result.projection import summary
 
     return "\n".join([*summary(found), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
 
@@ -248,7 +248,7 @@ def schema(what) -> None:
 def bench(as_json, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
     from prb3r.bench import markdown, measure, to_json
-    from prb3r.study.store import ensure_writable
+    from prb3r.runs.store import ensure_writable
 
     folder = Path(output)
     ensure_writable(folder)
@@ -270,10 +270,10 @@ def prove(output, cases, jobs, seed) -> None:
 
     An interrupted run goes on where it stopped when it is started again.
     """
-    from prb3r.present.proof import publish_proof, scores_table
-    from prb3r.proof.composition import FULL
+    from prb3r.present.proof.report import publish_proof, scores_table
+    from prb3r.proof.concealed.composition import FULL
     from prb3r.proof.prove import prove as run_proof
-    from prb3r.study.store import ensure_writable
+    from prb3r.runs.store import ensure_writable
 
     ensure_writable(Path(output))
     kept = Path(output) / ".journal"

@@ -8,7 +8,9 @@ PLACES = {
     "model/": 1,
     "study/": 2,
     "proof/": 4,
+    "diagnosis/": 5,
     "recording/": 5,
+    "runs/": 2,
     "present/": 6,
     "": 7,
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from recording.simulated import write_recording
+from diagnosis.simulated import write_recording
 
 ROOT = Path(__file__).parents[1]
 PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"

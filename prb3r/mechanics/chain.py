@@ -30,7 +30,7 @@ class Contact(NamedTuple):
 class Term(NamedTuple):
     """A moment on the arc of each plate that follows the state: `coefficient` (n,) times what `of` names.
 
-    The mechanics leaves terms alone; `prb3r.model.closure` turns them into `Loads.moment`.
+    The mechanics leaves terms alone; `prb3r.model.laws.self_consistent` turns them into `Loads.moment`.
     """
 
     of: str

@@ -76,7 +76,7 @@ def sensitivities(
     ------
     ValueError
         Without a direction, where one changes more than numbers (plates, cables, model or kind of friction), or with
-        moments that follow the state: `prb3r.model.law_sensitivity` has these.
+        moments that follow the state: `prb3r.model.laws.derivatives` has these.
     """
     problems = [problem for along in directions for problem in (along.ahead, along.behind)]
     if not problems:

@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate import plate_model
-from prb3r.model import toml
-from prb3r.model.effect import Effect, with_effects
+from prb3r.model.effects import AnyEffect, with_effects
+from prb3r.model.files import toml
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -123,7 +123,7 @@ class Manipulator(Strict):
     friction: Friction = Friction()
     segment: Annotated[list[Segment], Field(min_length=1)]
     cable: list[Cable] = []
-    effect: list[Effect] = []
+    effect: list[AnyEffect] = []
     """Extra physics, each a switch."""
 
     @model_validator(mode="after")

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.model.effect import Observation
+from prb3r.model.effects import Observation
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.model.steps import column_names
 from prb3r.quantities import unit_ending

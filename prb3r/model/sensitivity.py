@@ -8,7 +8,7 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
-from prb3r.model.law_sensitivity import sensitivities as derivatives
+from prb3r.model.laws.derivatives import sensitivities as derivatives
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.parameter import Parameter, changed, changed_loads, parameter
 from prb3r.model.steps import Sequence, sequences_of

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from prb3r.mechanics.equilibrium import Outcome
-from prb3r.model.closure import equilibria_of
-from prb3r.model.effect import observed
+from prb3r.model.effects import observed
+from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, Model
 from prb3r.model.steps import sequences_of
 

@@ -10,9 +10,9 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.model.cells import count, is_empty, key_problems, number_problems, numbers, others, rows_of, with_keys
+from prb3r.model.files.cells import count, is_empty, key_problems, number_problems, numbers, others, rows_of, with_keys
+from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.table import read_table
 
 REST_NOISE = 0.02
 """A tension below zero by up to this share of the largest is a force sensor at rest and taken as zero."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.rig import observe, simulate
+from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.recording import Measurement, Prior, RecordingFile
 from prb3r.recording.writing import write_recording
 

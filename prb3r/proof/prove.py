@@ -9,19 +9,19 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from prb3r.proof.cases import bias_of, recording_of
-from prb3r.proof.composition import drawn_design, flavours, labels_of, requests
-from prb3r.proof.designs import Design, Steps
-from prb3r.proof.intervals import Score, share_of
-from prb3r.proof.journal import Journal
-from prb3r.proof.judged import Judged
-from prb3r.proof.labels import Label
-from prb3r.proof.methods import METHODS, Task, Verdict, judged
-from prb3r.proof.score import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested, worth
-from prb3r.proof.sealed import Seal
+from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
+from prb3r.proof.concealed.designs import Design, Steps
+from prb3r.proof.concealed.labels import Label
+from prb3r.proof.concealed.recordings import bias_of, recording_of
+from prb3r.proof.concealed.sealing import Seal
+from prb3r.proof.judging.intervals import Score, share_of
+from prb3r.proof.judging.methods import METHODS, Task, Verdict, judged
+from prb3r.proof.judging.opened import Judged
+from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested, worth
 from prb3r.recording.recording import Recording
-from prb3r.study.engine import Piece, Workers, run
-from prb3r.study.manifest import environment, fingerprint
+from prb3r.runs.engine import Piece, Workers, run
+from prb3r.runs.journal import Journal
+from prb3r.runs.provenance import environment, fingerprint
 
 MAIN = "diagnose"
 COMPARED = 10
@@ -92,7 +92,7 @@ def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None, kept: 
     EngineError
         If `kept` cannot be written.
     """
-    journal = Journal(kept, f"{fingerprint('recording', 'proof')} {cases} {seed}")
+    journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed}")
     work = partial(_all, jobs=jobs, say=say, journal=journal)
     numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases))]
     say(f"{len(numbered)} designs")

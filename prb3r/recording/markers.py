@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, did_you_mean
-from prb3r.model.cells import count, is_empty, key_problems, number_problems, numbers, ranges, rows_of, with_keys
+from prb3r.model.files.cells import count, is_empty, key_problems, number_problems, numbers, ranges, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import other_unit
 from prb3r.recording.findings import Findings

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, RecordingError
-from prb3r.model import toml
-from prb3r.model.cells import is_empty, rows_of
+from prb3r.model.files import toml
+from prb3r.model.files.cells import is_empty, rows_of
+from prb3r.model.files.table import SUFFIXES, read_table
 from prb3r.model.manipulator import load_manipulator
 from prb3r.model.steps import loads_of
-from prb3r.model.table import SUFFIXES, read_table
 from prb3r.recording import markers
 from prb3r.recording.findings import Findings
 from prb3r.recording.recording import Kind, Measurement, Recording, RecordingFile

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem
-from prb3r.model.cells import count, key_problems, numbers, rows_of, with_keys
+from prb3r.model.files.cells import count, key_problems, numbers, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import cable_columns, problems_of
 from prb3r.recording.findings import Findings

@@ -16,7 +16,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.model import toml
+from prb3r.model.files import toml
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import problems_of
 from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study, Sweep

@@ -9,9 +9,9 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.quantities import Quantity, describe
-from prb3r.study import store
+from prb3r.runs import store
+from prb3r.runs.provenance import read_manifest
 from prb3r.study.compare import select
-from prb3r.study.manifest import read_manifest
 from prb3r.study.spec import Designs, Objective, Study
 
 CLOSE = 0.05

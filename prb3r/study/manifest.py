@@ -1,13 +1,7 @@
-"""The manifest of a run: the spec as resolved, versions, revision, platform, run time; what varies lives here alone."""
+"""What a study's manifest says beside its provenance: what changed since the last run, and the time per equilibrium."""
 
-import hashlib
 import json
-import os
-import platform
-import subprocess
 import time
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,59 +11,8 @@ from prb3r.mechanics.equilibrium import solve
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
 
-NAME = "manifest.json"
-PACKAGE = Path(__file__).parents[1]
-PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
 TIMED_EQUILIBRIA = 2000
 REPEATS = 5
-
-
-def environment(spec: Path) -> dict[str, Any]:
-    """Versions, platform and git revision under which a study ran."""
-    return {
-        "spec": spec.name,
-        "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
-        "platform": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        "git": git_state(Path(__file__).parent),
-        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-
-
-def git_state(folder: Path) -> dict[str, Any] | None:
-    """Revision of the program and whether it has uncommitted changes; None outside a checkout."""
-
-    def git(*words: str) -> str:
-        return subprocess.run(
-            ["git", *words], cwd=folder, capture_output=True, text=True, check=True, timeout=10
-        ).stdout
-
-    try:
-        return {"revision": git("rev-parse", "HEAD").strip(), "dirty": bool(git("status", "--porcelain").strip())}
-    except (OSError, subprocess.SubprocessError):
-        return None
-
-
-def fingerprint(*more: str) -> str:
-    """Hash of the program text that tables depend on, and of `more` parts of the package."""
-    parts = ("mechanics", "model", "study", *more)
-    sources = sorted(path for part in parts for path in (PACKAGE / part).glob("*.py"))
-    return hashlib.sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:16]
-
-
-def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest of an earlier run; None if there is none or it is damaged."""
-    try:
-        found = json.loads((folder / NAME).read_text())
-    except (OSError, ValueError):
-        return None
-    return found if isinstance(found, dict) else None
-
-
-def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
-    """Write the manifest whole or not at all."""
-    temporary = folder / f"{NAME}.tmp"
-    temporary.write_text(json.dumps(manifest, indent=1, default=str) + "\n")
-    os.replace(temporary, folder / NAME)
 
 
 def _flat(tree: Any, path: str = "") -> dict[str, Any]:

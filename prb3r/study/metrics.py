@@ -20,7 +20,7 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.limit import limit_load
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
-from prb3r.model.closure import equilibria_of
+from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, Positive, Strict
 from prb3r.quantities import Quantity
 from prb3r.study.workspace import area, cloud_loads

@@ -16,12 +16,13 @@ import numpy as np
 import pandas as pd
 
 from prb3r.quantities import Quantity
-from prb3r.study import store
+from prb3r.runs import store
+from prb3r.runs.engine import Piece, Workers, run
+from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
 from prb3r.study.cases import Case, resolve
 from prb3r.study.columns import check_columns, described
 from prb3r.study.compare import comparisons, fits
-from prb3r.study.engine import Piece, Workers, run
-from prb3r.study.manifest import changes, environment, fingerprint, read_manifest, timing, write_manifest
+from prb3r.study.manifest import changes, timing
 from prb3r.study.spec import Study, load_study
 from prb3r.study.work import CRASHED, FAILED, Chunk, blank_row, solve_chunk
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.mechanics.equilibrium import Outcome
-from prb3r.model.closure import NOT_CLOSED, equilibria_of
+from prb3r.model.laws.self_consistent import NOT_CLOSED, equilibria_of
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
 from prb3r.study.metrics import Base, Solved, Workspace, drive_tension

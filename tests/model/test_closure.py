@@ -8,9 +8,9 @@ import tomli_w
 from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome
-from prb3r.model.closure import MAX_PASSES, NOT_CLOSED, equilibria_of
+from prb3r.model.laws.moment_law import influences, time_within
+from prb3r.model.laws.self_consistent import MAX_PASSES, NOT_CLOSED, equilibria_of
 from prb3r.model.manipulator import Manipulator, load_manipulator
-from prb3r.model.moment_law import influences, time_within
 from prb3r.model.solve import solve as solve_steps
 from prb3r.study.cases import Case
 from prb3r.study.work import solve_case, summary

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from prb3r.errors import SpecError
-from prb3r.model.cells import ranges
+from prb3r.model.files.cells import ranges
+from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import load_manipulator
 from prb3r.model.steps import loads_of, sequences_of
-from prb3r.model.table import read_table
 
 PROTOTYPE = load_manipulator(Path(__file__).parents[2] / "studies/manipulators/two-segment.toml")
 

@@ -6,7 +6,7 @@ import pytest
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from prb3r.errors import SpecError
-from prb3r.model.toml import read, scan
+from prb3r.model.files.toml import read, scan
 
 Positive = Annotated[float, Field(gt=0)]
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from prb3r.model.toml import read
-from prb3r.model.toml_text import toml_text
+from prb3r.model.files.toml import read
+from prb3r.model.files.toml_text import toml_text
 
 
 def random_value(rng, depth):

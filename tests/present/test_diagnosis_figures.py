@@ -7,18 +7,18 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
+from diagnosis.simulated import Case, diagnosed
 from matplotlib.patches import Rectangle
-from recording.simulated import Case, diagnosed
 
-from prb3r.present import diagnosis_words as say
+from prb3r.diagnosis.fit.profile import RISE
+from prb3r.diagnosis.search.rivals import Rival
 from prb3r.present import style
-from prb3r.present.diagnosis_evidence import moment_map, profiles, ranking
-from prb3r.present.diagnosis_fits import held_out, residuals
-from prb3r.present.diagnosis_report import FIGURES, content, publish_diagnosis
-from prb3r.present.diagnosis_shapes import misfits, telling_steps
-from prb3r.present.diagnosis_sheet import Evidence, StepAxis
-from prb3r.recording.profile import RISE
-from prb3r.recording.rivals import Rival
+from prb3r.present.diagnosis import words as say
+from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
+from prb3r.present.diagnosis.fits import held_out, residuals
+from prb3r.present.diagnosis.report import FIGURES, content, publish_diagnosis
+from prb3r.present.diagnosis.shapes import misfits, telling_steps
+from prb3r.present.diagnosis.sheet import Evidence, StepAxis
 
 CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
 ANGLES = Case(read=("angle_rad",))

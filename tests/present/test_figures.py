@@ -12,10 +12,11 @@ from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve
 from prb3r.present import style
-from prb3r.present.figures import draw, save
-from prb3r.present.shapes import body, straight
-from prb3r.present.sheet import Scene
-from prb3r.present.workspace import occupancy
+from prb3r.present.page import save
+from prb3r.present.study.figures import draw
+from prb3r.present.study.shapes import body, straight
+from prb3r.present.study.sheet import Scene
+from prb3r.present.study.workspace import occupancy
 from prb3r.quantities import Quantity
 from prb3r.study.spec import Plot
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from prb3r.present import style
-from prb3r.present.report import write_report
+from prb3r.present.study.report import write_report
 from prb3r.quantities import Quantity
 from prb3r.study.spec import Study
 

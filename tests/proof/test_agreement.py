@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from prb3r.mechanics.equilibrium import Outcome, solve
-from prb3r.model.closure import equilibria_of
+from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import loads_of
-from prb3r.proof.rig import simulate
+from prb3r.proof.rig.simulate import simulate
 
 
 def random_manipulator(rng, effects, history):

@@ -9,19 +9,19 @@ from threadpoolctl import threadpool_limits
 
 from prb3r.errors import EngineError
 from prb3r.proof import prove as run
-from prb3r.proof.candidates import candidates
-from prb3r.proof.cases import bias_of, recording_of
-from prb3r.proof.composition import KINDS, counts, drawn_design, flavours, labels_of, requests
-from prb3r.proof.designs import LOADING, PLAIN, POOR, design_of, followed, largest_bend
-from prb3r.proof.drawing import label_of
-from prb3r.proof.foreign import LAWS
-from prb3r.proof.intervals import median_of, wilson
-from prb3r.proof.judged import Judged, first_right, parameters, plate_error
-from prb3r.proof.labels import Label, Request
-from prb3r.proof.methods import Claim, Verdict
-from prb3r.proof.reading import read, truth
-from prb3r.proof.responses import APART, NORM, Bench, nearest
-from prb3r.proof.sealed import Seal
+from prb3r.proof.concealed.camera import read, truth
+from prb3r.proof.concealed.candidates import candidates
+from prb3r.proof.concealed.composition import KINDS, counts, drawn_design, flavours, labels_of, requests
+from prb3r.proof.concealed.designs import LOADING, PLAIN, POOR, design_of, followed, largest_bend
+from prb3r.proof.concealed.drawing import label_of
+from prb3r.proof.concealed.foreign import LAWS
+from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.recordings import bias_of, recording_of
+from prb3r.proof.concealed.responses import APART, NORM, Bench, nearest
+from prb3r.proof.concealed.sealing import Seal
+from prb3r.proof.judging.intervals import median_of, wilson
+from prb3r.proof.judging.methods import Claim, Verdict
+from prb3r.proof.judging.opened import Judged, first_right, parameters, plate_error
 
 SEED = 77
 

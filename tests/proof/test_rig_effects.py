@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from prb3r.errors import SpecError
-from prb3r.proof.rig import observe, simulate
+from prb3r.proof.rig.simulate import observe, simulate
 
 LAWS = [
     (effect("segment_stiffness", segment=1, factor=1.0), lambda k: k),

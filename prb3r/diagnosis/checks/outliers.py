@@ -1,0 +1,139 @@
+"""Readings and weights that are wrong by themselves, told from physics by being alone.
+
+An effect moves neighbouring disks and neighbouring steps alike; a slip of the eye or of a label does not.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.score_test import Direction, direction
+from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
+from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.recording.recording import Readings, Recording
+
+ALONE = 5.0
+"""A reading this many sd away from whatever its neighbours lead to expect is a gross outlier."""
+MOST = 0.1
+"""A larger share than this is not outliers."""
+ROUNDS = 4
+"""How often outliers are looked for among what is left."""
+NOT_BELIEVED = 1e3
+"""Factor on the standard deviation of all readings under a wrong weight."""
+LISTED = 4.0
+"""Readings further off than this many sd are listed."""
+
+
+def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(6, k) by how many sd each of `k` values along a line misses what its neighbours lead to expect; else NaN.
+
+    They are led by the line through both neighbours, the parabola through three, and the lines and parabolas through
+    those on one side.
+    """
+    found = np.full((6, len(values)), np.nan)
+    for row, shifts in enumerate([(-1, 1), (-2, -1, 1), (-1, -2), (1, 2), (-1, -2, -3), (1, 2, 3)]):
+        first, last = max(0, -min(shifts)), len(values) - max(0, *shifts)
+        if last <= first:
+            continue
+        own = np.arange(first, last)
+        near = np.stack([own + shift for shift in shifts])
+        weights = np.ones(near.shape)
+        for a in range(len(near)):
+            for b in range(len(near)):
+                if a != b:
+                    weights[a] *= (place[own] - place[near[b]]) / (place[near[a]] - place[near[b]])
+        guess = (weights * values[near]).sum(0)
+        found[row, own] = np.abs(values[own] - guess) / np.sqrt(1 + (weights**2).sum(0))
+    return found
+
+
+def lonely(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
+    """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell.
+
+    Of several expectations the second best counts, as another gross outlier can spoil one either way; what is found to
+    be an outlier is no neighbour any more.
+    """
+    off, kept = np.zeros(readings.count), np.arange(readings.count)
+    for _ in range(ROUNDS):
+        away = np.sort(_surprises(readings.where(kept), deviation[kept], of_sequence), axis=0)  # NaN last
+        known = np.isfinite(away).sum(0)
+        off[kept] = np.where(known >= 4, away[1], np.where(known >= 2, away[0], 0.0))
+        gross = off[kept] > ALONE
+        kept = kept[~gross]
+        if not gross.any():
+            break
+    return off
+
+
+def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
+    """(12, r) of :func:`surprises` along the disks of a step and along the steps of a sequence."""
+    found = np.full((2, 6, readings.count), np.nan)
+    sequence = of_sequence[readings.step]
+    for side, (line, place) in enumerate([(readings.step, readings.disk), (readings.disk, readings.step)]):
+        order = np.lexsort((place, line, sequence, readings.kind))
+        keys = np.stack([readings.kind, sequence, line])[:, order]
+        for own in np.split(order, np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1):
+            if len(np.unique(place[own])) == len(own):
+                found[side][:, own] = surprises(place[own].astype(float), deviation[own])
+    return found.reshape(12, -1)
+
+
+def student(deviation: np.ndarray) -> np.ndarray:
+    """Factor on the standard deviation by which a Student distribution of one degree weighs a far reading down."""
+    return np.sqrt(1 + deviation**2)
+
+
+def distrust_of(predict: Predictor, predicted: np.ndarray) -> np.ndarray:
+    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers."""
+    recording = predict.recording
+    deviation = predict.misfit(predicted) / reading_sd(recording)
+    off = lonely(recording.readings, deviation, recording.of_sequence)
+    gross = off > ALONE
+    if not np.isfinite(predicted).all() or gross.mean() > MOST:
+        return np.ones(len(off))
+    return np.where(gross, student(np.maximum(off, np.abs(deviation))), 1.0)
+
+
+def distrust(fitted: Fit) -> np.ndarray:
+    """(r,) of :func:`distrust_of` for a fitted model."""
+    return distrust_of(fitted.model.predict, fitted.predicted())
+
+
+class Weight(NamedTuple):
+    """A weight that could have been noted wrongly."""
+
+    step: int
+    """Row of the load step."""
+    cable: int
+
+
+def wrong_weights(fitted: Fit, sensitivity: np.ndarray) -> list[Direction]:
+    """The direction of every weight that could be wrong."""
+    tension, basis = fitted.model.predict.recording.loads.tension, fitted.basis
+    return [
+        direction(fitted, Weight(int(s), int(j)), sensitivity[:, s, j, None], basis)
+        for s, j in zip(*np.nonzero(tension > 0), strict=True)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """What of a recording is believed."""
+
+    distrust: np.ndarray
+    """(r,) factor on the standard deviation of each reading."""
+    doubted: tuple[Weight, ...] = ()
+    """Weights that are not believed."""
+
+    def noise(self, recording: Recording, sensitivity: np.ndarray) -> Noise:
+        doubted = np.isin(recording.readings.step, [weight.step for weight in self.doubted])
+        return noise_of(recording, sensitivity, np.where(doubted, NOT_BELIEVED, self.distrust))
+
+
+def far_off(fitted: Fit, trust: Trust) -> list[int]:
+    """Readings beyond `LISTED` sd of the fitted model or weighed down."""
+    count = fitted.model.predict.recording.readings.count
+    beyond = np.abs(fitted.residual[:count]) > LISTED
+    return np.flatnonzero(beyond | (trust.distrust > 1)).tolist()

@@ -1,0 +1,75 @@
+"""Constants that drift betray structure: E and mu as each part of a recording alone would have them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Clue:
+    """The constants of one part of the readings, one Gauss-Newton step from the calibrated ones, the frame held."""
+
+    by: str
+    """What the readings were parted by: direction, segment, amplitude, sequence."""
+    part: str
+    stiffness: float
+    """Factor on the calibrated stiffness."""
+    stiffness_sd: float
+    friction: float | None
+    """Factor on the calibrated friction; None where friction is not calibrated."""
+    friction_sd: float | None
+
+
+def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
+    """(by, part, mask of readings)."""
+    tension, step, disk = recording.loads.tension, recording.readings.step, recording.readings.disk
+    change = np.diff(tension.sum(1), prepend=0.0)
+    change[recording.begins] = tension.sum(1)[recording.begins]
+    yield "direction", "loading", (change > 0)[step]
+    yield "direction", "unloading", (change < 0)[step]
+    first = 1
+    for number, end in enumerate(recording.manipulator.segment_ends, 1):
+        yield "segment", f"disks {first} to {end}", (disk >= first) & (disk <= end)
+        first = end + 1
+        if number >= 8:
+            break
+    pull = tension.max(1, initial=0.0)
+    ends = np.quantile(pull[pull > 0], [0, 1 / 3, 2 / 3, 1]) if (pull > 0).any() else np.zeros(4)
+    for low, high, name in zip(ends, ends[1:], ("small loads", "middle loads", "large loads"), strict=False):
+        yield "amplitude", name, ((pull >= low) & (pull <= high))[step]
+    for k, name in enumerate(recording.sequences):
+        yield "sequence", name, (recording.of_sequence == k)[step]
+
+
+def clues(calibrated: Fit) -> list[Clue]:
+    """The constants of every part that tells them."""
+    varied = calibrated.model.varied
+    own = [k for k, name in enumerate(varied) if name.startswith("log_")]
+    count = calibrated.model.predict.recording.readings.count
+    found = []
+    for by, part, mask in parts(calibrated.model.predict.recording):
+        columns, residual = calibrated.jacobian[:count][mask][:, own], calibrated.residual[:count][mask]
+        normal = columns.T @ columns
+        if mask.sum() < 3 or np.linalg.cond(normal) > 1e8:
+            continue
+        covariance = np.linalg.inv(normal)
+        step = -covariance @ (columns.T @ residual)
+        sd = np.sqrt(np.diag(covariance))
+        if sd.max() > 0.5:
+            continue
+        friction = len(own) > 1
+        found.append(
+            Clue(
+                by,
+                part,
+                float(np.exp(step[0])),
+                float(np.exp(step[0]) * sd[0]),
+                float(np.exp(step[1])) if friction else None,
+                float(np.exp(step[1]) * sd[1]) if friction else None,
+            )
+        )
+    return found

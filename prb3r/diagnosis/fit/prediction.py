@@ -1,0 +1,98 @@
+"""What a manipulator with given constants and effects would have read: from physics to readings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.effects import observed, with_effects
+from prb3r.model.effects.base import Effect
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.recording.recording import Kind, Recording
+
+
+class Constants(NamedTuple):
+    """What calibration adjusts."""
+
+    log_stiffness: float = 0.0
+    """ln of the factor on every plate's bending stiffness."""
+    log_friction: float = 0.0
+    """ln of the factor on the nominal friction coefficient."""
+    rotation: float = 0.0
+    """Of the camera's frame, rad."""
+    x: float = 0.0
+    """Its shift, m."""
+    y: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """Predicts the readings of one recording, on the elastica plate model."""
+
+    recording: Recording
+    chain: Chain
+    """Without effects."""
+
+    @cached_property
+    def number(self) -> np.ndarray:
+        """(s,) of each step within its sequence, as recorded."""
+        return self.recording.steps["step"].to_numpy(float)
+
+    @property
+    def history(self) -> bool:
+        """Whether the nominal manipulator's friction follows the load path."""
+        return self.chain.presliding > 0
+
+    def chain_of(self, constants: Constants, effects: Sequence[Effect] = ()) -> Chain:
+        """The mechanical problem with adjusted constants, the nominal effects and `effects`."""
+        chain, manipulator = self.chain, self.recording.manipulator
+        scaled = chain._replace(
+            stiffness=chain.stiffness * np.exp(constants.log_stiffness),
+            friction=chain.friction * np.exp(constants.log_friction),
+        )
+        return with_effects(scaled, manipulator, [*manipulator.effect, *effects])
+
+    def equilibria(
+        self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None, detail: bool = False
+    ) -> Equilibria:
+        """States of all steps, under `loads` instead of the recorded ones; with tensions and slip if `detail`."""
+        return equilibria_of(
+            self.chain_of(constants, effects),
+            loads or self.recording.loads,
+            from_rest=self.recording.begins,
+            detail=detail,
+            number=self.number,
+        )
+
+    def read(self, states: Equilibria, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
+        """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
+        recording = self.recording
+        step, disk, kind, _ = recording.readings
+        cos, sin = np.cos(constants.rotation), np.sin(constants.rotation)
+        x, y = states.x[step, disk], states.y[step, disk]
+        seen = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
+        seen = observed(seen, [*recording.manipulator.effect, *effects], recording.image_centre_m)
+        angle = states.angle[step, disk]
+        bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
+        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
+
+    def __call__(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> np.ndarray:
+        """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""
+        return self.read(self.equilibria(constants, effects, loads), constants, effects)
+
+    def misfit(self, predicted: np.ndarray) -> np.ndarray:
+        """(r,) readings less `predicted`; angles by the shorter way round."""
+        away = self.recording.readings.value - predicted
+        turned = self.recording.readings.kind == Kind.ANGLE
+        away[turned] -= 2 * np.pi * np.round(away[turned] / (2 * np.pi))
+        return away
+
+
+def predictor(recording: Recording) -> Predictor:
+    """The predictor of a recording."""
+    manipulator = recording.manipulator.model_copy(update={"model": "elastica"})
+    return Predictor(recording, manipulator.plain_chain())

@@ -1,0 +1,42 @@
+"""What a diagnosis remarks on beside its verdict: noise, readings and weights that were not believed."""
+
+from collections.abc import Sequence
+
+from prb3r.diagnosis.checks.outliers import Trust, Weight
+from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.recording.recording import Recording
+
+
+def scattered(repeated: Scatter | None) -> list[str]:
+    if repeated is None:
+        return []
+    taken = (
+        "more than chance allows: the noise is taken to be so"
+        if repeated.beyond_chance
+        else "and what is stated is kept"
+    )
+    often = f"{repeated.factor:.2g} times as much as stated"
+    return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
+
+
+def refusals(refuted: Sequence[str]) -> list[str]:
+    which = " and ".join(refuted)
+    return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
+
+
+def wrong_weights(recording: Recording, doubted: Sequence[Weight]) -> list[str]:
+    remarks = []
+    for step, cable in doubted:
+        row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
+        noted = recording.loads.tension[step, cable]
+        remarks.append(
+            f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
+            "not go with its readings; it was not believed"
+        )
+    return remarks
+
+
+def weighed(trust: Trust) -> list[str]:
+    weighed = int((trust.distrust > 1).sum())
+    far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
+    return [f"{weighed} {far} far from what the neighbours show; {down} weighed down"] if weighed else []

@@ -1,0 +1,108 @@
+"""The unexplained as an empirical law: a sparse sum of moments that follow the state, fitted inside the equilibrium.
+
+It names a dependence, not a mechanism, and is kept only if whole sequences that were left out are predicted better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.missing_moments import Law, Mechanism, law_directions, laws, mechanism
+from prb3r.diagnosis.evidence.score_test import scores
+from prb3r.diagnosis.fit.calibrate import Fit, fit
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.search.selection import BIC_FALL, bic, improves_left_out
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
+
+MOST_TERMS = 3
+FARTHEST = 30.0
+"""Bound of a term, in shares of the largest cable moment."""
+SHARE = 0.1
+"""Scale of a term: the moment that is this share of the largest cable moment."""
+
+
+@dataclass(frozen=True)
+class EmpiricalLaw(Hypothesis):
+    """Terms of an `empirical_moment`; their coefficients are free."""
+
+    def effect(self, u: np.ndarray, friction: float) -> Effect:
+        terms = []
+        for free, each, (of, plate) in zip(self.free, u, self.place, strict=True):
+            plates = [plate] if plate else None
+            terms.append(MomentTerm(of=of, coefficient=free.value(each), plates=plates))  # type: ignore[arg-type]
+        return EmpiricalMoment(kind="empirical_moment", terms=terms)
+
+    @property
+    def name(self) -> str:
+        return "empirical moment: " + ", ".join(f"{of} at plate {at}" if at else of for of, at in self.place)
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A fitted law of missing moments."""
+
+    fitted: Fit
+    effect: EmpiricalMoment
+    statement: str
+
+
+UNITS = {"constant": "N m", "position": "N m", "time": "N m", "bend": "N m/rad", "bend_cubed": "N m/rad^3"}
+
+
+def _free(law: Law, mechanics: Mechanism, number: int) -> Free:
+    largest = float(np.abs(law.values).max()) or 1.0
+    scale = SHARE * float(np.abs(mechanics.pull).max()) / largest
+    return Free(f"coefficient_{number}", 0.0, -FARTHEST * scale, FARTHEST * scale, scale=scale)
+
+
+def close(best: Fit, seed: int) -> Closure | None:
+    """Add terms while chance does not explain what is left and left-out sequences improve; None where none does."""
+    current, base = best, best
+    terms: tuple[tuple[str, int | None], ...] = ()
+    frees: tuple[Free, ...] = ()
+    for number in range(1, MOST_TERMS + 1):
+        mechanics = mechanism(current)
+        usable = [law for law in laws(current, mechanics) if law.values.ndim == 2 and law.of in mechanics.influences]
+        usable = [law for law in usable if law.values.any() and _is_term(law, mechanics)]
+        found = scores(current, law_directions(current, mechanics, usable), seed)
+        new = next(
+            (found.directions[k].subject for k in found.best() if _key(found.directions[k].subject) not in terms), None
+        )
+        if new is None or found.largest <= found.threshold:
+            break
+        terms, frees = (*terms, _key(new)), (*frees, _free(new, mechanics, number))
+        start = np.concatenate([current.p, [0.0]])
+        richer = fit(base.model.adding(EmpiricalLaw("empirical_moment", terms, frees)), start)
+        if richer is None or bic(current) - bic(richer) < BIC_FALL or not improves_left_out(current, richer):
+            break
+        current = richer
+    if current is base:
+        return None
+    law = current.effects[-1]
+    assert isinstance(law, EmpiricalMoment)
+    return Closure(current, law, statement(law))
+
+
+def _key(law: Law) -> tuple[str, int | None]:
+    return law.of, law.plate
+
+
+def _is_term(law: Law, mechanics: Mechanism) -> bool:
+    """Whether a term of an `empirical_moment` says the same."""
+    values = mechanics.influences[law.of]
+    own = np.ones(values.shape[1], bool) if law.plate is None else np.arange(values.shape[1]) + 1 == law.plate
+    return bool(np.array_equal(law.values, values * own))
+
+
+def statement(law: EmpiricalMoment) -> str:
+    """A sentence on a fitted law that claims no mechanism."""
+    parts: Sequence[str] = [
+        f"{term.coefficient:.3g} {UNITS.get(term.of, '')} x {term.of}".replace("  ", " ")
+        + (f" on plate {term.plates[0]}" if term.plates else " on every plate")
+        for term in law.terms
+    ]
+    return (
+        f"As an empirical law, without a mechanism, a missing moment of {' plus '.join(parts)} describes what is left."
+    )

@@ -1,0 +1,118 @@
+"""Which load program would tell rivals apart: candidate programs, the rivals' predictions, refitted."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from prb3r.diagnosis.fit.calibrate import Fit, basis_of
+from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.mechanics.chain import Loads
+from prb3r.model.steps import loads_of
+from prb3r.recording.recording import Readings, Recording
+
+RESOLVED = 22.0
+"""Squared whitened distance from which on a recording ranks two explanations rightly, but for one in a hundred."""
+HARDER = 1.25
+"""Programs pull up to so many times the largest recorded tension."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A load program and how well it separates two explanations, together with what is recorded already."""
+
+    title: str
+    steps: pd.DataFrame
+    separation: float
+    """Squared whitened distance."""
+
+    @property
+    def resolves(self) -> bool:
+        return self.separation >= RESOLVED
+
+
+def programs(recording: Recording) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Candidate programs of eight steps: each cable and each pair of cables, up and down, without and with tip load."""
+    names = recording.manipulator.cable_names
+    pull = recording.loads.tension.max(0)
+    pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * HARDER
+    share = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
+    way = np.array([-1, -1, -1, -1, 1, 1, 1, 1])
+    tip = recording.loads.tip[np.argmax(np.abs(recording.loads.tip).sum(1))]
+
+    def table(tension: np.ndarray, slip: np.ndarray, load=(0.0, 0.0)) -> pd.DataFrame:
+        columns = {"sequence": "proposed", "step": np.arange(1, len(tension) + 1)}
+        columns |= {f"cable_{name}_n": tension[:, j].round(4) for j, name in enumerate(names)}
+        columns |= {f"slip_{name}": slip[:, j] for j, name in enumerate(names)}
+        if np.any(load):
+            columns |= {"tip_x_n": load[0], "tip_y_n": load[1]}
+        return pd.DataFrame(columns)
+
+    for j, name in enumerate(names):
+        alone, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
+        alone[:, j], ways[:, j] = share * pull[j], way
+        yield f"pull cable {name} and let it go", table(alone, ways)
+        if tip.any():
+            yield f"pull cable {name} and let it go under the tip load", table(alone, ways, tip)
+    for a, b in combinations(range(len(names)), 2):
+        both, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
+        both[:, a], both[:, b] = 0.7 * pull[a], share * pull[b]
+        ways[:, b] = way
+        yield f"hold cable {names[a]} and pull cable {names[b]}, then let it go", table(both, ways)
+    yield "read the shape without any load", table(np.zeros((1, len(names))), -np.ones((1, len(names)), int))
+
+
+def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
+    """A recording of other steps, read as the given one was: the same disks and kinds at every step."""
+    kinds = sorted(set(zip(recording.readings.disk.tolist(), recording.readings.kind.tolist(), strict=True)))
+    disk, kind = np.array(kinds).T
+    count = len(steps)
+    loads: Loads = loads_of(recording.manipulator, recording.manipulator.chain(), steps)
+    readings = Readings(
+        np.repeat(np.arange(count), len(disk)), np.tile(disk, count), np.tile(kind, count), np.zeros(count * len(disk))
+    )
+    return replace(
+        recording,
+        sequences=("proposed",),
+        steps=steps,
+        of_sequence=np.zeros(count, int),
+        loads=loads,
+        readings=readings,
+        remarks=(),
+    )
+
+
+def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
+    """Squared whitened distance of two fitted models, the second refitted, on recorded and proposed steps together."""
+    predict = predictor(imagined(one.model.predict.recording, steps))
+    sensitivity = tension_sensitivity(predict, one.constants, one.effects)
+    noise = noise_of(predict.recording, sensitivity)
+    model = replace(other.model, predict=predict, noise=noise)
+    states = model.states(other.p)
+    there = model.predicted(other.p, states)
+    apart = noise.whiten(predict(one.constants, one.effects) - there)
+    if not np.isfinite(apart).all():
+        return 0.0
+    rows = len(apart)
+    jacobian = np.nan_to_num(model.jacobian(other.p, there, states))[:rows]
+    whole = np.concatenate([other.residual - one.residual, apart])
+    basis = basis_of(np.vstack([other.jacobian, jacobian]))
+    whole = whole - basis @ (basis.T @ whole)
+    return float(whole @ whole)
+
+
+def best_experiments(one: Fit, others: Sequence[Fit]) -> list[Experiment]:
+    """For each of `others` a program that separates it from `one`: the same for all where one does for all.
+
+    The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
+    """
+    trials = [
+        [Experiment(title, steps, separation(one, other, steps)) for other in others]
+        for title, steps in programs(one.model.predict.recording)
+    ]
+    common = max(trials, key=lambda row: min(trial.separation for trial in row))
+    best = [max(column, key=lambda trial: trial.separation) for column in zip(*trials, strict=True)]
+    return [shared if shared.resolves else own for shared, own in zip(common, best, strict=True)]

@@ -1,0 +1,59 @@
+"""Which other effects explain a recording as well: refitted rivals, and how far their predictions are apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.selection import Choice, Search, cost, plausible, replacements
+
+SAME = 11.0
+"""Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
+CLOSE = 6.0
+"""A rival that fits these readings as well as this, by chi-square with its penalty, is named too."""
+ABSURD = 40.0
+"""A rival that fits so much worse is none, whatever its linearised distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another effect in place of a chosen one."""
+
+    hypothesis: Hypothesis
+    fitted: Fit
+    distance: float
+    """Squared whitened distance from the chosen model's prediction to the nearest of the rival's."""
+    behind: float
+    """How much worse it fits these readings: chi-square with its penalty."""
+
+    @property
+    def indistinguishable(self) -> bool:
+        return (self.distance < SAME or self.behind < CLOSE) and self.behind < ABSURD
+
+
+def distance(of: Fit, to: Fit) -> float:
+    """Least squared whitened distance between the prediction of `of` and any refit of `to` (linearised at `to`)."""
+    apart = to.residual - of.residual
+    basis = to.basis
+    apart = apart - basis @ (basis.T @ apart)
+    return float(apart @ apart)
+
+
+def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
+    """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
+    chosen = choice.fitted
+    own = chosen.model.hypotheses
+    others = own[:number] + own[number + 1 :]
+    found = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, own[number], others)]
+    if not found:
+        found = replacements(chosen, number, search)
+    out = []
+    for fitted in found:
+        new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
+        if plausible(fitted) or not new.free:
+            out.append(Rival(new, fitted, distance(chosen, fitted), cost(fitted) - cost(chosen)))
+    return sorted(out, key=lambda rival: rival.behind)
+
+
+def _replaces(hypotheses: Sequence[Hypothesis], old: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    return len(hypotheses) == len(others) + 1 and set(others) <= set(hypotheses) and old not in hypotheses

@@ -1,0 +1,51 @@
+"""The library of effects: physics that real rigs have, each one small class that changes the chain.
+
+An effect is switched on by an `[[effect]]` table in a manipulator file.  To add one, write a class with its parameters
+and `change(chain, manipulator)` in the file of its family, and test its law against an independent calculation.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, get_args
+
+import numpy as np
+from pydantic import Field
+
+from prb3r.mechanics.chain import Chain
+from prb3r.model.effects import cables, camera, empirical, friction, loads, plates
+from prb3r.model.effects.base import Effect, Host, Observation
+
+FAMILIES = (friction, cables, plates, loads, camera, empirical)
+
+
+def _kinds() -> Iterator[tuple[str, type[Effect]]]:
+    """Kind and class of every effect, in the order in which the families define them."""
+    for family in FAMILIES:
+        for member in vars(family).values():
+            if isinstance(member, type) and issubclass(member, Effect) and member.__module__ == family.__name__:
+                yield get_args(member.model_fields["kind"].annotation)[0], member
+
+
+EFFECT_KINDS: dict[str, type[Effect]] = dict(_kinds())
+"""Every effect class by its kind."""
+
+if TYPE_CHECKING:
+    AnyEffect = Effect
+else:
+    AnyEffect = Annotated[reduce(or_, EFFECT_KINDS.values()), Field(discriminator="kind")]
+
+
+def with_effects(chain: Chain, manipulator: Host, effects: Iterable[Effect]) -> Chain:
+    """The chain with all effects, in their order."""
+    for effect in sorted(effects, key=lambda effect: effect.late):
+        chain = effect.change(chain, manipulator)
+    return chain
+
+
+def observed(points: np.ndarray, effects: Iterable[Effect], image_centre_m: Sequence[float]) -> np.ndarray:
+    """Positions (..., 2) as read with all observation effects, scale before distortion."""
+    for effect in sorted(effects, key=lambda effect: effect.late):
+        if isinstance(effect, Observation):
+            points = effect.observe(points, np.asarray(image_centre_m))
+    return points

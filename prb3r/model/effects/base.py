@@ -1,0 +1,82 @@
+"""What every effect is: a kind, parameters, and the change that it makes to the chain or to what is read."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, ClassVar, Protocol
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from prb3r.errors import did_you_mean
+from prb3r.mechanics.chain import Chain
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Efficiency = Annotated[float, Field(gt=0, le=1)]
+Number = Annotated[int, Field(ge=1)]
+
+
+class Host(Protocol):
+    """What an effect may ask of the manipulator that has it."""
+
+    @property
+    def cable_names(self) -> list[str]: ...
+
+    @property
+    def plates(self) -> int: ...
+
+    @property
+    def segment(self) -> Sequence[Any]: ...
+
+    @property
+    def disk(self) -> Any: ...
+
+
+class Effect(BaseModel, ABC):
+    """One effect; `kind` names it in a manipulator file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    late: ClassVar[int] = 0
+    """Effects are applied in this order, then in that of the file."""
+    kind: str
+
+    @abstractmethod
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        """The chain with the effect."""
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        """What the effect names that the manipulator does not have."""
+        names = manipulator.cable_names
+        for cable in [*(getattr(self, "cables", None) or ()), *filter(None, [getattr(self, "cable", None)])]:
+            if cable not in names:
+                yield f"effect {self.kind}: there is no cable {cable!r}{did_you_mean(cable, names)}"
+        segment, plates = (
+            getattr(self, "segment", 1),
+            [*(getattr(self, "plates", None) or ()), getattr(self, "plate", 1)],
+        )
+        if segment > len(manipulator.segment):
+            yield f"effect {self.kind}: there is no segment {segment}, only {len(manipulator.segment)}"
+        for plate in plates:
+            if plate > manipulator.plates:
+                yield f"effect {self.kind}: there is no plate {plate}, only {manipulator.plates}"
+        if (disk := getattr(self, "disk", 0)) >= manipulator.plates:
+            yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
+
+
+class Observation(Effect):
+    """An effect of the measurement: it changes what is read, not the chain."""
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain
+
+    @abstractmethod
+    def observe(self, points: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """Measured positions (..., 2) of `points`; `centre` (2,) of the image, m."""
+
+
+def columns(cables: Sequence[str] | None, manipulator: Host) -> list[int]:
+    """Numbers of the named cables, of all where none is named."""
+    names = manipulator.cable_names
+    return list(range(len(names))) if cables is None else [names.index(cable) for cable in cables]

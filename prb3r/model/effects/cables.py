@@ -1,0 +1,70 @@
+"""Cables: what they carry, where they run and how they bend."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, no_loads
+from prb3r.model.effects.base import Effect, Host, NonNegative, columns
+
+
+class DeadCable(Effect):
+    """A cable that transmits nothing."""
+
+    kind: Literal["dead_cable"]
+    cable: str
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        reach = chain.reach.copy()
+        reach[manipulator.cable_names.index(self.cable)] = 0
+        return chain._replace(reach=reach)
+
+
+class TensionOffset(Effect):
+    """Added to the applied tension of all (or the named) cables, idle ones too; no tension is below zero."""
+
+    kind: Literal["tension_offset"]
+    offset_n: float
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        constant = chain.constant or no_loads(chain)
+        tension = constant.tension.copy()
+        tension[0, columns(self.cables, manipulator)] += self.offset_n
+        return chain._replace(constant=constant._replace(tension=tension))
+
+
+class HoleOffset(Effect):
+    """Error of a cable's offset, added to it."""
+
+    kind: Literal["hole_offset"]
+    cable: str
+    offset_m: float
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        offset = chain.offset.copy()
+        offset[:, manipulator.cable_names.index(self.cable)] += self.offset_m
+        return chain._replace(offset=offset)
+
+
+class HoleClearance(Effect):
+    """Cables lie against the inner (concave) side of their holes."""
+
+    kind: Literal["hole_clearance"]
+    clearance_m: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(clearance=chain.clearance + self.clearance_m)
+
+
+class CableBending(Effect):
+    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it."""
+
+    kind: Literal["cable_bending"]
+    late: ClassVar[int] = 2
+    stiffness_n_m2: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        routed = (np.arange(chain.plates)[:, None] < chain.reach).sum(1)
+        added = self.stiffness_n_m2 * routed / chain.arc
+        return chain._replace(stiffness=chain.stiffness + added[:, None] * chain.plate.stiffness)

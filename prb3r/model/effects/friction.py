@@ -1,0 +1,66 @@
+"""Friction: of all holes, of one, of a pulley before the base, and how it remembers."""
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from prb3r.mechanics.chain import Chain
+from prb3r.model.effects.base import Effect, Efficiency, Host, NonNegative, columns
+
+
+class CableFriction(Effect):
+    """Belt friction where the nominal model has none."""
+
+    kind: Literal["cable_friction"]
+    coefficient: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(friction=np.full_like(chain.friction, self.coefficient))
+
+
+class PulleyFriction(Effect):
+    """A pulley before the base hole takes its share: drawn in, the tension behind it is `efficiency` times as large."""
+
+    kind: Literal["pulley_friction"]
+    efficiency: Efficiency
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        pulley = np.ones(len(chain.reach)) * chain.pulley
+        pulley[columns(self.cables, manipulator)] *= self.efficiency
+        return chain._replace(pulley=pulley)
+
+
+class SlipHistory(Effect):
+    """Slip follows from the load path instead of being declared."""
+
+    kind: Literal["slip_history"]
+    presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(presliding=self.presliding_m)
+
+
+class WornHole(Effect):
+    """Another friction coefficient at one disk (0 is the base)."""
+
+    kind: Literal["worn_hole"]
+    late: ClassVar[int] = 1
+    disk: Annotated[int, Field(ge=0)]
+    coefficient: NonNegative
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        friction = chain.friction.copy()
+        friction[self.disk, columns(self.cables, manipulator)] = self.coefficient
+        return chain._replace(friction=friction)
+
+
+class EdgeWrap(Effect):
+    """Friction at both edges of every hole where the nominal model counts the net turn."""
+
+    kind: Literal["edge_wrap"]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(edges=True)

@@ -1,0 +1,43 @@
+"""Loads that nobody applied, or that do not arrive whole."""
+
+from typing import Literal
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, no_loads
+from prb3r.model.effects.base import Effect, Efficiency, Host
+
+
+class Gravity(Effect):
+    """In-plane gravity on every disk's mass."""
+
+    kind: Literal["gravity"]
+    x_m_s2: float = 0.0
+    y_m_s2: float = 0.0
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        constant = chain.constant or no_loads(chain)
+        force = constant.force + manipulator.disk.mass_kg * np.array([self.x_m_s2, self.y_m_s2])
+        return chain._replace(constant=constant._replace(force=force))
+
+
+class TipForce(Effect):
+    """An unrecorded constant force where tip loads act."""
+
+    kind: Literal["tip_force"]
+    x_n: float = 0.0
+    y_n: float = 0.0
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        constant = chain.constant or no_loads(chain)
+        return chain._replace(constant=constant._replace(tip=constant.tip + np.array([self.x_n, self.y_n])))
+
+
+class TipLoadFriction(Effect):
+    """The recorded tip load arrives times `efficiency`."""
+
+    kind: Literal["tip_load_friction"]
+    efficiency: Efficiency
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(tip_efficiency=chain.tip_efficiency * self.efficiency)

@@ -1,0 +1,102 @@
+"""Plates: their stiffness, their law of bending, and what they stand in."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from prb3r.mechanics.chain import Chain, Contact, Law
+from prb3r.mechanics.plate import with_end_hinges
+from prb3r.model.effects.base import Effect, Host, NonNegative, Number, Positive
+
+
+class WeakenedPlate(Effect):
+    """One plate's bending stiffness times a factor."""
+
+    kind: Literal["weakened_plate"]
+    plate: Number
+    factor: Positive
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        stiffness = chain.stiffness.copy()
+        stiffness[self.plate - 1] *= self.factor
+        return chain._replace(stiffness=stiffness)
+
+
+class SegmentStiffness(Effect):
+    """One segment's bending stiffness times a factor."""
+
+    kind: Literal["segment_stiffness"]
+    segment: Number
+    factor: Positive
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        factor = np.where(chain.segment == self.segment - 1, self.factor, 1.0)
+        return chain._replace(stiffness=chain.stiffness * factor[:, None])
+
+
+class NonlinearPlate(Effect):
+    """``M = EI k (1 + c k^2)``, or beyond the curvature `knee` a tangent stiffness of `ratio` times EI."""
+
+    kind: Literal["nonlinear_plate"]
+    law: Literal["cubic", "bilinear"]
+    cubic_m2: NonNegative | None = None
+    knee_per_m: Positive | None = None
+    ratio: Annotated[float, Field(gt=0, le=10)] | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> NonlinearPlate:
+        given = {name for name in ("cubic_m2", "knee_per_m", "ratio") if getattr(self, name) is not None}
+        needed = {"cubic_m2"} if self.law == "cubic" else {"knee_per_m", "ratio"}
+        if given != needed:
+            raise ValueError(f"the {self.law} law takes {' and '.join(sorted(needed))}, nothing else")
+        return self
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        if self.cubic_m2 is not None:
+            return chain._replace(law=chain.law._replace(cubic=self.cubic_m2))
+        return chain._replace(law=Law(chain.law.cubic, self.knee_per_m or np.inf, self.ratio or 1.0))
+
+
+class Precurvature(Effect):
+    """Stress-free curvature of the arc of all (or the named) plates."""
+
+    kind: Literal["precurvature"]
+    curvature_per_m: float
+    plates: list[Number] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        bent = np.ones(chain.plates) if self.plates is None else np.isin(np.arange(chain.plates) + 1, self.plates)
+        return chain._replace(
+            rest=chain.rest + self.curvature_per_m * (bent * chain.arc)[:, None] / chain.plate.stiffness
+        )
+
+
+class DiskContact(Effect):
+    """Disks (or the edges of notches) touch where a plate bends further than `angle`, and help to carry."""
+
+    kind: Literal["disk_contact"]
+    angle_rad: Positive
+    stiffness_n_m_per_rad: Positive
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(contact=Contact(self.angle_rad, self.stiffness_n_m_per_rad))
+
+
+class ClampCompliance(Effect):
+    """A hinge at each end of the arc."""
+
+    kind: Literal["clamp_compliance"]
+    late: ClassVar[int] = 3
+    compliance_rad_per_n_m: Positive
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        hinge = np.full((chain.plates, 1), 1 / self.compliance_rad_per_n_m)
+        return chain._replace(
+            plate=with_end_hinges(chain.plate),
+            stiffness=np.hstack([hinge, chain.stiffness, hinge]),
+            rest=np.pad(chain.rest, ((0, 0), (1, 1))),
+            curvature=np.pad(chain.plate.stiffness, 1),
+        )

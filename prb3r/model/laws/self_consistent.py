@@ -1,0 +1,97 @@
+"""Equilibria of chains whose arcs carry moments that follow the state: the closure of a fitted moment law.
+
+Terms of the law say what a moment is proportional to.  Equilibrium and moments are found in turn, from no moment on:
+solve, ask the law for the moments of that state, go toward them, until they are those that were applied.  Each plate's
+moment goes by a secant, but never against what the law asks for: so a law that pushes a plate further than the plate
+resists runs away instead of settling on an unstable equilibrium.
+"""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.model.laws.moment_law import LawPath, law_path
+
+MAX_PASSES = 60
+TOLERANCE = 1e-9
+"""Largest change of a moment that counts as none, of the largest moment."""
+ANGLE_TOLERANCE = 1e-11
+"""And the bend that a moment may cause to count as none, rad: as exact as equilibria are."""
+FARTHEST = np.pi
+"""No moment larger than that which would bend a rotation of a plate so far, rad, is tried on the way."""
+SHORTEST, LONGEST = 0.02, 4.0
+"""Share of the way to the moments that the law asks for, at most and at least."""
+NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
+
+
+def equilibria_of(
+    chain: Chain,
+    loads: Loads,
+    *,
+    from_rest: bool | np.ndarray = False,
+    eigenvalue: bool = False,
+    detail: bool = True,
+    number: np.ndarray | None = None,
+) -> Equilibria:
+    """As `prb3r.mechanics.equilibrium.solve`, with the moments of the chain's terms.
+
+    Steps without such moments have no equilibrium.  The eigenvalue takes the moments as loads that do not change.
+
+    Parameters
+    ----------
+    number : (s,) step numbers, for terms that follow the time; absent: 1, 2, ... in each sequence.
+    """
+    if not chain.closure:
+        return solve(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail)
+    along = law_path(chain, loads, from_rest, number)
+    states, _, closed = settled(along, eigenvalue)
+    return kept(states, closed, detail)
+
+
+def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.ndarray, np.ndarray]:
+    """States along the path, rest first, the moments (s + 1, n) applied there, and (s + 1,) whether the law asks for
+    these."""
+    chain = along.chain
+    stiffest = float(chain.stiffness.max())
+    least, most = ANGLE_TOLERANCE * stiffest, FARTHEST * stiffest
+    moment = before = missed = np.zeros((along.loads.steps, chain.plates))
+    for done in range(MAX_PASSES):
+        states = solve(*along.under(moment), from_rest=along.begins)
+        asked = along.asked(states)
+        too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
+        asked = np.where(too_large, moment / 2, asked)
+        miss = asked - moment
+        closed = np.abs(miss).max(1) <= TOLERANCE * np.abs(asked).max() + least
+        if closed.all():
+            break
+        share = _share(moment - before, miss - missed) if done else 1.0
+        before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
+    if eigenvalue:
+        states = solve(*along.under(moment), from_rest=along.begins, eigenvalue=True)
+    if chain.presliding:  # what follows an unclosed step is another path
+        for first in np.flatnonzero(~closed):
+            end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
+            closed[first:end] = False
+    return states, moment, closed
+
+
+def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
+    """Share of the way to go: to where the secant of each plate's miss is zero, if that is forward, else all of it."""
+    slope = np.divide(of_miss, change, out=np.full_like(change, -1.0), where=change != 0)
+    return np.where(slope < 0, np.clip(-1 / np.minimum(slope, -1e-3), SHORTEST, LONGEST), 1.0)
+
+
+def kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:
+    """The states after rest, those that are not closed without equilibrium."""
+    arrays = {field.name: getattr(states, field.name) for field in fields(states)}
+    arrays = {name: values[1:] for name, values in arrays.items() if values is not None}
+    closed = closed[1:]
+    for name, values in arrays.items():
+        if name not in ("outcome", "iterations") and len(values):
+            values[~closed] = np.nan
+    arrays["outcome"][~closed] = Outcome.NO_EQUILIBRIUM
+    if not detail:
+        arrays |= {name: arrays[name][:0] for name in ("q", "tension", "moment", "slip")}
+    return replace(states, closed=closed, **arrays)

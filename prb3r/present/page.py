@@ -1,0 +1,69 @@
+"""What every page and every figure file is made with: templates, tables as text, pictures, PNG and SVG."""
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import matplotlib
+from matplotlib.figure import Figure
+
+from prb3r.present import style
+from prb3r.runs.store import write_whole
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as text."""
+
+    head: list[str]
+    rows: list[list[str]]
+    words: Sequence[int] = (0,)
+    """Columns of words; the others hold numbers."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in the folder of results."""
+
+    name: str
+    caption: str
+    data: str
+    """The smaller of its files as a data address; of a workspace the PNG."""
+
+
+def templates() -> jinja2.Environment:
+    """The pages of reports; what they do not know is an error."""
+    pages = jinja2.Environment(
+        loader=jinja2.PackageLoader("prb3r.present"),
+        undefined=jinja2.StrictUndefined,
+        autoescape=jinja2.select_autoescape(["html.j2"]),
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    pages.filters["md"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
+    return pages
+
+
+def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
+    """A figure that is in `folder` already."""
+    types = {".png": "image/png", ".svg": "image/svg+xml"}
+    files = [path for path in (folder / f"{name}.png", folder / f"{name}.svg") if path.exists()]
+    if not files:
+        raise FileNotFoundError(f"{folder / name}.png: the figure of plot {name!r} is missing")
+    chosen = files[0] if kind == "workspace" else min(files, key=lambda path: path.stat().st_size)
+    data = base64.b64encode(chosen.read_bytes()).decode()
+    return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}")
+
+
+def save(figure: Figure, folder: str | Path, name: str) -> list[Path]:
+    """Write `name.png` (200 dpi) and `name.svg` whole or not at all; the same figure gives the same bytes."""
+    paths = []
+    for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
+        content = io.BytesIO()
+        with matplotlib.rc_context(style.RC):
+            figure.savefig(content, format=kind, dpi=200, metadata=metadata)
+        paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
+    return paths

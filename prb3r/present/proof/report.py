@@ -1,0 +1,268 @@
+"""The benchmark on paper: table of scores, confusion matrix, one row a case."""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from prb3r.present import style
+from prb3r.present.page import save
+from prb3r.proof.concealed.labels import CLASSES, Label
+from prb3r.proof.judging.breakdown import by_effect, confusion
+from prb3r.proof.judging.intervals import Score
+from prb3r.proof.judging.methods import METHODS, Verdict
+from prb3r.proof.judging.opened import Judged, first_right, mentioned
+from prb3r.proof.judging.scores import Goal
+from prb3r.proof.prove import MAIN, Proof
+from prb3r.runs import store
+from prb3r.runs.store import write_whole
+
+SHARES = ("clean", "right", "truth", "plate", "95", "parameter", "held-out excess", "both", "outside", "error of E")
+"""How the names of scores begin that are shown in percent; the rest are shares too, or plain numbers."""
+PLAIN = ("held-out chi-square",)
+
+
+def publish_proof(proof: Proof, folder: Path) -> list[Path]:
+    """Write `proof.md`, `proof.json`, `cases.parquet` and the figure of the confusion matrix."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(style.RC):
+        figures = save(confusion_figure(proof), folder, "confusion")
+    text = write_whole(folder / "proof.md", markdown(proof).encode())
+    numbers = write_whole(folder / "proof.json", json.dumps(plain(proof), indent=1, default=str).encode())
+    store.write(
+        store.table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
+        folder / "cases.parquet",
+    )
+    return [text, numbers, folder / "cases.parquet", *figures]
+
+
+def scores_table(proof: Proof) -> list[str]:
+    """Markdown: every score with its goal and interval, and what the other methods reach on a part of the cases."""
+    others = [name for name in METHODS if name != MAIN]
+    beside = {name: dict(_by_name(proof.scores(name))) for name in others}
+    lines = [
+        f"| score | goal | {MAIN} | 95 % interval | n | met | shown | {' | '.join(others)} |",
+        "|---" * (7 + len(others)) + "|",
+    ]
+    for goal, score in proof.scores():
+        cells = [goal.name, _goal(goal), _value(goal, score.value), _interval(goal, score), str(score.count)]
+        cells += [_answer(goal.met(score)), _answer(goal.shown(score))]
+        cells += [_beside(goal, beside[name][goal.name]) for name in others]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def _by_name(scores: Sequence[tuple[Goal, Score]]) -> list[tuple[str, Score]]:
+    return [(goal.name, score) for goal, score in scores]
+
+
+def _goal(goal: Goal) -> str:
+    if not goal.relation:
+        return ""
+    asked = "-".join(f"{100 * each:g}" for each in goal.asked)
+    return f"{goal.relation} {asked} %".replace("in ", "").replace("<=", "≤").replace(">=", "≥")
+
+
+def _value(goal: Goal, value: float) -> str:
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.3g}" if goal.name.startswith(PLAIN) else f"{100 * value:.1f} %"
+
+
+def _interval(goal: Goal, score: Score) -> str:
+    return f"{_value(goal, score.low)} to {_value(goal, score.high)}" if score.count else "–"
+
+
+def _beside(goal: Goal, score: Score) -> str:
+    return f"{_value(goal, score.value)} ({score.count})" if score.count else "–"
+
+
+def _answer(answer: bool | None) -> str:
+    return "" if answer is None else "yes" if answer else "**no**"
+
+
+def markdown(proof: Proof) -> str:
+    """The whole result as a page."""
+    git = proof.environment["git"]
+    revision = f"{git['revision'][:12]}{' with changes' if git['dirty'] else ''}" if git else "unknown"
+    seconds = [case.verdict.seconds for case in proof.main]
+    lines = [
+        "# Concealed effects",
+        "",
+        f"{len(proof.main)} recordings of {len(proof.designs)} designs, seed {proof.seed}, revision {revision}, "
+        f"{proof.environment['written']}, {proof.environment['platform']}; {proof.seconds / 60:.0f} minutes in all, "
+        f"{np.median(seconds):.1f} s a diagnosis (median), {max(seconds):.0f} s the longest.",
+        "",
+        f"Labels sealed before the first verdict: SHA-256 `{proof.digest}`.",
+        "",
+        *scores_table(proof),
+        "",
+        "Shares with Wilson intervals, medians with intervals of order statistics, held-out error pooled with a "
+        "bootstrapped interval. *Met* by the point estimate, *shown* by the whole interval. Numbers in brackets: "
+        "on how many of the recordings another method was judged. A failure counts against every score it belongs to.",
+        "",
+        f"Engine less rig without effects, whitened norm of a whole recording: at most {max(proof.bias):.2g} over all "
+        "designs.",
+        "",
+        "![Named effect by true effect](confusion.png)",
+        "",
+        *_effects(proof),
+        "",
+        *_hidden(proof),
+        "",
+        *_designs(proof),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _effects(proof: Proof) -> list[str]:
+    lines = [
+        "## By effect and size",
+        "",
+        "Sizes in smallest detectable sizes. *First*: named first, of the distinguishable. *Among*: named or listed as "
+        "indistinguishable, of all.",
+        "",
+        "| effect | size | first | among |",
+        "|---|---|---|---|",
+    ]
+    for row in by_effect(proof.main):
+        cells = [f"{row[key].hits} of {row[key].count}" for key in ("first", "among")]
+        lines.append(f"| {row['kind']} | {row['size']:g} | {cells[0]} | {cells[1]} |")
+    return lines
+
+
+def _hidden(proof: Proof) -> list[str]:
+    """What calibration alone would have reported where it hides the effect."""
+    lines = [
+        "## Where calibration hides the effect",
+        "",
+        "Six sequences, unloading in the last two alone. *Loading alone*: E and mu refitted to the others, which they "
+        "fit (p: chance of so large a chi-square). Errors against the true constants.",
+        "",
+        "| case | concealed | p | E, loading alone | mu | E, all sequences | mu | E, explained | mu | verdict |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for label, verdict, _ in proof.main:
+        if label.cls == "hidden" and verdict.verdict != "failed":
+            p = f"{verdict.loading[2]:.2g}" if verdict.loading else "–"
+            pairs = [verdict.loading[:2] if verdict.loading else None, verdict.calibrated, verdict.explained]
+            cells = [
+                f"{100 * np.expm1(found - true):+.1f} %" if pair else "–"
+                for pair in pairs
+                for found, true in zip(pair or (0.0, 0.0), label.constants, strict=True)
+            ]
+            said = ", ".join(claim.kind for claim in verdict.named) or verdict.verdict
+            lines.append(f"| {label.case} | {_concealed(label)} | {p} | {' | '.join(cells)} | {said} |")
+    return lines
+
+
+def _designs(proof: Proof) -> list[str]:
+    rows = [{**design.described(), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
+    names = list(rows[0])
+    lines = ["## Designs", "", f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
+    for row in rows:
+        cells = [f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def _concealed(label: Label) -> str:
+    """The truth in one line."""
+    if label.foreign is not None:
+        return f"{label.foreign[0]} {label.foreign[1]:.3g}"
+    if label.wrong_weight is not None:
+        q, k, name, factor = label.wrong_weight
+        return f"sequence s{q + 1}, step {k + 1}: {factor:g} of the noted weight on cable {name}"
+    shown = lambda value: f"{value:.4g}" if isinstance(value, float) else str(value)  # noqa: E731
+    return "; ".join(
+        f"{each['kind']} {', '.join(f'{key} {shown(value)}' for key, value in each.items() if key != 'kind')}".strip()
+        for each in label.effects
+    )
+
+
+def plain(proof: Proof) -> dict[str, Any]:
+    """For `proof.json`."""
+    methods = {
+        name: [{"score": g.name, "goal": _goal(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores]
+        for name, scores in ((name, proof.scores(name)) for name in METHODS)
+    }
+    rows, columns, table = confusion(proof.main)
+    return {
+        "schema": 1,
+        "seed": proof.seed,
+        "labels_sha256": proof.digest,
+        "recordings": len(proof.main),
+        "by_class": {cls: sum(case.label.cls == cls for case in proof.main) for cls in CLASSES},
+        "seconds": proof.seconds,
+        "environment": dict(proof.environment),
+        "scores": methods,
+        "confusion": {"true": rows, "named": columns, "count": table.tolist()},
+        "bias": list(proof.bias),
+    }
+
+
+def case_columns(proof: Proof) -> dict[str, list[Any]]:
+    """One row a recording and method."""
+    cases = [case for method in METHODS for case in proof.cases[method]]
+    return {
+        "case": [c.label.case for c in cases],
+        "method": [c.verdict.method for c in cases],
+        "class": [c.label.cls for c in cases],
+        "design": [c.label.design for c in cases],
+        "concealed": [_concealed(c.label) for c in cases],
+        "kinds": [", ".join(c.label.kinds) for c in cases],
+        "awkward": [", ".join(c.label.awkward) for c in cases],
+        "norm": [c.label.norm for c in cases],
+        "distance": [_finite(c.label.distance) for c in cases],
+        "nearest": [min(c.label.nearest, key=c.label.nearest.__getitem__, default="") for c in cases],
+        "verdict": [c.verdict.verdict for c in cases],
+        "named": [_claims(c.verdict) for c in cases],
+        "indistinguishable": [", ".join(sorted(mentioned(c.verdict))) for c in cases],
+        "first_right": [_right(c) for c in cases],
+        "reduced_chi2_calibrated": [_finite(c.verdict.reduced[0]) for c in cases],
+        "reduced_chi2_explained": [_finite(c.verdict.reduced[1]) for c in cases],
+        "seconds": [c.verdict.seconds for c in cases],
+        "reason": [c.verdict.reason for c in cases],
+    }
+
+
+def _right(case: Judged) -> bool | None:
+    return first_right(case) if case.label.effects else None
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _claims(verdict: Verdict) -> str:
+    """Named effects with their values."""
+    texts = []
+    for each in verdict.named:
+        places = [f"{key} {value}" for key, value in each.place.items()]
+        values = [f"{name} {value[0]:.4g}" for name, value in each.parameters.items()]
+        texts.append(" ".join([each.kind, *places, *values]) + (" (in part)" if each.partial else ""))
+    return "; ".join(texts)
+
+
+def confusion_figure(proof: Proof) -> Figure:
+    """Named effect by true effect, single effects at 2 and 5 times the detectable size."""
+    rows, columns, table = confusion(proof.main)
+    width = style.DOUBLE * style.MM
+    figure = Figure(figsize=(width, width * (0.35 + 0.6 * len(rows) / max(len(columns), 1))), layout="constrained")
+    axes = figure.subplots()
+    share = table / np.maximum(table.sum(1, keepdims=True), 1)
+    axes.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for i, k in zip(*np.nonzero(table), strict=True):
+        axes.text(k, i, str(table[i, k]), ha="center", va="center", color="white" if share[i, k] > 0.6 else style.INK)
+    axes.set_xticks(range(len(columns)), [name.replace("_", " ") for name in columns], rotation=60, ha="right")
+    axes.set_yticks(range(len(rows)), [name.replace("_", " ") for name in rows])
+    axes.set_xlabel("named first, or the verdict where nothing is")
+    axes.set_ylabel("concealed")
+    axes.grid(False)
+    return figure

@@ -1,0 +1,139 @@
+"""Lines: columns over a column, with fitted laws, published points and failed cases."""
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from prb3r.present import style
+from prb3r.present.study.sheet import COLUMN, FAILED, Sheet, entry, failures
+from prb3r.present.style import Shown, shown
+from prb3r.quantities import Quantity
+from prb3r.study.compare import select
+from prb3r.study.spec import Plot
+
+
+def lines(sheet: Sheet) -> Figure:
+    """Columns against a column, with published points, fits, a marked value and failed cases."""
+    plot, rows = sheet.plot, sheet.rows
+    x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
+    rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
+    titles, parts = sheet.panels()
+    fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
+    extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *failures(rows)]
+    figure, axes = style.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
+    for number, (one, part) in enumerate(zip(axes, parts, strict=True)):
+        for index, (look, line, group) in enumerate(sheet.groups(part)):
+            ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
+            _line(one, sheet, group, ink, index)
+        for reach, law, ink in fits:
+            ends = select(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
+            if np.isfinite(ends).all():
+                one.plot(ends, law(ends), **ink)
+        for point in plot.mark:
+            one.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
+        if bounds and np.isfinite(bounds[number]["at"]):
+            one.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
+        if _in_order(sheet) and len(axes) == 1:
+            one.set_aspect("equal", adjustable="datalim")
+        if plot.log_y:
+            one.set_yscale("log")
+            one.minorticks_off()
+        elif plot.y_from_zero and not (rows["_up"] < 0).any():
+            one.set_ylim(bottom=0)
+    style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
+    return figure
+
+
+def _in_order(sheet: Sheet) -> bool:
+    """Whether the plot is a locus, y positions over x positions, whose lines follow the cases instead of x."""
+    return sheet.plot.x.endswith("x_m") and all(y.endswith("y_m") for y in sheet.plot.y)
+
+
+def _band(sheet: Sheet) -> list[Patch]:
+    """Legend entry of the bands, if cases of one line share a place."""
+    spread = sheet.rows.groupby(["_panel", "_by", "_style", "_at"])["_up"].agg(np.ptp)
+    if _in_order(sheet) or not (spread > 0).any():
+        return []
+    return [Patch(fc=style.PALE, lw=0, label="median and range of cases that differ otherwise")]
+
+
+def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
+    """One line: sorted, several values at one place as median and band; a locus in the order of the cases.
+
+    Failed cases are crosses: at their value if they have one, else at the lower edge.
+    """
+    curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
+    if not _in_order(sheet):
+        curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
+        if (curve["max"] > curve["min"]).any():
+            axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
+    step = 1 if len(curve) <= 12 else -(-len(curve) // 8)
+    axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)
+    cross = FAILED | {"color": ink["color"]}
+    failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna()]
+    seen, edge = failed[failed["_up"].notna()], failed[failed["_up"].isna()]
+    if len(seen):
+        axes.plot(seen["_at"], seen["_up"], zorder=3, **cross)
+    if len(edge):
+        height = np.full(len(edge), 0.03 + 0.05 * index)
+        axes.plot(edge["_at"], height, transform=axes.get_xaxis_transform(), zorder=3, **cross)
+
+
+def _verticals(sheet: Sheet, parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:
+    """The marked value of each panel; its line names it, with the value if all panels have the same."""
+    column = sheet.plot.vertical
+    if column is None or sheet.rows[column].isna().all():
+        return []
+    values = [float(part[column].median()) * x.factor for part in parts]
+    ends = dict.fromkeys(style.with_unit(end, x.unit) for end in (np.nanmin(values), np.nanmax(values)))
+    text = f"{sheet.quantity(column).title.lower()}, {' to '.join(ends)}"
+    ink = {"color": style.INK, "lw": 0.8, "ls": (0, (7, 2)), "zorder": 1.5, "label": text}
+    return [{**ink, "at": value} for value in values]
+
+
+def _published(plot: Plot) -> dict[str, dict[str, Any]]:
+    """Open symbols, one for each label of published points."""
+    labels = dict.fromkeys(point.label for point in plot.mark)
+    common = {"color": style.INK, "ls": "", "mfc": "white", "mew": 0.9, "ms": 5.2, "zorder": 4}
+    marks = itertools.cycle(style.OPEN_MARKERS)
+    return {text: {**common, "marker": next(marks), "label": text} for text in labels}
+
+
+def _fits(sheet: Sheet, x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:
+    """Which rows each fit of this plot is about, its law in shown units, and its line with the law in words."""
+    plot = sheet.plot
+    fits = [fit for fit in sheet.scene.fits if fit["x"] == plot.x and fit["y"] in plot.y]
+    fits = [fit for fit in fits if plot.fit and fit["slope"] is not None]
+    for index, fit in enumerate(sorted(fits, key=lambda fit: plot.y.index(fit["y"]))):
+        reach = dict(fit.get("where") or {}) | ({COLUMN: fit["y"]} if len(plot.y) > 1 else {})
+        slope, start = fit["slope"] * y.factor / x.factor, fit["intercept"] * y.factor
+        per = x.unit or _symbol(sheet.quantity(plot.x))
+        text = law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, per)
+        about = [sheet.text(column, value) for column, value in reach.items() if column not in plot.where]
+        text = f"{', '.join(about)}: {text}" if about else text
+        ink = {"color": style.INK, "ls": style.LINES[(index + 1) % 8], "lw": 0.9, "zorder": 1.8, "label": text}
+        yield reach, lambda at, slope=slope, start=start: start + slope * at, ink
+
+
+def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> str:
+    """`56.8 mm per unit μ, within 1.1 mm`."""
+    rate = f"{style.with_unit(float(f'{slope:.3g}'), y_unit)} per {x_unit}"
+    return f"{rate}, within {style.with_unit(float(f'{deviation:.2g}'), y_unit)}"
+
+
+def _symbol(quantity: Quantity) -> str:
+    return f"unit {quantity.symbol or quantity.title.lower()}"
+
+
+def _common(sheet: Sheet, unit: str) -> str:
+    """Axis label of several columns: the words that all of their names end with."""
+    titles = [sheet.quantity(column).title.lower().split() for column in sheet.plot.y]
+    same = [words[0] for words in zip(*(title[::-1] for title in titles), strict=False) if len(set(words)) == 1]
+    text = " ".join(same[::-1]).capitalize() or "Value"
+    return f"{text} ({unit})" if unit else text

@@ -1,0 +1,33 @@
+"""Figures and report of a finished study, beside its tables."""
+
+from pathlib import Path
+
+from prb3r.errors import Problem, SpecError
+from prb3r.present.page import save
+from prb3r.present.study.figures import draw
+from prb3r.present.study.report import write_report
+from prb3r.present.study.sheet import Scene
+from prb3r.study.run import Result
+
+
+def publish(result: Result) -> list[Path]:
+    """Draw every plot of the study and write its report; the files written.
+
+    Raises
+    ------
+    SpecError
+        For plots that cannot be drawn from the tables, after everything else has been written.
+    """
+    plan, states = result.plan, result.states()
+    scene = Scene(lambda n: plan.cases[n].manipulator(), tuple(plan.quantities), tuple(result.manifest["fits"]))
+    files, figures, problems = [], [], []
+    for plot in plan.study.plot:
+        try:
+            files += save(draw(plot, result.cases, states, scene), result.folder, plot.name)
+            figures.append((plot.name, plot.caption))
+        except ValueError as error:
+            problems.append(Problem(f"{plan.path} plot {plot.name}", str(error)))
+    files += write_report(result.folder, plan.study, result.cases, plan.quantities, result.manifest, figures)
+    if problems:
+        raise SpecError(*problems)
+    return files

@@ -1,0 +1,211 @@
+"""The report of a study: a short Markdown summary and one self-contained HTML page, from its tables and manifest."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.present import style
+from prb3r.present.page import Table, picture, templates
+from prb3r.present.study.lines import law_in_words
+from prb3r.quantities import Quantity
+from prb3r.runs.store import write_whole
+from prb3r.study.compare import select
+from prb3r.study.spec import Study
+
+WHOLE_TABLE, LISTED, FEW = 40, 20, 8
+"""Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""
+ROUNDING = 1e-9
+"""Values smaller than this share of the largest one in their column are shown as zero."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a report is made from."""
+
+    study: Study
+    cases: pd.DataFrame
+    quantities: Sequence[Quantity]
+    manifest: Mapping[str, Any]
+
+    @property
+    def factors(self) -> list[str]:
+        return [factor.name for factor in self.study.factor]
+
+    @property
+    def compared(self) -> list[str]:
+        return [comparison.name for comparison in self.study.comparison]
+
+    @property
+    def measured(self) -> list[str]:
+        """Metric columns."""
+        apart = {*self.factors, *self.compared}
+        return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
+
+    @property
+    def failed(self) -> pd.DataFrame:
+        return self.cases[self.cases["outcome"] != "converged"]
+
+    def quantity(self, column: str) -> Quantity:
+        return style.quantity_of(column, self.quantities)
+
+    def shown(self, column: str) -> style.Shown:
+        numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
+        return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units that plots ask for; the report shows the same."""
+        y_units = {p.y[0]: p.y_unit for p in self.study.plot if p.y_unit and len(p.y) == 1}
+        return y_units | {p.x: p.x_unit for p in self.study.plot if p.x and p.x_unit}
+
+    def cell(self, column: str, value: Any, unit: bool = False) -> str:
+        """One value as text, in the unit its column is shown in."""
+        if value is None or (isinstance(value, float) and np.isnan(value)):
+            return "–"
+        if isinstance(value, (str, bool, np.bool_)):
+            return str(value)
+        shown = self.shown(column)
+        noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
+        value = 0.0 if abs(value) < noise else value * shown.factor
+        return style.with_unit(value, shown.unit) if unit else style.number(value)
+
+    def named(self, column: str, value: Any) -> str:
+        """A factor and its value: `Order: cable 3 first`."""
+        between = ": " if isinstance(value, str) else " "
+        return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
+
+
+def write_report(
+    folder: str | Path,
+    study: Study,
+    cases: pd.DataFrame,
+    quantities: Sequence[Quantity],
+    manifest: Mapping[str, Any],
+    figures: Iterable[tuple[str, str]] = (),
+) -> list[Path]:
+    """Write `summary.md` and `report.html` whole or not at all; figures (name, caption) are in `folder` already.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a figure has neither PNG nor SVG.
+    """
+    folder, source = Path(folder), Source(study, cases, quantities, manifest)
+    kinds = {plot.name: plot.kind for plot in study.plot}
+    content = {
+        "study": study,
+        "figures": [picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
+        "count": _count(source),
+        "varied": [_varied(source, name) for name in source.factors],
+        "metrics": _ranges(source, source.measured),
+        "comparisons": _ranges(source, source.compared),
+        "every_case": _every_case(source) if len(cases) <= WHOLE_TABLE else None,
+        "fits": list(_fits(source)),
+        "failed": _failed(source),
+        "more_failed": max(0, len(source.failed) - LISTED),
+        "timing": _timing(manifest.get("timing") or ()),
+        "made": _made(source),
+    }
+    return [
+        write_whole(folder / name, templates().get_template(f"{name}.j2").render(content).encode())
+        for name in ("summary.md", "report.html")
+    ]
+
+
+def _count(source: Source) -> str:
+    total, failed = len(source.cases), len(source.failed)
+    which = f"{failed:,} of them without a stable equilibrium" if failed else "all in stable equilibrium"
+    return f"{total:,} case{'s' * (total != 1)}, {which}"
+
+
+def _varied(source: Source, name: str) -> tuple[str, str, str]:
+    """A factor: its name in words, what it sets, the values it takes."""
+    factor = next(factor for factor in source.study.factor if factor.name == name)
+    target = factor.path or (" relative to ".join(factor.ratio) if factor.ratio else "")
+    values = source.cases[name].drop_duplicates()
+    if len(values) > FEW and pd.api.types.is_numeric_dtype(values):
+        ends = [source.cell(name, value, unit=True) for value in (values.min(), values.max())]
+        return source.quantity(name).title, target, f"{len(values)} values from {ends[0]} to {ends[1]}"
+    listed = [source.cell(name, value, unit=True) for value in values[:LISTED]]
+    more = [f"and {len(values) - LISTED} more"] if len(values) > LISTED else []
+    return source.quantity(name).title, target, "; ".join(listed + more)
+
+
+def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
+    """Least, median and greatest value of each column; cases compared with themselves do not count."""
+    rows = []
+    for column in columns:
+        base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
+        others = source.cases.drop(select(source.cases, base).index) if base else source.cases
+        values = others[column].dropna()
+        ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
+        numbers = [source.cell(column, float(value)) for value in ends]
+        rows.append([source.shown(column).label, *numbers, source.quantity(column).meaning])
+    return Table(["", "least", "median", "greatest", "meaning"], rows, (0, 4)) if rows else None
+
+
+def _every_case(source: Source) -> Table:
+    columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
+    records = source.cases.to_dict("records")
+    rows = [[*(source.cell(name, row[name]) for name in columns), str(row["outcome"])] for row in records]
+    return Table(
+        [*(source.shown(name).label for name in columns), "Outcome"],
+        rows,
+        (*range(len(source.factors)), len(columns)),
+    )
+
+
+def _fits(source: Source) -> Iterable[str]:
+    """`Tip shift: 275 mm per unit μ, within 4.7 mm (7 cases; order = cable 3 first)`."""
+    for fit in source.manifest.get("fits") or ():
+        x, y = source.shown(fit["x"]), source.shown(fit["y"])
+        quantity = source.quantity(fit["x"])
+        about = [source.named(name, value) for name, value in fit.get("where", {}).items()]
+        counted = [f"{fit['points']} cases"] if "points" in fit else []
+        over = "; ".join(counted + about)
+        law = "too few cases for a line"
+        if fit["slope"] is not None:
+            per = x.unit or f"unit {quantity.symbol or quantity.title.lower()}"
+            law = law_in_words(fit["slope"] * y.factor / x.factor, fit["largest_deviation"] * y.factor, y.unit, per)
+            origin = f"{quantity.symbol} = 0" if quantity.symbol else "zero"
+            law += f", {style.with_unit(fit['intercept'] * y.factor, y.unit)} at {origin}"
+        yield f"{source.quantity(fit['y']).title}: {law}" + (f" ({over})" if over else "")
+
+
+def _failed(source: Source) -> Table | None:
+    def case(row):
+        return ", ".join(source.named(name, row[name]) for name in source.factors)
+
+    records = source.failed.head(LISTED).to_dict("records")
+    rows = [[str(row["case_id"]), case(row), row["outcome"], row.get("reason") or ""] for row in records]
+    return Table(["Case", "With", "Outcome", "Reason"], rows, range(4)) if rows else None
+
+
+def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:
+    lines = [[str(row["model"]), style.number(float(row["microseconds_per_equilibrium"]))] for row in rows]
+    return Table(["Model", "µs per equilibrium, one core, in bulk"], lines) if lines else None
+
+
+def _made(source: Source) -> list[tuple[str, str]]:
+    """How it was computed, for those who want to repeat it."""
+    manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
+    revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
+    versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())
+    seconds = f"{style.number(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
+    lines = {
+        "Study file": manifest.get("spec", ""),
+        "Manipulator": source.study.manipulator,
+        "Hash of cases and engine": str(manifest.get("key", ""))[:16],
+        "Seed": str(source.study.seed),
+        "Revision": revision,
+        "Versions": versions,
+        "Platform": manifest.get("platform", ""),
+        "Run time": seconds,
+        "Written": manifest.get("written", ""),
+    }
+    return [(name, str(text)) for name, text in lines.items() if text]

@@ -1,0 +1,187 @@
+"""Shapes: the manipulator to scale, with plates, disks and cables."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+
+from prb3r.model.manipulator import Manipulator
+from prb3r.present import style
+from prb3r.present.study.sheet import FAILED, Sheet, entry, pale
+from prb3r.present.style import Look
+from prb3r.study.compare import select
+
+GHOST = Look(style.PALE, "", "-", "")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A manipulator in one state as curves to draw, m."""
+
+    disks: np.ndarray
+    """(n + 1, 4, 2) corners."""
+    plates: np.ndarray
+    """(n, points, 2) clamps as straight ends, the arc between as a cubic with the tangents of its disks."""
+    cables: tuple[np.ndarray, ...]
+    """Each (2k + 2, 2): behind the base disk, then where the cable leaves and enters the holes of k plates."""
+    tensions: tuple[np.ndarray, ...]
+    """Each (2k + 1,) tension of the parts between those points, N."""
+
+
+def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
+    """Curves of one state: rows of disks 0..n with `x_m, y_m, angle_rad` and tensions `cable_<name>_n`.
+
+    Raises
+    ------
+    ValueError
+        If disks are missing.
+    """
+    state = state.sort_values("disk")
+    if len(state) != manipulator.plates + 1:
+        raise ValueError(f"drawing {manipulator.name!r} takes the states of all its disks, 0 to {manipulator.plates}")
+    centre, angle = state[["x_m", "y_m"]].to_numpy(float), state["angle_rad"].to_numpy(float)
+    along = np.stack([np.cos(angle), np.sin(angle)], -1)
+    across = np.stack([-along[:, 1], along[:, 0]], -1)
+    half = manipulator.disk.thickness_m / 2
+    near, far = centre - half * along, centre + half * along
+    offsets = np.array([[cable.offset(k) for k in range(len(manipulator.segment))] for cable in manipulator.cable])
+    height = 1.1 * np.abs(offsets).max() if offsets.size else 0.5 * manipulator.segment[0].length_m
+    disks = np.stack([near - height * across, far - height * across, far + height * across, near + height * across], 1)
+    clamp = manipulator.per_plate(segment.clamp_m for segment in manipulator.segment)[:, None]
+    arc = manipulator.per_plate(segment.length_m for segment in manipulator.segment)[:, None] - 2 * clamp
+    start, end = far[:-1] + clamp * along[:-1], near[1:] - clamp * along[1:]
+    s = np.linspace(0, 1, 9)[:, None, None]
+    curve = (1 + 2 * s) * (1 - s) ** 2 * start + s**2 * (3 - 2 * s) * end
+    curve = curve + arc * (s * (1 - s) ** 2 * along[:-1] - s**2 * (1 - s) * along[1:])
+    plates = np.moveaxis(np.concatenate([far[None, :-1], curve, near[None, 1:]]), 0, 1)
+    cables, tensions = [], []
+    for cable in manipulator.cable:
+        reach = manipulator.segment_ends[cable.ends_at_segment - 1]
+        offset = manipulator.per_plate(cable.offset(k) for k in range(len(manipulator.segment)))[:reach, None]
+        leaves, enters = far[:reach] + offset * across[:reach], near[1 : reach + 1] + offset * across[1 : reach + 1]
+        behind, last = near[0] + offset[0] * across[0], far[reach] + offset[-1] * across[reach]
+        holes = np.stack([leaves, enters], 1).reshape(-1, 2)
+        cables.append(np.concatenate([behind[None], holes, last[None]]))
+        name = f"cable_{cable.name}_n"
+        tension = np.nan_to_num(state[name].to_numpy(float)) if name in state else np.zeros(reach + 1)
+        tensions.append(np.repeat(tension[: reach + 1], 2)[1:])
+    return Body(disks, plates, tuple(cables), tuple(tensions))
+
+
+def shapes(sheet: Sheet) -> Figure:
+    """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
+    drawn = _bodies(sheet, sheet.rows)
+    behind = list(_bodies(sheet, _reference(sheet)).values())
+    corners = np.concatenate([[[-0.016, 0.0]], *(one.disks.reshape(-1, 2) for one in (*drawn.values(), *behind))])
+    strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
+    missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
+    failed = [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
+    titles, parts = sheet.panels()
+    handles = sheet.handles(solid=True) + notes(failed)
+    if behind:
+        text = ", ".join(sheet.text(column, value) for column, value in sheet.plot.reference.items())
+        handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
+    figure, axes = style.panels(titles, handles, view_of(corners)[2])
+    for one, part in zip(axes, parts, strict=True):
+        for ghost in behind:
+            draw_ghost(one, ghost)
+        for look, line, group in sheet.groups(part):
+            for index in group.index.intersection(list(drawn)):
+                draw_body(one, drawn[index], look, line if sheet.style else "-", strongest)
+        _ground(one, drawn)
+        to_scale(one, corners)
+    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    return figure
+
+
+def _reference(sheet: Sheet) -> pd.DataFrame:
+    """Rows of the cases that are drawn behind all others."""
+    return select(sheet.cases, sheet.plot.reference) if sheet.plot.reference else sheet.cases[:0]
+
+
+def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
+    """What can be drawn of `rows`, by row: the state of that row's step, or the last one of its case."""
+    if sheet.states is None:
+        raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
+    by_case = dict(iter(sheet.states.groupby("case_id")))
+    drawn: dict[int, Body] = {}
+    for index, row in rows.iterrows():
+        state = by_case.get(row["case_id"], sheet.states[:0])
+        state = state[state["step"] == (row["step"] if "step" in rows else state["step"].max())]
+        if len(state) and np.isfinite(state[["x_m", "y_m", "angle_rad"]].to_numpy(float)).all():
+            drawn[index] = body(sheet.scene.manipulator(int(row["case_id"])), state)
+    return drawn
+
+
+def not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
+    keys = {sheet.plot.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
+    names = [sheet.text(column, row[key]) for column, key in keys.items() if column]
+    return f"{', '.join(names)}: {what}" if names else what
+
+
+def notes(texts: list[str], most: int = 6) -> list[Line2D]:
+    """Legend entries for what is not drawn."""
+    more = [f"and {len(texts) - most} more"] if len(texts) > most else []
+    return [entry({**FAILED, "label": text}) for text in texts[:most] + more]
+
+
+def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:
+    """The wall that holds the base disk."""
+    if drawn:
+        base = 1e3 * next(iter(drawn.values())).disks[0]
+        back, low, high = base[:, 0].min(), base[:, 1].min(), base[:, 1].max()
+        wall = [(back, low), (back - 9, low), (back - 9, high), (back, high)]
+        axes.add_patch(Polygon(wall, facecolor="none", edgecolor=style.QUIET, hatch="/////", lw=0))
+
+
+def straight(manipulator: Manipulator) -> Body:
+    """The manipulator at rest, without tension."""
+    pitch = manipulator.per_plate(segment.length_m for segment in manipulator.segment) + manipulator.disk.thickness_m
+    x = np.concatenate([[0.0], np.cumsum(pitch)]) - manipulator.disk.thickness_m / 2
+    return body(manipulator, pd.DataFrame({"disk": range(len(x)), "x_m": x, "y_m": 0.0, "angle_rad": 0.0}))
+
+
+def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) -> None:
+    """One manipulator: slack cables grey, tensioned ones in its colour and as thick as their tension."""
+    for cable, tension in zip(drawn.cables, drawn.tensions, strict=True):
+        spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
+        if strongest > 0 and tension[0] > 1e-9 * strongest:
+            widths = 0.35 + 1.1 * tension / strongest
+            axes.add_collection(LineCollection(spans, colors=[look.colour], linewidths=widths, zorder=2.4))
+        else:
+            axes.add_collection(LineCollection(spans, colors=[style.PALE], linewidths=0.4, zorder=2.0))
+    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[look.colour], linewidths=1.5, zorder=2.6))
+    fill = {"facecolors": [pale(look.colour)], "edgecolors": [look.colour], "linewidths": 0.5}
+    axes.add_collection(PolyCollection(1e3 * drawn.disks, zorder=2.5, **fill))
+    tip = 1e3 * drawn.disks[-1].mean(0)
+    if line != "-":
+        axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
+    axes.plot(*tip, marker=look.marker, color=look.colour, mec="white", mew=0.5, ms=5, zorder=3)
+
+
+def draw_ghost(axes: Axes, drawn: Body) -> None:
+    """A manipulator to compare others with: plates and disks alone."""
+    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
+    axes.add_collection(PolyCollection(1e3 * drawn.disks, facecolors=[GHOST.colour], linewidths=0, zorder=1.9))
+
+
+def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Limits along x and y with a margin, mm, and height over width; points in m."""
+    low, high = 1e3 * np.nanmin(points, 0), 1e3 * np.nanmax(points, 0)
+    margin = 0.04 * np.max(high - low) + 1e-9
+    x, y = (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin)
+    return x, y, (y[1] - y[0]) / (x[1] - x[0])
+
+
+def to_scale(axes: Axes, points: np.ndarray) -> None:
+    x, y, _ = view_of(points)
+    axes.set(xlim=x, ylim=y)
+    axes.set_aspect("equal")
+    axes.locator_params(nbins=6, steps=[1, 2, 5, 10])

@@ -1,0 +1,78 @@
+"""Workspaces: the region that tips reach, filled and outlined."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from scipy import ndimage
+
+from prb3r.present import style
+from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight, to_scale, view_of
+from prb3r.present.study.sheet import Sheet, pale
+from prb3r.present.style import Look
+
+
+def workspace(sheet: Sheet) -> Figure:
+    """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
+    if sheet.states is None:
+        raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
+    tips = sheet.states[sheet.states["disk"] == sheet.states["disk"].max()]
+    clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in tips.groupby("case_id")}
+    clouds = {number: clouds.get(number, np.zeros((0, 2))) for number in sheet.rows["case_id"].unique()}
+    reached = {number: cloud[np.isfinite(cloud).all(1)] for number, cloud in clouds.items()}
+    failed = []
+    for _, row in sheet.rows.iterrows():
+        count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
+        if good < count or not count:
+            what = f"{count - good:,} of {count:,} loads without equilibrium" if count else str(row["outcome"])
+            failed.append(not_drawn(sheet, row, what))
+    titles, parts = sheet.panels()
+    rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
+    corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])
+    figure, axes = style.panels(titles, sheet.handles(patch=True) + notes(failed), view_of(corners)[2])
+    for one, part, rest in zip(axes, parts, rests, strict=True):
+        draw_body(one, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
+        groups = list(sheet.groups(part))
+        for look, line, group in groups:
+            points = np.concatenate([reached[number] for number in group["case_id"]])
+            if len(points) > 2:
+                _region(one, points, look, line, lone=len(groups) == 1)
+        to_scale(one, corners)
+    style.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
+    return figure
+
+
+def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Centres of square cells (m), points in each (x, y), and the region as a smoothed mask: inside above one half.
+
+    Cells are as small as the points allow, about eight in each on average.
+    """
+    low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
+    coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
+    taken = len(np.unique(np.floor((points - low) / coarse), axis=0))
+    side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 200, size / 8)
+    counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
+    edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
+    filled, *_ = np.histogram2d(*points.T, bins=edges)
+    mask = ndimage.binary_closing(filled > 0, ndimage.iterate_structure(ndimage.generate_binary_structure(2, 1), 3))
+    x, y = (edge[:-1] + side / 2 for edge in edges)
+    return x, y, filled, ndimage.gaussian_filter(mask.astype(float), 1.0)
+
+
+def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -> None:
+    x, y, filled, inside = occupancy(points)
+    at = 1e3 * x, 1e3 * y, inside.T
+    if lone:
+        density = np.where(inside > 0.5, ndimage.gaussian_filter(filled, 1.0), np.nan)
+        shades = LinearSegmentedColormap.from_list("", [pale(look.colour, 0.12), pale(look.colour, 0.75)])
+        axes.pcolormesh(*at[:2], np.log1p(density).T, cmap=shades, rasterized=True, zorder=1.1)
+    else:
+        fills = [axes.contourf(*at, levels=[0.5, 2.0], colors=[look.colour], alpha=0.10, zorder=1.1)]
+        if look.hatch:
+            fills.append(axes.contourf(*at, levels=[0.5, 2.0], colors="none", hatches=[look.hatch], zorder=1.2))
+            fills[1].set(edgecolor=pale(look.colour, 0.55), linewidth=0.0)
+        for fill in fills:
+            fill.set_rasterized(True)
+    axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.0, zorder=1.6)

@@ -1,0 +1,78 @@
+"""The truth of every recording: what acts on it, how large it is, and what could be told apart."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from prb3r.proof.concealed.responses import APART
+
+CLASSES = ("clean", "single", "pair", "foreign", "deleted", "decoy", "confusable", "hidden")
+AWKWARD = ("missing", "outliers", "heavy", "uniform", "scatter", "frame")
+FAR_OUTSIDE = 100.0
+"""Squared distance from the library at which something counts as outside it."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A recording that is to be made."""
+
+    case: int
+    seed: int
+    cls: str
+    design: int
+    kind: str = ""
+    """Of effect, foreign law or decoy; empty: any."""
+    multiple: float = 0.0
+    """Size in smallest detectable sizes."""
+
+
+@dataclass(frozen=True)
+class Label:
+    """What the diagnosis must not know."""
+
+    case: int
+    cls: str
+    design: int
+    noise_seed: int
+    effects: tuple[Mapping[str, Any], ...] = ()
+    sizes: tuple[float, ...] = ()
+    """In the rig's own scale, zero for nothing."""
+    multiple: float = 0.0
+    norm: float = 0.0
+    """Of the whitened change, calibration refitted."""
+    nearest: Mapping[str, float] = field(default_factory=dict)
+    """Squared distance to the nearest refitted effect of every other kind."""
+    pair_distance: float | None = None
+    """Outside the library: squared distance to the nearest two effects together."""
+    places: tuple[Any, ...] = ()
+    """Places of the same kind that are nearer than `APART`, with their squared distances."""
+    foreign: tuple[str, float] | None = None
+    without: tuple[str, ...] = ()
+    constants: tuple[float, float] = (0.0, 0.0)
+    """ln of the factors on E and mu."""
+    frame: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    awkward: tuple[str, ...] = ()
+    wrong_weight: tuple[int, int, str, float] | None = None
+    """Sequence, step and cable whose applied tension is another than the noted, and its factor."""
+    hidden_norm: float | None = None
+    """Of the change in the sequences with loading only, calibration refitted."""
+    note: str = ""
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return tuple(each["kind"] for each in self.effects)
+
+    @property
+    def distance(self) -> float:
+        """To the nearest effect of another kind."""
+        return min(self.nearest.values(), default=np.inf)
+
+    @property
+    def distinguishable(self) -> bool:
+        return self.distance >= APART
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)

@@ -1,0 +1,256 @@
+"""What is compared: the diagnosis, what it must beat, and the diagnosis with one of its steps left out.
+
+Nothing here knows a label or the rig: a recording in, a verdict out.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from prb3r.diagnosis.checks.doubt import start
+from prb3r.diagnosis.checks.heldout import set_aside, unseen
+from prb3r.diagnosis.fit.calibrate import Fit, calibrate
+from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.search.selection import examine, fits, shortlist
+from prb3r.diagnosis.stages import diagnose
+from prb3r.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One effect that a verdict names."""
+
+    kind: str
+    place: Mapping[str, Any]
+    parameters: Mapping[str, tuple[float, float | None, float | None]] = field(default_factory=dict)
+    """Value, low and high."""
+    sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    """Places that are not told apart."""
+    rivals: tuple[tuple[str, Mapping[str, Any], float, float], ...] = ()
+    """Kind, place, squared distance, and how much worse they fit."""
+    partial: bool = False
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An experiment that is to tell two explanations apart."""
+
+    one: str
+    """Name of an effect."""
+    other: str
+    separation: float
+    steps: tuple[Mapping[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a method says of a recording."""
+
+    case: int
+    method: str
+    verdict: str
+    """That of the diagnosis, or `failed`."""
+    named: tuple[Claim, ...] = ()
+    reduced: tuple[float, float] = (np.nan, np.nan)
+    """Chi-square per degree of freedom, calibrated and explained."""
+    largest: tuple[float, float, float, float] = (np.nan,) * 4
+    """Largest z and its threshold, of what calibration leaves and of what the explanation leaves."""
+    chi2: tuple[float, float] = (np.nan, np.nan)
+    """Of the explanation, and its threshold."""
+    heldout: tuple[float, float, int] | None = None
+    """Squared whitened error on held-out sequences, calibrated and explained, and the number of readings."""
+    calibrated: tuple[float, float] = (0.0, 0.0)
+    """ln of the factors on E and mu."""
+    explained: tuple[float, float] = (0.0, 0.0)
+    loading: tuple[float, float, float] | None = None
+    """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
+    proposals: tuple[Proposal, ...] = ()
+    remarks: tuple[str, ...] = ()
+    seconds: float = 0.0
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A recording to be judged."""
+
+    case: int
+    recording: Recording
+    without: frozenset[str]
+    method: str
+    seed: int
+
+
+def judged(task: Task) -> Verdict:
+    """The verdict of a method on a recording; what raises is a verdict too."""
+    begin = time.perf_counter()
+    try:
+        found = METHODS[task.method](task)
+    except Exception as error:
+        first = next(iter(str(error).splitlines()), "")
+        found = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
+    return replace(found, seconds=round(time.perf_counter() - begin, 3))
+
+
+def diagnosed(task: Task, *, trusting: bool = False, alone: bool = False) -> Verdict:
+    """The diagnosis as it is, or with a step left out."""
+    found = diagnose(task.recording, seed=task.seed, without=task.without, trusting=trusting, alone=alone)
+    return _verdict(task, found)
+
+
+def each_alone(task: Task) -> Verdict:
+    """The diagnosis with every hypothesis judged as if it were the only one."""
+    return diagnosed(task, alone=True)
+
+
+def all_believed(task: Task) -> Verdict:
+    """The diagnosis with every reading and every weight believed."""
+    return diagnosed(task, trusting=True)
+
+
+def without_covariance(task: Task) -> Verdict:
+    """The diagnosis as if tensions did not scatter."""
+    return diagnosed(replace(task, recording=_exact_tensions(task.recording)))
+
+
+def calibration_alone(task: Task) -> Verdict:
+    """E and mu refitted, nothing else."""
+    single = _single(task, task.recording, names=lambda best, calibrated: False)
+    return replace(single, verdict="adequate")
+
+
+def lowest_error(task: Task) -> Verdict:
+    """The one effect with the lowest error, always."""
+    return _single(task, task.recording, names=lambda best, calibrated: True)
+
+
+def plain_bic(task: Task) -> Verdict:
+    """The one effect with the lowest BIC in which every reading counts, tensions taken as exact."""
+
+    def names(best: Fit, calibrated: Fit) -> bool:
+        count = calibrated.model.predict.recording.readings.count
+        return calibrated.chi2 - best.chi2 > (len(best.p) - len(calibrated.p)) * np.log(count)
+
+    return _single(task, _exact_tensions(task.recording), names)
+
+
+METHODS: dict[str, Callable[[Task], Verdict]] = {
+    "diagnose": diagnosed,
+    "E and mu alone": calibration_alone,
+    "lowest error": lowest_error,
+    "BIC, no covariance": plain_bic,
+    "no tension covariance": without_covariance,
+    "each candidate alone": each_alone,
+    "every reading believed": all_believed,
+}
+
+
+def _exact_tensions(recording: Recording) -> Recording:
+    measurement = recording.measurement.model_copy(update={"tension_sd_relative": 0.0})
+    return replace(recording, measurement=measurement)
+
+
+def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
+    """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
+    aside = set_aside(recording.of_sequence, recording.loads, task.seed)
+    training = recording.only(set(range(len(recording.sequences))) - set(aside))
+    begun = start(predictor(training), task.without, task.seed)
+    calibrated = explained = begun.calibrated
+    found = []
+    if task.method != "E and mu alone":
+        left = examine(calibrated, begun.search)
+        found = fits(calibrated, shortlist(left, calibrated.residual))
+    best = min(found, key=lambda each: each.chi2, default=None)
+    claims: tuple[Claim, ...] = ()
+    if best is not None and names(best, calibrated):
+        explained = best
+        claims = (_claim(best.model.hypotheses[0], best),)
+    fresh = unseen(task.recording, aside)
+    held = fresh.judge(calibrated, explained) if fresh else None
+    return Verdict(
+        task.case,
+        task.method,
+        "explained" if claims else "adequate",
+        named=claims,
+        reduced=(calibrated.reduced, explained.reduced),
+        heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
+        calibrated=_constants(calibrated),
+        explained=_constants(explained),
+    )
+
+
+def _claim(hypothesis: Hypothesis, fitted: Fit) -> Claim:
+    effect = fitted.effects[-1]
+    values = {free.name: (float(getattr(effect, free.name)), None, None) for free in hypothesis.free}
+    return Claim(hypothesis.kind, dict(hypothesis.place), values)
+
+
+def _constants(fitted: Fit) -> tuple[float, float]:
+    return float(fitted.constants.log_stiffness), float(fitted.constants.log_friction)
+
+
+def _verdict(task: Task, found: Diagnosis) -> Verdict:
+    held, scores = found.heldout, found.choice.scores
+    return Verdict(
+        task.case,
+        task.method,
+        found.verdict,
+        named=tuple(map(_named, found.named)),
+        reduced=(found.calibrated.reduced, found.explained.reduced),
+        largest=(found.before.largest, found.before.threshold, scores.largest, scores.threshold),
+        chi2=(found.explained.chi2, found.choice.chi2_threshold),
+        heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
+        calibrated=_constants(found.calibrated),
+        explained=_constants(found.explained),
+        loading=_loading(task.recording),
+        proposals=tuple(
+            Proposal(one, other, float(experiment.separation), _rows(experiment.steps))
+            for one, other, experiment in found.experiments
+        ),
+        remarks=found.remarks,
+    )
+
+
+def _named(each: Named) -> Claim:
+    return Claim(
+        each.hypothesis.kind,
+        dict(each.hypothesis.place),
+        {name: (e.value, e.low, e.high) for name, e in each.parameters.items()},
+        {key: among for key, (_, among) in each.places.items()},
+        tuple((r.hypothesis.kind, dict(r.hypothesis.place), float(r.distance), float(r.behind)) for r in each.rivals),
+        each.partial,
+    )
+
+
+def kind_of(name: str) -> str:
+    """The kind in the name of an effect."""
+    return name.split(" (")[0]
+
+
+def name_of(kind: str, place: Mapping[str, Any]) -> str:
+    """The name of an effect at a place."""
+    return Hypothesis(kind, tuple(place.items())).name
+
+
+def _rows(steps: Any) -> tuple[Mapping[str, float], ...]:
+    rows = steps.drop(columns=["sequence", "step"]).to_dict("records")
+    return tuple({str(key): float(value) for key, value in row.items()} for row in rows)
+
+
+def _loading(recording: Recording) -> tuple[float, float, float] | None:
+    """Calibration on the sequences in which no tension falls, where there are others too."""
+    tension, own = recording.loads.tension, recording.of_sequence
+    rising = [k for k in range(len(recording.sequences)) if (np.diff(tension[own == k], axis=0) >= 0).all()]
+    if len(rising) < 2 or len(rising) == len(recording.sequences):
+        return None
+    predict = predictor(recording.only(rising))
+    fitted = calibrate(predict, noise_of(predict.recording, tension_sensitivity(predict, Constants())))
+    return *_constants(fitted), float(chi2_law.sf(fitted.chi2, fitted.freedom))

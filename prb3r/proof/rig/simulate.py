@@ -1,0 +1,128 @@
+"""An independent simulator of cable-driven continuum manipulators: checks the engine, makes concealed recordings.
+
+It shares no code and no method with the statics engine.  Plates are stepped along their arcs and shot at their end
+poses (`rig_kernels`), all balanced together.  Loads are followed from rest in sub-steps (`rig_path`), each converged or
+made shorter.  What the file of a manipulator means is in `rig_bench` and `rig_effects`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.rig.build import Bench, bench
+from prb3r.proof.rig.kernels import poses
+from prb3r.proof.rig.path import Load, Path, Way, rest
+
+
+@dataclass(frozen=True)
+class RigStates:
+    """Equilibria after each of `s` steps of one sequence: disks 0..n, cables in file order.
+
+    A path ends where its equilibrium ceases or jumps: from that step on `converged` is false and the rest NaN.
+    """
+
+    x: np.ndarray
+    """(s, n + 1) centres of the disks at mid-thickness, m."""
+    y: np.ndarray
+    angle: np.ndarray
+    """(s, n + 1) absolute, rad."""
+    converged: np.ndarray
+    """(s,) bool."""
+    tension: np.ndarray
+    """(s, n, m) in the span across each plate, N; zero beyond a cable's end."""
+    slip: np.ndarray
+    """(s, n, m) slip state at the hole before each plate."""
+
+
+def _loads(setup: Bench, steps: Sequence[Mapping[str, float]]) -> list[Load]:
+    """Read the steps.  Absent and empty loads are zero, absent and empty slips -1."""
+    n, m = setup.rig.offset.shape
+    weight = setup.gravity
+    place: dict[str, tuple[str, Any, float]] = {
+        f"cable_{name}_n": ("tension", j, 1) for j, name in enumerate(setup.cables)
+    }
+    place |= {f"cable_{name}_kg": ("tension", j, weight) for j, name in enumerate(setup.cables)}
+    place |= {f"slip_{name}": ("slip", j, 1) for j, name in enumerate(setup.cables)}
+    place |= {f"disk{k}_{axis}_n": ("disk", (k - 1, c), 1) for k in range(1, n + 1) for c, axis in enumerate("xy")}
+    place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
+    loads, problems = [], []
+    for k, step in enumerate(steps):
+        load = Load(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2))
+        for name, value in step.items():
+            if name not in place:
+                problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
+            elif place[name][0] and value is not None and not np.isnan(value):
+                field, where, unit = place[name]
+                getattr(load, field)[where] = unit * value
+        if (load.tension < 0).any():
+            problems.append(Problem(f"steps[{k}]", "a cable cannot push: tensions must not be negative"))
+        loads.append(load)
+    if problems:
+        raise SpecError(*problems)
+    return loads
+
+
+def simulate(
+    manipulator: Mapping[str, Any],
+    steps: Sequence[Mapping[str, float]],
+    *,
+    elements: int = 24,
+    substeps: int | None = None,
+    tolerance: float = 1e-6,
+) -> RigStates:
+    """Equilibria along one sequence of load steps, from rest.
+
+    Parameters
+    ----------
+    manipulator : the contents of a manipulator file, effects included; its `model` is not looked at
+    steps : load columns of the steps table, in N (or `_kg`), and `slip_*`; slip is read with declared direction only
+    elements : steps along the arc of each plate
+    substeps : fixed number of equal sub-steps per step; without it they adapt
+    tolerance : of one adaptive sub-step: position in parts of the length, or slip state in the shape it may cost
+
+    Raises
+    ------
+    SpecError
+        Effects or load columns that make no sense.
+    """
+    setup = bench(manipulator)
+    loads, (n, m) = _loads(setup, steps), setup.rig.offset.shape
+    path = Path(setup, elements, tolerance)
+    before = Load(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
+    state = rest(setup, before, elements)
+    pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
+    for k, load in enumerate(loads):
+        way, before = Way(before, load), load
+        if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*way, strict=True))):
+            state = path.equal_substeps(state, way, substeps) if substeps else path.adaptive(state, way)
+        if state is not None:
+            pose[k], tension[k], slip[k] = poses(setup.rig, state.ends), state.tension, state.memory.slip
+    x, y, angle = np.moveaxis(pose, 2, 0)
+    return RigStates(x, y, angle, np.isfinite(x[:, 0]), tension, slip)
+
+
+def observe(
+    manipulator: Mapping[str, Any],
+    states: RigStates,
+    *,
+    image_centre: Sequence[float] = (0.0, 0.0),
+    frame: Sequence[float] = (0.0, 0.0, 0.0),
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and angle (s, n + 1) as the camera has them: turned and shifted by the frame, scaled, distorted.
+
+    measured = c + (q - c)(1 + k1 r^2), q = scale (R p + d), r = |q - c|.
+
+    Parameters
+    ----------
+    image_centre : c, m
+    frame : rotation in rad, and shift d in m
+    """
+    setup, (rotation, shift_x, shift_y) = bench(manipulator), frame
+    cos, sin = np.cos(rotation), np.sin(rotation)
+    x = setup.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
+    y = setup.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]
+    stretch = 1 + setup.lens * (x**2 + y**2)
+    return image_centre[0] + x * stretch, image_centre[1] + y * stretch, states.angle + rotation

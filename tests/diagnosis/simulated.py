@@ -1,0 +1,117 @@
+"""A small recording with hidden physics, made by the rig: six plates, five sequences of four steps."""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.stages import diagnose
+from prb3r.model.files.toml_text import toml_text
+from prb3r.proof.rig.simulate import observe, simulate
+from prb3r.recording.reading import load_recording
+from prb3r.recording.recording import Recording
+
+CABLES = {"1": (0.0255, 2), "2": (0.021, 1), "3": (-0.021, 1), "4": (-0.0255, 2)}
+"""Offset, m, and the segment that each cable drives."""
+PROGRAM = {
+    "out": [(30, 0, 0, 0), (90, 0, 0, 0), (60, 0, 0, 0), (25, 0, 0, 0)],
+    "down": [(0, 0, 0, 40), (0, 0, 0, 95), (0, 0, 0, 60), (0, 0, 0, 20)],
+    "in": [(0, 50, 0, 0), (0, 95, 0, 0), (45, 95, 0, 0), (45, 50, 0, 0)],
+    "counter": [(0, 0, 90, 0), (60, 0, 90, 0), (90, 0, 60, 0), (30, 0, 60, 0)],
+    "mixed": [(0, 0, 0, 50), (0, 80, 0, 50), (0, 80, 0, 90), (0, 30, 0, 90)],
+}
+"""Tensions of each step of each sequence, N."""
+MEASUREMENT = {
+    "position_sd_m": 3e-4,
+    "angle_sd_rad": 0.005,
+    "tension_sd_relative": 0.003,
+    "frame_rotation_sd_rad": 0.005,
+    "frame_position_sd_m": 0.002,
+}
+WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}
+CENTRE = (0.1, 0.0)
+"""Of the image, m."""
+E, MU = 1.87e11, 0.3
+"""Nominal; the rig's own are a little off."""
+
+
+def manipulator(modulus=E, friction=MU, effects=()) -> dict:
+    """A manipulator file as a table."""
+    segment = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": 0.0008}
+    cables = [{"name": n, "offset_m": at, "ends_at_segment": end} for n, (at, end) in CABLES.items()]
+    plain = {"name": "rig", "youngs_modulus_pa": modulus, "disk": {"thickness_m": 0.004, "mass_kg": 0.05}}
+    plain |= {"friction": {"coefficient": friction}, "segment": [segment, segment], "cable": cables}
+    return plain | ({"effect": list(effects)} if effects else {})
+
+
+def steps_of(name: str) -> list[dict]:
+    """The rows of one sequence; a cable slips out once it has been eased, in once it has been pulled again."""
+    tension = np.array(PROGRAM[name], float)
+    change, slip, rows = np.diff(tension, axis=0, prepend=0.0), -np.ones(len(CABLES)), []
+    for k, row in enumerate(tension):
+        slip = np.where(change[k] == 0, slip, -np.sign(change[k]))
+        loads = {f"cable_{n}_n": row[j] for j, n in enumerate(CABLES)} | {
+            f"slip_{n}": slip[j] for j, n in enumerate(CABLES)
+        }
+        rows.append({"sequence": name, "step": k + 1, **loads})
+    return rows
+
+
+def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad")) -> Path:
+    """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers."""
+    rng = np.random.default_rng(seed)
+    true = manipulator(E * 1.05, MU * 0.9, hidden)
+    frame = (rng.normal(0, 0.005), *rng.normal(0, 0.002, 2))
+    noise = {"x_m": 3e-4, "y_m": 3e-4, "angle_rad": 0.005, "bend_rad": 0.005}
+    steps, markers = [], []
+    for name in PROGRAM:
+        rows = steps_of(name)
+        steps += rows
+        scattered = [
+            {
+                key: value * (1 + 0.003 * rng.standard_normal()) if key.startswith("cable") else value
+                for key, value in row.items()
+            }
+            for row in rows
+        ]
+        x, y, angle = observe(true, simulate(true, scattered), image_centre=CENTRE, frame=frame)
+        bend = np.diff(angle, axis=1, prepend=0.0)
+        for k, row in enumerate(rows):
+            for disk in range(1, x.shape[1]):
+                values = {"x_m": x[k, disk], "y_m": y[k, disk], "angle_rad": angle[k, disk], "bend_rad": bend[k, disk]}
+                seen = {column: values[column] + noise[column] * rng.standard_normal() for column in read}
+                markers.append({"sequence": name, "step": row["step"], "disk": disk, **seen})
+    folder.mkdir(parents=True, exist_ok=True)
+    described = {"name": "small rig", "manipulator": "manipulator.toml", "image_centre_m": list(CENTRE)}
+    described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
+    (folder / "recording.toml").write_text(toml_text(described))
+    (folder / "manipulator.toml").write_text(toml_text(manipulator()))
+    pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
+    pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
+    return folder
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is recorded and how it is diagnosed; equal cases are computed once."""
+
+    hidden: tuple[tuple[tuple[str, object], ...], ...] = (tuple(WEAK.items()),)
+    read: tuple[str, ...] = ("x_m", "y_m", "angle_rad")
+    without: frozenset[str] = frozenset()
+    seed: int = 0
+
+
+@cache
+def recorded(case: Case = Case()) -> Recording:
+    with TemporaryDirectory() as folder:
+        hidden = [dict(effect) for effect in case.hidden]
+        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read))
+
+
+@cache
+def diagnosed(case: Case = Case()) -> Diagnosis:
+    return diagnose(recorded(case), without=case.without)

@@ -1,0 +1,126 @@
+"""Calibration: what was put in comes out, derivatives are derivatives, priors pull as they should."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+from scipy.optimize import least_squares
+
+from prb3r.diagnosis.fit.calibrate import Model, calibrate, fit
+from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.search.selection import left_out
+from prb3r.recording.recording import Kind, Prior
+
+TRUE = Constants(0.05, -0.1, 0.004, 0.001, -0.0005)
+
+
+def exact(constants=TRUE):
+    """A recording whose readings are what the model itself predicts, without noise."""
+    recording = recorded(Case(hidden=()))
+    predict = predictor(recording)
+    recording = recording.with_values(predict(constants))
+    predict = predictor(recording)
+    return predict, noise_of(recording, tension_sensitivity(predict, Constants()))
+
+
+def test_constants_that_made_the_readings_are_found_from_the_nominal_ones():
+    predict, noise = exact()
+    flat = replace(
+        predict.recording,
+        prior=Prior(),
+        measurement=predict.recording.measurement.model_copy(
+            update={"frame_rotation_sd_rad": 10.0, "frame_position_sd_m": 10.0}
+        ),
+    )
+    found = calibrate(replace(predict, recording=flat), noise)
+    assert found.constants == pytest.approx(TRUE, abs=1e-5)
+    assert found.chi2 < 1e-4
+
+
+def test_a_narrow_prior_holds_the_nominal_value():
+    predict, noise = exact()
+    narrow = replace(predict.recording, prior=Prior(youngs_modulus=1e-6))
+    found = calibrate(replace(predict, recording=narrow), noise)
+    assert abs(found.constants.log_stiffness) < 1e-4
+
+
+def test_angles_are_compared_modulo_a_turn():
+    predict, _ = exact()
+    turned = predict.recording.readings.kind == Kind.ANGLE
+    value = predict.recording.readings.value + 2 * np.pi * turned
+    again = predictor(predict.recording.with_values(value))
+    assert again.misfit(predict(TRUE)) == pytest.approx(np.zeros(len(value)), abs=1e-12)
+
+
+def test_the_jacobian_is_the_derivative_of_the_residuals():
+    predict, noise = exact()
+    library = hypotheses(bench(predict.recording, predict.chain, predict.equilibria(Constants())))
+    chosen = [each for each in library if each.name in ("weakened_plate (plate 2)", "camera_scale", "gravity")]
+    model = Model(predict, noise, tuple(chosen))
+    p = np.random.default_rng(3).normal(0, 0.01, model.count)
+    states = model.states(p)
+    jacobian = model.jacobian(p, model.predicted(p, states), states)
+    for k in range(model.count):
+        ends = []
+        for sign in (-1, 1):
+            moved = p.copy()
+            moved[k] += sign * 1e-4
+            ends.append(model.residuals(moved, model.predicted(moved)))
+        assert jacobian[:, k] == pytest.approx(
+            (ends[1] - ends[0]) / 2e-4, rel=2e-3, abs=2e-3 * np.abs(jacobian[:, k]).max()
+        )
+
+
+def test_a_start_without_equilibrium_gives_no_fit():
+    predict, noise = exact()
+    start = np.zeros(5)
+    start[0] = -3.9  # a fiftieth of the stiffness
+    assert fit(Model(predict, noise), start) is None
+
+
+def test_a_fit_ends_where_an_independent_minimiser_ends():
+    """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals."""
+    recording = recorded(Case())
+    predict = predictor(recording)
+    library = hypotheses(bench(recording, predict.chain, predict.equilibria(Constants())))
+    weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
+    model = Model(predict, noise_of(recording, tension_sensitivity(predict, Constants())), (weak,))
+    start = np.array([0.3, 0.5, 0, 0, 0, 0.4])
+    found = fit(model, start)
+    other = least_squares(
+        lambda p: model.residuals(p, model.predicted(p)), start, x_scale=[0.1, 0.1, 1e-2, 1e-2, 1e-2, 0.1]
+    )
+    assert found.chi2 == pytest.approx(2 * other.cost, abs=1e-3)
+    sd = np.sqrt(np.diag(found.covariance))
+    assert np.abs((found.p - other.x) / sd).max() < 0.01
+    assert found.jacobian == pytest.approx(model.jacobian(found.p, model.predicted(found.p), found.states), rel=1e-9)
+
+
+def test_a_fit_that_comes_nowhere_near_what_is_useful_is_given_up():
+    recording = recorded(Case())
+    predict = predictor(recording)
+    model = Model(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=0.0) is None
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=1e9) is not None
+
+
+def test_leaving_a_sequence_out_in_closed_form_is_refitting_without_it():
+    recording = recorded(Case(hidden=()))
+    predict = predictor(recording)
+    sensitivity = tension_sensitivity(predict, Constants())
+    noise = noise_of(recording, sensitivity)
+    closed = left_out(calibrate(predict, noise))
+    for k in range(len(recording.sequences)):
+        rest = recording.only(set(range(len(recording.sequences))) - {k})
+        part = predictor(rest)
+        without = calibrate(part, noise_of(rest, tension_sensitivity(part, Constants())))
+        own = recording.of_sequence[recording.readings.step] == k
+        error = noise.whiten(predict.misfit(predict(without.constants)))[own]
+        whole = Model(predict, noise)
+        columns = whole.jacobian(without.p, predict(without.constants), whole.states(without.p))[: len(own)][own]
+        scatter = np.eye(len(error)) + columns @ without.covariance @ columns.T
+        deviance = error @ np.linalg.solve(scatter, error) + np.linalg.slogdet(scatter)[1]
+        assert closed[k] == pytest.approx(deviance, rel=0.01)

@@ -1,0 +1,54 @@
+"""Noise: whitening is the inverse root of the covariance, tension scatter included."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.fit.covariance import noise_of, reading_sd, tension_sensitivity
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+
+CLEAN = Case(hidden=())
+
+
+@pytest.fixture(scope="module")
+def sensed():
+    recording = recorded(CLEAN)
+    return recording, tension_sensitivity(predictor(recording), Constants())
+
+
+def dense(recording, sensitivity):
+    """Reading noise and the scatter of every tension of every step, as one matrix."""
+    columns = sensitivity.reshape(len(sensitivity), -1) * recording.measurement.tension_sd_relative
+    return np.diag(reading_sd(recording) ** 2) + columns @ columns.T
+
+
+def test_whitened_squares_are_those_of_the_dense_covariance(sensed):
+    recording, sensitivity = sensed
+    noise, covariance = noise_of(recording, sensitivity), dense(recording, sensitivity)
+    values = np.random.default_rng(1).standard_normal((len(covariance), 3)) * noise.sd[:, None]
+    white = noise.whiten(values)
+    assert white.T @ white == pytest.approx(values.T @ np.linalg.solve(covariance, values))
+    assert noise.whiten(values[:, 0]) == pytest.approx(white[:, 0])
+    assert noise.total_sd**2 == pytest.approx(np.diag(covariance))
+
+
+def test_a_tension_moves_its_own_step_alone_under_declared_slip(sensed):
+    recording, sensitivity = sensed
+    for step in range(len(recording.of_sequence)):
+        others = recording.readings.step != step
+        assert not sensitivity[others, step].any()
+    pulled = recording.loads.tension > 0
+    assert not sensitivity[:, ~pulled].any()
+    assert np.abs(sensitivity[:, pulled]).max(0).min() > 0
+
+
+def test_scatter_lets_a_common_error_of_a_tension_pass_that_reading_noise_alone_would_not(sensed):
+    recording, sensitivity = sensed
+    error = 0.003 * sensitivity[:, 1, 0]  # one standard deviation of the weight of the second step
+    without = noise_of(
+        replace(recording, measurement=recording.measurement.model_copy(update={"tension_sd_relative": 0.0})),
+        sensitivity,
+    )
+    assert np.linalg.norm(noise_of(recording, sensitivity).whiten(error)) < 1 < np.linalg.norm(without.whiten(error))

@@ -1,0 +1,205 @@
+"""What a diagnosis leaves on disk: keys of the contract, files that load and run, numbers that agree."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+from diagnosis.simulated import WEAK, Case, diagnosed, recorded
+
+from prb3r import load_manipulator, solve
+from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write
+from prb3r.diagnosis.result.projection import as_json, proposals, summary
+from prb3r.diagnosis.result.tables import missing_moments, residuals, shapes
+from prb3r.diagnosis.search.experiment import Experiment, best_experiments
+from prb3r.diagnosis.search.rivals import Rival
+from prb3r.diagnosis.stages import diagnose
+from prb3r.model.manipulator import Manipulator
+
+CONTRACT = {
+    "": "schema verdict noise calibration effects mismatch closure heldout next_experiment",
+    "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained",
+    "calibration": "youngs_modulus_pa friction_coefficient frame",
+    "calibration.youngs_modulus_pa": "nominal calibrated explained low high",
+    "calibration.friction_coefficient": "nominal calibrated explained low high",
+    "calibration.frame": "rotation_rad x_m y_m",
+    "mismatch": "plates sequences depends_on statement",
+    "heldout": "sequences rmse_calibrated_m rmse_explained_m noise_m rmse_calibrated_rad rmse_explained_rad noise_rad",
+}
+EFFECT = "effect parameters statement indistinguishable_from delta_bic heldout_gain"
+WEAKER = Case(without=frozenset({"weakened_plate", "segment_stiffness", "precurvature"}))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("weak")
+    write(diagnosed(), folder)
+    return folder
+
+
+def disputed():
+    """The diagnosis as if a rival could not be told from what it names."""
+    found = diagnosed()
+    other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind != "weakened_plate")
+    rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
+    named = replace(found.named[0], rivals=(rival,))
+    proposed = (named.hypothesis.name, rival.hypothesis.name, best_experiments(found.explained, [other])[0])
+    return replace(found, verdict="ambiguous", named=(named,), experiments=(proposed,))
+
+
+def test_the_keys_are_those_of_the_contract(folder):
+    record = json.loads((folder / "diagnosis.json").read_text())
+    for path, keys in CONTRACT.items():
+        part = record
+        for key in path.split(".") if path else ():
+            part = part[key]
+        assert list(part) == keys.split(), path
+    assert record["schema"] == 1
+    assert record["verdict"] == "explained"
+    assert record["closure"] is None
+    (effect,) = record["effects"]
+    assert list(effect) == EFFECT.split()
+    assert effect["effect"] == "weakened_plate"
+    assert effect["parameters"]["plate"] == {"value": 4, "set": [4]}
+    factor = effect["parameters"]["factor"]
+    assert factor["low"] < WEAK["factor"] < factor["high"]
+    assert effect["delta_bic"] < -10
+    assert 0.9 < effect["heldout_gain"] <= 1
+    modulus = record["calibration"]["youngs_modulus_pa"]
+    assert modulus["low"] < 1.05 * modulus["nominal"] < modulus["high"]
+    assert record["heldout"]["rmse_explained_m"] < record["heldout"]["rmse_calibrated_m"]
+
+
+def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
+    write(diagnose(recorded()), tmp_path)
+    for name in ("diagnosis.json", "explained.toml", "residuals.parquet", "mismatch.parquet"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_both_manipulators_run_in_solve_and_give_the_predictions_of_the_table(folder):
+    table, steps = pd.read_parquet(folder / "residuals.parquet"), recorded().steps
+    for name, fitted in (("calibrated", diagnosed().calibrated), ("explained", diagnosed().explained)):
+        manipulator = load_manipulator(folder / f"{name}.toml")
+        assert manipulator.model == "elastica"
+        assert (folder / f"{name}.toml").read_text().startswith('# prb3r diagnose, recording "small rig", seed 0')
+        found = solve(manipulator, steps).set_index(["sequence", "step", "disk"])
+        turn = fitted.constants.rotation
+        seen = {
+            "x_m": np.cos(turn) * found["x_m"] - np.sin(turn) * found["y_m"] + fitted.constants.x,
+            "y_m": np.sin(turn) * found["x_m"] + np.cos(turn) * found["y_m"] + fitted.constants.y,
+            "angle_rad": found["angle_rad"] + turn,
+        }
+        for kind, rows in table.groupby("kind"):
+            expected = seen[kind][pd.MultiIndex.from_frame(rows[["sequence", "step", "disk"]])]
+            np.testing.assert_allclose(rows[name], expected, atol=1e-7)
+        drawn = shapes(diagnosed(), fitted).set_index(["sequence", "step", "disk"])
+        for kind, values in seen.items():
+            np.testing.assert_allclose(drawn[kind], values.loc[drawn.index], atol=1e-7)
+    (effect,) = load_manipulator(folder / "explained.toml").effect
+    assert effect == diagnosed().explained.effects[0]
+
+
+def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(folder):
+    table, found = pd.read_parquet(folder / "residuals.parquet"), diagnosed()
+    assert len(table) == found.recording.readings.count
+    assert set(table["sequence"][table["held_out"]]) == set(found.heldout.sequences)
+    assert (table["residual_explained"][table["held_out"]] ** 2).sum() == pytest.approx(found.heldout.chi2_explained)
+    assert (table["residual_calibrated"][table["held_out"]] ** 2).sum() == pytest.approx(found.heldout.chi2_calibrated)
+    fitted = table[~table["held_out"]]
+    np.testing.assert_array_equal(fitted["residual_calibrated"], found.calibrated.residual[: len(fitted)])
+    assert fitted["residual_explained"].std() < 0.6 * fitted["residual_calibrated"].std()
+    np.testing.assert_array_equal(fitted["weighed_down"], found.trust.distrust > 1)
+    assert (table["sd"] > 0).all()
+
+
+def test_tables_say_their_units(folder):
+    fields = {name: pq.read_schema(folder / f"{name}.parquet") for name in ("residuals", "mismatch", "detectable")}
+    assert fields["mismatch"].names == ["sequence", "step", "plate", "moment_n_m", "sd_n_m", "known"]
+    assert fields["mismatch"].field("moment_n_m").metadata[b"unit"] == b"N m"
+    assert fields["residuals"].field("residual_explained").metadata[b"unit"] == b"1"
+    assert all(field.metadata[b"description"] for schema in fields.values() for field in schema)
+    moments = missing_moments(diagnosed())
+    assert len(moments) == 6 * len(diagnosed().training.steps)
+    assert not list(folder.glob("*.tmp"))
+
+
+def test_gross_outliers_and_disbelieved_weights_are_flagged():
+    found = diagnosed()
+    distrust = np.where(np.arange(len(found.trust.distrust)) == 7, 9.0, 1.0)
+    weight = type("Weight", (), {"step": 5, "cable": 0})()
+    table = residuals(replace(found, trust=replace(found.trust, distrust=distrust, doubted=(weight,))))
+    fitted = table[~table["held_out"]].reset_index(drop=True)
+    assert np.flatnonzero(fitted["weighed_down"]).tolist() == [7]
+    row = found.training.steps.iloc[5]
+    assert set(zip(*fitted.loc[fitted["weight_doubted"], ["sequence", "step"]].to_numpy().T, strict=True)) == {
+        (row["sequence"], row["step"])
+    }
+
+
+def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
+    found = disputed()
+    (tmp_path / "next_experiment_2.csv").write_text("of an earlier diagnosis\n")
+    write(found, tmp_path)
+    record = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert record["effects"][0]["indistinguishable_from"] == [found.experiments[0][1]]
+    (proposed,) = record["next_experiment"]
+    assert list(proposed) == ["statement", "separates", "separation", "steps"]
+    assert proposed["separates"] == [list(found.experiments[0][:2])]
+    assert not (tmp_path / "next_experiment_2.csv").exists()
+    steps = pd.read_csv(tmp_path / "next_experiment.csv")
+    assert len(steps) == len(proposed["steps"])
+    states = solve(load_manipulator(tmp_path / "explained.toml"), tmp_path / "next_experiment.csv")
+    assert (states["outcome"] == "converged").all()
+    assert "cannot be told apart" in "\n".join(summary(found))
+
+
+def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
+    found = disputed()
+    a, b, experiment = found.experiments[0]
+    other = Experiment("read the shape without any load", experiment.steps[:1], 30.0)
+    weaker = replace(experiment, separation=experiment.separation / 2)
+    found = replace(found, experiments=((a, b, experiment), (a, "gravity", weaker), (a, "precurvature", other)))
+    first, second = proposals(found)
+    assert first.separates == ((a, b), (a, "gravity"))
+    assert first.separation == weaker.separation
+    assert "enough to rank them rightly" in second.statement
+    write(found, tmp_path)
+    assert {path.name for path in tmp_path.glob("*.csv")} == {"next_experiment_1.csv", "next_experiment_2.csv"}
+
+
+def test_unexplained_lists_partial_effects_without_intervals_and_a_law(tmp_path):
+    record = as_json(diagnosed(WEAKER))
+    assert record["verdict"] == "unexplained"
+    assert record["effects"]
+    for effect in record["effects"]:
+        assert effect["partial"] is True
+        assert all(each["low"] is None for each in effect["parameters"].values() if "low" in each)
+    assert record["calibration"]["youngs_modulus_pa"]["low"] is None
+    assert record["mismatch"]["plates"]
+    closure = record["closure"]
+    assert list(closure) == ["statement", "effect", "reduced_chi2", "heldout_gain"]
+    assert closure["effect"]["kind"] == "empirical_moment"
+    write(diagnosed(WEAKER), tmp_path)
+    assert load_manipulator(tmp_path / "closure.toml").effect[-1] == diagnosed(WEAKER).closure.effect
+    json.dumps(record, allow_nan=False)
+
+
+def test_every_effect_survives_the_file_format(tmp_path):
+    plain = diagnosed().manipulator(diagnosed().calibrated).model_dump(exclude_none=True)
+    plain["effect"] = [
+        {"kind": "pulley_friction", "efficiency": 0.9, "cables": ["1", "4"]},
+        {"kind": "precurvature", "curvature_per_m": -1 / 3, "plates": [2, 3]},
+        {"kind": "edge_wrap"},
+    ]
+    plain["cable"][0]["offset_m"] = [0.02, 0.01]
+    manipulator = Manipulator.model_validate(plain)
+    path = tmp_path / "m.toml"
+    path.write_text(manipulator_toml(manipulator, "a comment"))
+    assert load_manipulator(path) == manipulator
+
+
+def test_the_folder_is_named_after_the_recording():
+    assert default_folder(recorded()).as_posix() == "results/diagnoses/small-rig"
+    assert default_folder(replace(recorded(), name="../é/x y")).as_posix() == "results/diagnoses/é-x-y"

@@ -1,0 +1,100 @@
+"""Sequences that were pulled again tell how much readings scatter."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.checks.repeats import FEWEST, matches, scatter
+from prb3r.diagnosis.fit.covariance import reading_sd
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.stages import diagnose
+from prb3r.mechanics.chain import Loads
+from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.recording.recording import Kind
+
+
+def pulled_again(factor, times=3, other=1.0, seed=0):
+    """Everything `times` times over, read with `factor` times the stated noise, all but the first at `other` loads."""
+    plain = recorded(Case(hidden=()))
+    measurement = plain.measurement.model_copy(update={"tension_sd_relative": 0.0})
+    count, readings = plain.loads.steps, plain.readings
+    share = np.repeat([1.0] + [other] * (times - 1), count)
+    loads = Loads(*(np.concatenate([field] * times) for field in plain.loads))
+    loads = loads._replace(tension=loads.tension * share[:, None])
+    steps = pd.concat([plain.steps] * times, ignore_index=True)
+    own = np.concatenate([plain.of_sequence + k * len(plain.sequences) for k in range(times)])
+    tiled = [np.tile(field, times) for field in readings]
+    tiled[0] = np.concatenate([readings.step + k * count for k in range(times)])
+    names = tuple(f"{name}-{k}" for k in range(times) for name in plain.sequences)
+    many = replace(
+        plain, measurement=measurement, sequences=names, steps=steps, of_sequence=own, loads=loads,
+        readings=type(readings)(*tiled),
+    )  # fmt: skip
+    exact = predictor(many)(Constants())
+    noise = factor * reading_sd(many) * np.random.default_rng(seed).standard_normal(len(exact))
+    return many.with_values(exact + noise)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("other", [1.0, 0.98])
+def test_the_scatter_of_what_was_pulled_again_is_found_at_equal_and_at_other_loads(factor, other):
+    found = scatter(pulled_again(factor, other=other))
+    assert found.factor == pytest.approx(factor, rel=0.08)
+    assert found.beyond_chance == (factor > 1)
+
+
+def test_other_paths_are_no_repetition():
+    assert not list(matches(recorded(Case(hidden=()))))
+    assert scatter(recorded(Case(hidden=()))) is None
+    assert not list(matches(pulled_again(1.0, times=2, other=0.8)))
+
+
+def test_every_step_of_a_repetition_matches_its_own():
+    many = pulled_again(1.0, times=2)
+    count = many.loads.steps // 2
+    assert [(each.step, each.before, each.after) for _, each in matches(many)] == [
+        (k, k + count, k + count) for k in range(count)
+    ]
+
+
+def test_a_camera_that_moved_between_repetitions_is_no_noise():
+    many = pulled_again(1.0)
+    later = many.of_sequence >= len(many.sequences) // 3
+    shifted = later[many.readings.step] & (many.readings.kind == Kind.Y)
+    moved = many.with_values(many.readings.value + 0.002 * shifted)
+    assert not scatter(moved).beyond_chance
+    assert scatter(moved).factor == pytest.approx(1, rel=0.1)
+    found = diagnose(moved)
+    assert found.verdict == "unexplained"
+    assert "frame" in found.mismatch.depends_on
+
+
+def test_readings_that_scatter_more_than_stated_are_no_effect():
+    found = diagnose(pulled_again(2.0))
+    assert found.verdict == "adequate"
+    assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
+    assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)
+
+
+def test_a_model_that_is_far_off_is_no_noise_where_loads_lie_far_apart():
+    """Cable 1 pulled and let go, read at every 15 N and at every 75 N; plates stiffen as no constant can imitate."""
+    plain = recorded(Case(hidden=()))
+    pulls = [10, 25, 40, 55, 70, 85, 70, 55], [10, 85, 20], [17, 32, 47, 62, 77, 85, 70, 55], [10, 85, 30]
+    own = np.repeat(np.arange(4), [len(each) for each in pulls])
+    tension = np.outer(np.concatenate(pulls), [1.0, 0, 0, 0])
+    falling = np.concatenate([np.diff(each, prepend=0) < 0 for each in pulls])
+    nothing = Loads(*(np.zeros((len(own), *field.shape[1:])) for field in plain.loads))
+    loads = nothing._replace(tension=tension, slip=np.where(falling, 1.0, -1.0)[:, None] * np.ones(4))
+    numbers = np.concatenate([1 + np.arange(len(each)) for each in pulls])
+    steps = pd.DataFrame({"sequence": own.astype(str), "step": numbers})
+    disks = plain.manipulator.plates
+    places = np.repeat(np.arange(len(own)), disks), np.tile(1 + np.arange(disks), len(own))
+    readings = type(plain.readings)(*places, np.full(len(own) * disks, Kind.ANGLE), np.zeros(len(own) * disks))
+    many = replace(plain, sequences=tuple("0123"), of_sequence=own, loads=loads, steps=steps, readings=readings)
+    stiffening = NonlinearPlate(kind="nonlinear_plate", law="cubic", cubic_m2=0.05)
+    found = scatter(many.with_values(predictor(many)(Constants(), [stiffening])))
+    assert not found.beyond_chance
+    assert found.steps >= FEWEST

@@ -1,0 +1,81 @@
+"""Score tests: standard normal where nothing is missing, the threshold kept, directions free of calibration."""
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+from scipy.stats import halfnorm, kstest
+
+from prb3r.diagnosis.checks.outliers import ALONE, lonely
+from prb3r.diagnosis.evidence.score_test import LEVEL, chance_of_largest, directions, scores
+from prb3r.diagnosis.fit.calibrate import calibrate
+from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.recording.recording import Kind
+
+
+@pytest.fixture(scope="module")
+def tested():
+    recording = recorded(Case(hidden=()))
+    predict = predictor(recording)
+    fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
+    return fitted, directions(fitted, hypotheses(bench(recording, predict.chain, fitted.states)))
+
+
+def drawn(fitted, count):
+    """Residuals of right models after calibration."""
+    free = np.random.default_rng(5).standard_normal((len(fitted.residual), count))
+    return free - fitted.basis @ (fitted.basis.T @ free)
+
+
+def test_directions_are_free_of_what_calibration_can_do(tested):
+    fitted, found = tested
+    for each in found:
+        assert np.abs(fitted.jacobian.T @ each.basis).max(initial=0.0) < 1e-5 * np.abs(fitted.jacobian).max()
+
+
+def test_scores_of_right_models_are_standard_normal(tested):
+    fitted, found = tested
+    residual = drawn(fitted, 2000)
+    by_degrees = [each for each in found if each.freedom == 1 and not each.one_sided][::5]
+    for each in by_degrees:
+        assert kstest(each.z(residual), halfnorm.cdf).pvalue > 1e-3
+
+
+def test_the_largest_score_passes_its_threshold_in_one_right_model_of_a_hundred(tested):
+    fitted, found = tested
+    threshold, naming = chance_of_largest(found, len(fitted.residual), seed=1)
+    assert naming > threshold
+    residual = drawn(fitted, 4000)
+    largest = np.max([each.z(residual) for each in found], axis=0)
+    alarms = np.mean(largest > threshold)
+    assert 0.3 * LEVEL < alarms < 2.5 * LEVEL
+    assert np.mean(largest > 1.96) > 0.3  # what looking at each score alone would do
+    assert scores(fitted, found, seed=1).threshold == threshold
+    assert scores(fitted, found, seed=1, alone=True).threshold == pytest.approx(2.576, abs=1e-3)
+
+
+def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
+    fitted, found = tested
+    one = next(each for each in found if each.subject.name == "weakened_plate (plate 2)")
+    predict = fitted.model.predict
+    u = 5.2 / one.size
+    there = predict(fitted.constants, [one.subject.effect(np.array([u]), 0.3)])
+    shift = np.zeros(len(fitted.residual))
+    shift[: len(there)] = fitted.model.noise.whiten(there - fitted.predicted())
+    assert one.z(shift) == pytest.approx(5.2, rel=0.1)
+
+
+def test_gross_outliers_are_told_from_a_large_effect():
+    recording = recorded(Case(hidden=((("kind", "dead_cable"), ("cable", "2")),)))
+    predict = predictor(recording)
+    wrong = np.random.default_rng(2).choice(recording.readings.count, 8, replace=False)
+    value = recording.readings.value.copy()
+    value[wrong] += np.where(recording.readings.kind[wrong] == Kind.ANGLE, 0.4, 0.03)
+    spoilt = recording.with_values(value)
+    sd = np.array([3e-4, 3e-4, 5e-3, 5e-3])[recording.readings.kind]
+    deviation = (value - predict(Constants())) / sd
+    off = lonely(spoilt.readings, deviation, recording.of_sequence)
+    assert np.abs(deviation).mean() > 10  # the dead cable is seen everywhere
+    assert (off[wrong] > ALONE).all()
+    assert np.mean(off > ALONE) < 0.05

@@ -1,0 +1,218 @@
+"""Cases that die, raise or are interrupted cost themselves and nothing else."""
+
+import contextlib
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from prb3r.errors import EngineError
+from prb3r.runs import engine
+from prb3r.runs.engine import Workers, run
+
+DEADLY, RAISING = 13, 19
+LOCAL = "127.0.0.1:0"
+
+
+def square(chunk):
+    for case in chunk:
+        if case == DEADLY:
+            os._exit(3)
+        if case == RAISING:
+            raise ValueError("no equilibrium\nsecond line")
+    return [case**2 for case in chunk]
+
+
+def single(chunk):
+    return [[case] for case in chunk]
+
+
+def outcomes(tasks, workers, split=single):
+    found = {}
+
+    def keep(number, pieces):
+        assert number not in found
+        found[number] = pieces
+
+    run(square, tasks, keep, workers, split)
+    return found
+
+
+def chunks(last, size=4):
+    return [list(range(start, start + size)) for start in range(0, last, size)]
+
+
+def assert_only_the_guilty_are_lost(found, tasks, crash):
+    assert sorted(found) == list(range(len(tasks)))
+    for number, task in enumerate(tasks):
+        assert [case for piece in found[number] for case in piece.task] == task
+    bad = {piece.task[0]: piece for pieces in found.values() for piece in pieces if piece.fate != "done"}
+    assert set(bad) == {DEADLY, RAISING}
+    assert (bad[DEADLY].fate, bad[RAISING].fate) == ("crashed", "raised")
+    assert bad[DEADLY].reason.startswith(crash)
+    assert bad[RAISING].reason == "ValueError: no equilibrium"
+    assert all(p.value == [c**2 for c in p.task] for ps in found.values() for p in ps if p.fate == "done")
+
+
+def test_a_dying_and_a_raising_case_cost_only_themselves_whatever_the_number_of_workers():
+    tasks = chunks(40)
+    alone, together = (outcomes(tasks, Workers(jobs=jobs)) for jobs in (1, 2))
+    assert alone == together
+    assert_only_the_guilty_are_lost(alone, tasks, "its worker died (EXIT(3))")
+
+
+def test_what_cannot_be_split_is_lost_whole():
+    found = outcomes([[1, 2], [DEADLY, 14], [3]], Workers(jobs=2), split=lambda task: [task])
+    assert {number: [piece.fate for piece in pieces] for number, pieces in found.items()} == {
+        0: ["done"],
+        1: ["crashed"],
+        2: ["done"],
+    }
+
+
+def victim(task):
+    """Die of an outside cause the first time."""
+    with contextlib.suppress(FileExistsError):
+        Path(task).mkdir()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getppid()
+
+
+def test_a_worker_killed_from_outside_is_replaced_and_its_task_done_again(tmp_path):
+    found = {}
+    run(victim, [str(tmp_path / "mark")], found.__setitem__)
+    assert [piece.value for piece in found[0]] == [os.getpid()]
+
+
+def threads(task):
+    import numpy as np
+    import threadpoolctl
+
+    np.ones((4, 4)) @ np.ones((4, 4))
+    return {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}, os.environ["NUMBA_NUM_THREADS"]
+
+
+def test_workers_compute_with_one_thread():
+    found = {}
+    run(threads, {7: None}, found.__setitem__)
+    assert found[7][0].value == ({1}, "1")
+
+
+def test_an_error_in_the_caller_leaves_no_workers():
+    import psutil
+
+    with pytest.raises(ZeroDivisionError):
+        run(square, chunks(40), lambda number, pieces: 1 / 0, Workers(jobs=2))
+    assert not [child for child in psutil.Process().children() if "process_executor" in " ".join(child.cmdline())]
+
+
+SCRIPT = """
+import os, sys, time
+from prb3r.runs.engine import Workers, run
+
+def slow(task):
+    if task > 1:
+        time.sleep(60)
+    return os.getpid()
+
+def show(number, pieces):
+    print(pieces[0].value, flush=True)
+
+try:
+    run(slow, range(8), show, Workers(jobs=2))
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+
+
+def alive(pid):
+    with contextlib.suppress(ProcessLookupError, FileNotFoundError):
+        return "zombie" not in Path(f"/proc/{pid}/status").read_text()
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="looks for the workers in /proc")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_worker_outlives_its_parent_and_none_complains(number):
+    with subprocess.Popen(
+        [sys.executable, "-c", SCRIPT],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as parent:
+        guard = threading.Timer(30, parent.kill)
+        guard.start()
+        pids = {int(parent.stdout.readline()) for _ in range(2)}
+        time.sleep(0.2)
+        (os.killpg if number == signal.SIGINT else os.kill)(parent.pid, number)
+        code = parent.wait(timeout=10)
+        guard.cancel()
+        deadline = time.monotonic() + 5
+        while any(map(alive, pids)) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert not any(map(alive, pids))
+        assert code == (-signal.SIGKILL if number == signal.SIGKILL else 130)
+        assert number == signal.SIGKILL or parent.stderr.read() == ""
+
+
+def test_impossible_workers_are_refused_in_words(monkeypatch):
+    with pytest.raises(EngineError, match="backend: unknown: 'daks'; did you mean 'dask'"):
+        run(square, [[1]], print, Workers(backend="daks"))
+    pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
+    with pytest.raises(EngineError, match="needs the address of a running scheduler"):
+        run(square, [[1]], print, Workers(backend="dask"))
+    with pytest.raises(EngineError, match="no dask scheduler answers"):
+        run(square, [[1]], print, Workers(backend="dask", scheduler="tcp://127.0.0.1:1"))
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(EngineError, match=r"pip install 'prb3r\[dask\]'"):
+        run(square, [[1]], print, Workers(backend="dask"))
+
+
+@pytest.fixture
+def cluster():
+    distributed = pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
+    import dask
+
+    # One repeat instead of three, and no half minute of asking a dead worker for its results.
+    quick = {"distributed.scheduler.allowed-failures": 1, "distributed.comm.timeouts.connect": "3s"}
+    with (
+        dask.config.set(quick),
+        distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=LOCAL,
+            scheduler_kwargs={"dashboard": False},
+            worker_dashboard_address=LOCAL,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):
+        yield cluster
+
+
+def test_dask_loses_only_the_guilty_and_refuses_other_sources(cluster, monkeypatch, tmp_path):
+    tasks = chunks(24, 8)
+    workers = Workers(backend="dask", scheduler=cluster.scheduler_address)
+    found = {}
+    guard = threading.Timer(60, lambda: os.kill(os.getpid(), signal.SIGINT))
+    guard.start()
+    try:
+        run(square, tasks, found.__setitem__, workers, single)
+    finally:
+        guard.cancel()
+    assert_only_the_guilty_are_lost(found, tasks, "its worker died (2 times)")
+
+    (tmp_path / "__init__.py").write_text("other = 1")
+    monkeypatch.setattr("prb3r.__file__", str(tmp_path / "__init__.py"))
+    with pytest.raises(
+        EngineError, match=r"(?m)^tcp://.*imports prb3r \w+, this machine \w+; install the same version"
+    ):
+        run(square, tasks, found.__setitem__, workers)
