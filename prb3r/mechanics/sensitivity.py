@@ -17,16 +17,13 @@ import numpy as np
 from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.differentiate import Memory, Space, differentiate
 from prb3r.mechanics.drift import scratch
-from prb3r.mechanics.equilibrium import Equilibria, solve
+from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.mechanics.feedback import sweep_room
 from prb3r.mechanics.held import Sides, Steps
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.response import room
+from prb3r.mechanics.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.tangent import segment_modes
-from prb3r.mechanics.trail import Trail, empty_trail
-
-SUBSTEPS = 64
-"""Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
 
 TOGETHER = 16
 """Parameters differentiated at a time."""
@@ -69,8 +66,16 @@ def sensitivities(
 ) -> Sensitivities:
     """Equilibria of `chain` under `loads` and their derivatives by the parameters of `directions`.
 
+    `from_rest` is that of `solve`; raises what `solve_path` and `derivatives` raise.
+    """
+    return derivatives(solve_path(chain, loads, from_rest=from_rest), directions)
+
+
+def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitivities:
+    """Derivatives by the parameters of `directions` along a path that has been solved.
+
     A tension of zero changes to either side (a slack cable is about to be pulled); one that is negative in sum stays
-    slack.  `from_rest` is that of `solve`.
+    slack.
 
     Raises
     ------
@@ -78,17 +83,8 @@ def sensitivities(
         Without a direction, where one changes more than numbers (plates, cables, model or kind of friction), or with
         moments that follow the state: `prb3r.model.laws.derivatives` has these.
     """
-    problems = [problem for along in directions for problem in (along.ahead, along.behind)]
-    if not problems:
-        raise ValueError("sensitivities need at least one direction")
-    if any(side.closure for side in (chain, *(side for side, _ in problems))):
-        raise ValueError("moments that follow the state are not differentiated")
-    for number, problem in enumerate(problems):
-        if _kind(*problem) != _kind(chain, loads):
-            raise ValueError(
-                f"direction {number // 2} changes the kind of the chain or of its loads, not numbers alone"
-            )
-    equilibria, steps = _states(chain, loads, np.array(np.broadcast_to(from_rest, loads.steps), bool))
+    chain, loads, equilibria, steps = solved.chain, solved.loads, solved.equilibria, solved.states
+    _check(solved, directions)
     rows, n, cables = acting(chain, loads), chain.stiffness.shape[1], len(chain.reach)
     pose = np.zeros((3, loads.steps, chain.plates + 1, len(directions)))
     tension = np.empty((loads.steps, chain.plates, cables, len(directions)))
@@ -104,6 +100,19 @@ def sensitivities(
     failed = np.isnan(equilibria.angle[:, -1])
     pose[:, failed], tension[failed], slip[failed] = np.nan, np.nan, np.nan
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
+
+
+def _check(solved: SolvedPath, directions: Sequence[Direction]) -> None:
+    """Raise ValueError where `directions` are not parameters of `solved`; see `derivatives`."""
+    if not directions:
+        raise ValueError("sensitivities need at least one direction")
+    kind = _kind(solved.chain, solved.loads)
+    for number, along in enumerate(directions):
+        for chain, loads in (along.ahead, along.behind):
+            if chain.closure:
+                raise ValueError(FOLLOWS_STATE)
+            if _kind(chain, loads) != kind:
+                raise ValueError(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
 
 
 def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
@@ -174,44 +183,3 @@ def _kind(chain: Chain, loads: Loads) -> tuple:
     """What a parameter cannot change."""
     shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
     return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0
-
-
-def _states(chain: Chain, loads: Loads, from_rest: np.ndarray) -> tuple[Equilibria, Steps]:
-    """Equilibria, and the states that lead to them."""
-    kept = empty_trail(chain)
-    if chain.presliding > 0:
-        kept = empty_trail(chain, 1 + SUBSTEPS * loads.steps)
-    equilibria = solve(chain, loads, from_rest=from_rest, trail=kept)
-    if kept.noted[0] > len(kept.row) > 0:
-        kept = empty_trail(chain, int(kept.noted[0]))
-        equilibria = solve(chain, loads, from_rest=from_rest, trail=kept)
-    good = ~np.isnan(equilibria.angle[:, -1])
-    if chain.presliding == 0:
-        row = 1 + np.flatnonzero(good)
-        nothing = np.zeros((len(row), *chain.offset.shape))
-        return equilibria, Steps(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
-    return equilibria, _sub_steps(kept, good, from_rest)
-
-
-def _sub_steps(kept: Trail, good: np.ndarray, from_rest: np.ndarray) -> Steps:
-    """Rest and all sub-steps of the good steps."""
-    came_from, last = np.zeros(1 + len(good), np.int64), 0
-    for s, converged in enumerate(good, 1):
-        last = 0 if from_rest[s - 1] else last
-        came_from[s] = last
-        last = s if converged else last
-    states = np.flatnonzero(np.concatenate([[good.any()], good])[kept.row[: kept.noted[0]]])
-    row = kept.row[states]
-    edge = np.flatnonzero(np.diff(row, prepend=-1, append=-1))
-    first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
-    first[edge[:-1]], final[edge[1:] - 1] = True, True
-    last_row = came_from[row]
-    return Steps(
-        row=row,
-        last=last_row,
-        share=kept.share[states],
-        fresh=first & (last_row == 0),
-        write=np.where(final, row - 1, -1),
-        q=kept.q[states],
-        slip=kept.slip[states],
-    )

@@ -1,12 +1,16 @@
 """Derivatives by parameters: against differences of whole solves, against closed forms, and against exact laws."""
 
+import pickle
+
 import numpy as np
 import pytest
 from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
 from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.sensitivity import derivatives as derivatives_along
 from prb3r.mechanics.sensitivity import direction, sensitivities
+from prb3r.mechanics.solved_path import solve_path
 
 STEP = 1e-5
 
@@ -187,6 +191,22 @@ def test_parameters_do_not_disturb_each_other_however_many():
     for k, one in enumerate(directions):
         assert sensitivities(chain, steps, [one]).dy[..., 0] == pytest.approx(many.dy[..., k], rel=1e-12, abs=1e-15)
     assert many.dy.shape[-1] == 3 * len(directions) > 32
+
+
+@pytest.mark.parametrize("presliding", [0.0, 1e-4])
+def test_a_path_solved_once_has_the_derivatives_by_whatever_is_asked_later(presliding):
+    chain, steps = loop(presliding)
+    directions = [direction(problem, 1.0, STEP) for problem in parameters(chain, steps).values()]
+    together = sensitivities(chain, steps, directions, from_rest=[True, False, False, True, False])
+    solved = solve_path(chain, steps, from_rest=[True, False, False, True, False])
+    assert (solved.equilibria.x == together.equilibria.x).all()
+    solved = pickle.loads(pickle.dumps(solved))
+    for k, along in enumerate(directions):
+        for name in ("dx", "dy", "dangle", "dtension", "dslip"):
+            expected = getattr(together, name)[..., k]
+            assert getattr(derivatives_along(solved, [along]), name)[..., 0] == pytest.approx(
+                expected, rel=1e-9, abs=1e-11 * (1 + np.abs(expected).max(initial=0.0))
+            )
 
 
 def test_a_direction_may_change_numbers_only():

@@ -1,0 +1,77 @@
+"""A load path that has been solved, with the states that its derivatives are taken at."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria, solve
+from prb3r.mechanics.held import Steps
+from prb3r.mechanics.trail import Trail, empty_trail
+
+SUBSTEPS = 64
+"""Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
+FOLLOWS_STATE = "moments that follow the state are not differentiated"
+
+
+@dataclass(frozen=True)
+class SolvedPath:
+    """A chain, its `s` load steps and their equilibria; derivatives by any parameters can be asked for later."""
+
+    chain: Chain
+    loads: Loads
+    equilibria: Equilibria
+    states: Steps
+    """The states that lead to the equilibria: one a solved step, or where friction follows the cables' travel rest and
+    all accepted sub-steps of the solved steps."""
+
+
+def solve_path(chain: Chain, loads: Loads, *, from_rest: bool | np.ndarray = False) -> SolvedPath:
+    """Solve `chain` under every step of `loads` once; `from_rest` is that of `solve`.
+
+    Raises
+    ------
+    ValueError
+        With moments that follow the state: `prb3r.model.law_sensitivity` has their derivatives.
+    """
+    if chain.closure:
+        raise ValueError(FOLLOWS_STATE)
+    anew = np.array(np.broadcast_to(from_rest, loads.steps), bool)
+    kept = empty_trail(chain)
+    if chain.presliding > 0:
+        kept = empty_trail(chain, 1 + SUBSTEPS * loads.steps)
+    equilibria = solve(chain, loads, from_rest=anew, trail=kept)
+    if kept.noted[0] > len(kept.row) > 0:
+        kept = empty_trail(chain, int(kept.noted[0]))
+        equilibria = solve(chain, loads, from_rest=anew, trail=kept)
+    good = ~np.isnan(equilibria.angle[:, -1])
+    if chain.presliding > 0:
+        return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))
+    row = 1 + np.flatnonzero(good)
+    nothing = np.zeros((len(row), *chain.offset.shape))
+    states = Steps(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
+    return SolvedPath(chain, loads, equilibria, states)
+
+
+def _sub_steps(kept: Trail, good: np.ndarray, from_rest: np.ndarray) -> Steps:
+    """Rest and all sub-steps of the `good` steps (s,); what was kept of others is left out."""
+    came_from, last = np.zeros(1 + len(good), np.int64), 0
+    for s, converged in enumerate(good, 1):
+        last = 0 if from_rest[s - 1] else last
+        came_from[s] = last
+        last = s if converged else last
+    states = np.flatnonzero(np.concatenate([[good.any()], good])[kept.row[: kept.noted[0]]])
+    row = kept.row[states]
+    edge = np.flatnonzero(np.diff(row, prepend=-1, append=-1))
+    first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
+    first[edge[:-1]], final[edge[1:] - 1] = True, True
+    last_row = came_from[row]
+    return Steps(
+        row=row,
+        last=last_row,
+        share=kept.share[states],
+        fresh=first & (last_row == 0),
+        write=np.where(final, row - 1, -1),
+        q=kept.q[states],
+        slip=kept.slip[states],
+    )
