@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from prb3r.diagnosis import stages as core
+from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
@@ -20,8 +21,8 @@ def diagnose(
     holdout: Sequence[Recording | str | Path] = (),
     seed: int = 0,
     jobs: int = 1,
-    report: core.Report = lambda step: None,
-) -> core.Diagnosis:
+    report: stages.Report = lambda step: None,
+) -> Diagnosis:
     """Diagnose a recording, given as its folder or read already.
 
     Parameters
@@ -37,8 +38,8 @@ def diagnose(
         With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
     """
     whole, *others = [one if isinstance(one, Recording) else load_recording(one) for one in (recording, *holdout)]
-    with together(jobs) as each:
-        found = core.diagnose(whole, seed=seed, report=report, hold_out=not others, each=each)
+    with together(jobs) as apply:
+        found = stages.diagnose(stages.Task(whole, seed, hold_out=not others), report, apply)
     if not others:
         return found
     carried = {other.name: (other, on_other(found, other)) for other in others}

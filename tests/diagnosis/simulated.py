@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.stages import Task, diagnose
 from prb3r.model.files.toml_text import toml_text
 from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.reading import load_recording
@@ -114,4 +114,4 @@ def recorded(case: Case = Case()) -> Recording:
 
 @cache
 def diagnosed(case: Case = Case()) -> Diagnosis:
-    return diagnose(recorded(case), without=case.without)
+    return diagnose(Task(recorded(case), without=case.without))

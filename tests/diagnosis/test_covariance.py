@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.fit.covariance import noise_of, reading_sd, tension_sensitivity
+from prb3r.diagnosis.fit.covariance import noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.response import tension_response
 
 CLEAN = Case(hidden=())
 
@@ -15,7 +16,8 @@ CLEAN = Case(hidden=())
 @pytest.fixture(scope="module")
 def sensed():
     recording = recorded(CLEAN)
-    return recording, tension_sensitivity(predictor(recording), Constants())
+    predict = predictor(recording)
+    return recording, tension_response(predict, predict.solve(Constants()))
 
 
 def dense(recording, sensitivity):

@@ -7,8 +7,9 @@ import pytest
 from diagnosis.simulated import Case, diagnosed, recorded
 
 from prb3r.diagnosis.checks.heldout import set_aside
-from prb3r.diagnosis.search.selection import plausible
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.evidence.model_evidence import plausible
+from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import Task, diagnose
 from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind
 
@@ -99,10 +100,10 @@ def test_an_estimate_may_end_only_where_all_values_beyond_act_alike(hidden, may_
 
 
 def test_missing_markers_and_gross_outliers_change_nothing():
-    found = diagnose(spoilt(recorded(case(seed=4)), 4))
+    found = diagnose(Task(spoilt(recorded(case(seed=4)), 4)))
     assert found.verdict == "adequate"
-    assert found.trust.distrust.max() > 5
-    found = diagnose(spoilt(recorded(case(effect("weakened_plate", plate=4, factor=0.7), seed=5)), 5))
+    assert found.doubts.inflation.max() > 5
+    found = diagnose(Task(spoilt(recorded(case(effect("weakened_plate", plate=4, factor=0.7), seed=5)), 5)))
     assert names(found) == ["weakened_plate"]
     assert found.named[0].places["plate"][0] == 4
 
@@ -111,12 +112,12 @@ def test_missing_markers_and_gross_outliers_change_nothing():
 def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
     """Whether its sequence is fitted or set aside."""
     recording = recorded(case(seed=6))
-    aside = set_aside(recording.of_sequence, recording.loads, 0)
+    aside = set_aside(recording.of_sequence, recording.loads, 0, Settings())
     row = int(np.flatnonzero(np.isin(recording.of_sequence, aside) != seen)[1])
     tension = recording.loads.tension.copy()
     cable = int(tension[row].argmax())
     tension[row, cable] *= 0.8
-    found = diagnose(replace(recording, loads=recording.loads._replace(tension=tension)))
+    found = diagnose(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
     assert found.verdict == "adequate"
     sequence, step, name = *recording.steps.iloc[row][["sequence", "step"]], recording.manipulator.cable_names[cable]
     said = f"sequence {sequence}, step {step}: the weight on cable {name}"
@@ -126,11 +127,11 @@ def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
 
 def test_weights_that_are_wrong_again_and_again_on_one_cable_are_no_slips():
     recording = recorded(case(seed=6))
-    aside = set_aside(recording.of_sequence, recording.loads, 0)
+    aside = set_aside(recording.of_sequence, recording.loads, 0, Settings())
     tension = recording.loads.tension.copy()
     pulled = np.flatnonzero(~np.isin(recording.of_sequence, aside) & (tension[:, 0] > 0.4 * tension[:, 0].max()))
     tension[pulled[[1, -2]], 0] *= 0.8
-    found = diagnose(replace(recording, loads=recording.loads._replace(tension=tension)))
+    found = diagnose(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
     assert found.verdict == "unexplained"
     assert not found.named
     assert "more than a slip of a label" in found.why
@@ -154,7 +155,7 @@ def test_no_sequence_is_set_aside_that_alone_pulls_a_cable_hard():
     pull = np.array([[5.0, 0], [10, 0], [5, 0], [0, 5], [0, 10], [0, 5]])
     tension, slip = np.tile(pull, (6, 1)), np.tile([[-1.0], [-1], [1]], (12, 2))
     of_sequence = np.repeat(np.arange(6), len(pull))
-    equal, one_hard = ({set_aside(of_sequence, pulled(t, slip), seed) for seed in range(20)} for t in (
+    equal, one_hard = ({set_aside(of_sequence, pulled(t, slip), seed, Settings()) for seed in range(20)} for t in (
         tension, np.where((of_sequence == 2)[:, None], 4 * tension, tension)
     ))  # fmt: skip
     assert {k for aside in equal for k in aside} == set(range(6))
@@ -199,6 +200,6 @@ def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(hid
 def test_a_camera_that_moved_between_sequences_is_unexplained():
     recording = recorded(case(seed=7))
     shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)
-    found = diagnose(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False)
+    found = diagnose(Task(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False))
     assert found.verdict == "unexplained"
     assert "frame" in found.mismatch.depends_on

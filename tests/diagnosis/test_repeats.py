@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.checks.repeats import FEWEST, matches, scatter
+from prb3r.diagnosis.checks.repeats import matches, scatter
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import Task, diagnose
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind
@@ -41,21 +42,21 @@ def pulled_again(factor, times=3, other=1.0, seed=0):
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("other", [1.0, 0.98])
 def test_the_scatter_of_what_was_pulled_again_is_found_at_equal_and_at_other_loads(factor, other):
-    found = scatter(pulled_again(factor, other=other))
+    found = scatter(pulled_again(factor, other=other), Settings())
     assert found.factor == pytest.approx(factor, rel=0.08)
     assert found.beyond_chance == (factor > 1)
 
 
 def test_other_paths_are_no_repetition():
-    assert not list(matches(recorded(Case(hidden=()))))
-    assert scatter(recorded(Case(hidden=()))) is None
-    assert not list(matches(pulled_again(1.0, times=2, other=0.8)))
+    assert not list(matches(recorded(Case(hidden=())), Settings()))
+    assert scatter(recorded(Case(hidden=())), Settings()) is None
+    assert not list(matches(pulled_again(1.0, times=2, other=0.8), Settings()))
 
 
 def test_every_step_of_a_repetition_matches_its_own():
     many = pulled_again(1.0, times=2)
     count = many.loads.steps // 2
-    assert [(each.step, each.before, each.after) for _, each in matches(many)] == [
+    assert [(each.step, each.before, each.after) for _, each in matches(many, Settings())] == [
         (k, k + count, k + count) for k in range(count)
     ]
 
@@ -65,15 +66,15 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
     later = many.of_sequence >= len(many.sequences) // 3
     shifted = later[many.readings.step] & (many.readings.kind == Kind.Y)
     moved = many.with_values(many.readings.value + 0.002 * shifted)
-    assert not scatter(moved).beyond_chance
-    assert scatter(moved).factor == pytest.approx(1, rel=0.1)
-    found = diagnose(moved)
+    assert not scatter(moved, Settings()).beyond_chance
+    assert scatter(moved, Settings()).factor == pytest.approx(1, rel=0.1)
+    found = diagnose(Task(moved))
     assert found.verdict == "unexplained"
     assert "frame" in found.mismatch.depends_on
 
 
 def test_readings_that_scatter_more_than_stated_are_no_effect():
-    found = diagnose(pulled_again(2.0))
+    found = diagnose(Task(pulled_again(2.0)))
     assert found.verdict == "adequate"
     assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
     assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)
@@ -95,6 +96,6 @@ def test_a_model_that_is_far_off_is_no_noise_where_loads_lie_far_apart():
     readings = type(plain.readings)(*places, np.full(len(own) * disks, Kind.ANGLE), np.zeros(len(own) * disks))
     many = replace(plain, sequences=tuple("0123"), of_sequence=own, loads=loads, steps=steps, readings=readings)
     stiffening = NonlinearPlate(kind="nonlinear_plate", law="cubic", cubic_m2=0.05)
-    found = scatter(many.with_values(predictor(many)(Constants(), [stiffening])))
+    found = scatter(many.with_values(predictor(many)(Constants(), [stiffening])), Settings())
     assert not found.beyond_chance
-    assert found.steps >= FEWEST
+    assert found.steps >= Settings().fewest_repeats

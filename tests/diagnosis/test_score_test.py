@@ -1,16 +1,18 @@
 """Score tests: standard normal where nothing is missing, the threshold kept, directions free of calibration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 from scipy.stats import halfnorm, kstest
 
-from prb3r.diagnosis.checks.outliers import ALONE, lonely
-from prb3r.diagnosis.evidence.score_test import LEVEL, chance_of_largest, directions, scores
+from prb3r.diagnosis.checks.outliers import surprise
+from prb3r.diagnosis.evidence.score_test import alternatives, chance_of_largest, scores
 from prb3r.diagnosis.fit.calibrate import calibrate
-from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind
 
 
@@ -18,8 +20,8 @@ from prb3r.recording.recording import Kind
 def tested():
     recording = recorded(Case(hidden=()))
     predict = predictor(recording)
-    fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
-    return fitted, directions(fitted, hypotheses(bench(recording, predict.chain, fitted.states)))
+    fitted = calibrate(predict)
+    return fitted, alternatives(fitted, hypotheses(bench(recording, predict.chain, fitted.solved.states)))
 
 
 def drawn(fitted, count):
@@ -44,15 +46,16 @@ def test_scores_of_right_models_are_standard_normal(tested):
 
 def test_the_largest_score_passes_its_threshold_in_one_right_model_of_a_hundred(tested):
     fitted, found = tested
-    threshold, naming = chance_of_largest(found, len(fitted.residual), seed=1)
+    threshold, naming = chance_of_largest(found, len(fitted.residual), 1, Settings())
     assert naming > threshold
     residual = drawn(fitted, 4000)
     largest = np.max([each.z(residual) for each in found], axis=0)
     alarms = np.mean(largest > threshold)
-    assert 0.3 * LEVEL < alarms < 2.5 * LEVEL
+    assert 0.3 * Settings().alarm_rate < alarms < 2.5 * Settings().alarm_rate
     assert np.mean(largest > 1.96) > 0.3  # what looking at each score alone would do
     assert scores(fitted, found, seed=1).threshold == threshold
-    assert scores(fitted, found, seed=1, alone=True).threshold == pytest.approx(2.576, abs=1e-3)
+    one_by_one = replace(fitted, model=replace(fitted.model, settings=Settings(tested_alone=True)))
+    assert scores(one_by_one, found, seed=1).threshold == pytest.approx(2.576, abs=1e-3)
 
 
 def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
@@ -62,7 +65,7 @@ def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
     u = 5.2 / one.size
     there = predict(fitted.constants, [one.subject.effect(np.array([u]), 0.3)])
     shift = np.zeros(len(fitted.residual))
-    shift[: len(there)] = fitted.model.noise.whiten(there - fitted.predicted())
+    shift[: len(there)] = fitted.model.noise.whiten(there - fitted.solved.readings)
     assert one.z(shift) == pytest.approx(5.2, rel=0.1)
 
 
@@ -75,7 +78,7 @@ def test_gross_outliers_are_told_from_a_large_effect():
     spoilt = recording.with_values(value)
     sd = np.array([3e-4, 3e-4, 5e-3, 5e-3])[recording.readings.kind]
     deviation = (value - predict(Constants())) / sd
-    off = lonely(spoilt.readings, deviation, recording.of_sequence)
+    off = surprise(spoilt.readings, deviation, recording.of_sequence, Settings())
     assert np.abs(deviation).mean() > 10  # the dead cable is seen everywhere
-    assert (off[wrong] > ALONE).all()
-    assert np.mean(off > ALONE) < 0.05
+    assert (off[wrong] > Settings().gross_sd).all()
+    assert np.mean(off > Settings().gross_sd) < 0.05

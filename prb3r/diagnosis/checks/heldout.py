@@ -8,17 +8,14 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm as normal
 
 from prb3r.diagnosis.checks.doubt import likeliest
-from prb3r.diagnosis.checks.outliers import Trust, Weight, distrust_of
-from prb3r.diagnosis.evidence.score_test import LEVEL, NAMING_LEVEL
-from prb3r.diagnosis.fit.calibrate import Fit
-from prb3r.diagnosis.fit.covariance import Noise, tension_sensitivity
-from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight, outlier_inflation
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
-from prb3r.model.effects.base import Effect
-from prb3r.recording.recording import Recording
-
-HARD = 0.8
-"""Share of a cable's highest tension from which on it is pulled hard."""
+from prb3r.recording.recording import Kind, Recording
 
 
 @dataclass(frozen=True)
@@ -48,8 +45,8 @@ class HeldOut:
         return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
 
 
-def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int) -> tuple[int, ...]:
-    """A quarter of the sequences, at least one where there are three or more, so that nothing goes unseen.
+def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
+    """Numbers of the sequences that are set aside: `held_out_share` of them, one of three at least, of fewer none.
 
     What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
     every pair of cables pulled together.
@@ -58,11 +55,11 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int) -> tuple[int, ..
     if count < 3:
         return ()
     pulled = loads.tension > 0
-    hard = pulled & (loads.tension >= HARD * loads.tension.max(0))
+    hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))
     way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0), hard], 1)
     pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
     used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
-    order, most = np.random.default_rng(seed).permutation(count), max(count // 4, 1)
+    order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
     for least in (2, 1, 0):
         chosen: list[int] = []
         for k in order:
@@ -79,65 +76,66 @@ class Unseen:
     """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted."""
 
     predict: Predictor
-    doubted: tuple[Weight, ...] = ()
+    settings: Settings
+    doubted: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
 
-    def noise(self, fitted: Fit) -> Noise:
-        """Covariance of the readings that `fitted` predicts."""
-        return noise_under(self.predict, fitted.constants, fitted.effects, self.doubted)
+    def solved(self, fitted: Fit) -> Solution:
+        """States and readings that `fitted` predicts."""
+        return self.predict.solve(fitted.constants, fitted.effects)
 
-    def misfit(self, fitted: Fit) -> np.ndarray:
-        """(r,) readings less those that `fitted` predicts."""
-        return self.predict.misfit(self.predict(fitted.constants, fitted.effects))
+    def noise(self, solved: Solution) -> Noise:
+        """Covariance of the readings that are predicted."""
+        return noise_under(self.predict, solved, self.settings, self.doubted)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
         """Compare two models."""
-        found = (self.predict(each.constants, each.effects) for each in (calibrated, explained))
-        return judge(self.predict, self.noise(explained), *found)
+        before, after = self.solved(calibrated), self.solved(explained)
+        return compared(self.predict, self.noise(after), before.readings, after.readings)
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
-        noise, misfit, recording = self.noise(fitted), self.misfit(fitted), self.predict.recording
+        solved, recording = self.solved(fitted), self.predict.recording
+        noise, misfit = self.noise(solved), self.predict.misfit(solved.readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):
             return self
-        moved = tension_sensitivity(self.predict, fitted.constants, fitted.effects)[:, steps, cables]
-        white = noise.whiten(moved)
+        white = noise.whiten(tension_response(self.predict, solved)[:, steps, cables])
         z = np.abs(white.T @ noise.whiten(misfit)) / np.maximum(np.linalg.norm(white, axis=0), 1e-9)
         worst = int(np.argmax(z))
-        if z[worst] <= normal.isf(LEVEL / 2 / len(z)):
+        if z[worst] <= normal.isf(self.settings.alarm_rate / 2 / len(z)):
             return self
-        weight = likeliest(self.predict, noise, fitted, int(steps[worst]))
+        weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         doubting = replace(self, doubted=(*self.doubted, weight))
-        rest = doubting.noise(fitted).whiten(misfit)
+        rest = doubting.noise(solved).whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
-        return doubting if rest @ rest <= chi2_law.isf(NAMING_LEVEL, others) else self
+        return doubting if rest @ rest <= chi2_law.isf(self.settings.naming_rate, others) else self
 
 
-def unseen(recording: Recording, aside: Sequence[int]) -> Unseen | None:
+def unseen(recording: Recording, aside: Sequence[int], settings: Settings) -> Unseen | None:
     """The sequences that were set aside, if any were."""
-    return Unseen(predictor(recording.only(aside))) if aside else None
+    return Unseen(predictor(recording.only(aside)), settings) if aside else None
 
 
 def noise_under(
-    predict: Predictor, constants: Constants, effects: Sequence[Effect], doubted: tuple[Weight, ...] = ()
+    predict: Predictor, solved: Solution, settings: Settings, doubted: tuple[NotedWeight, ...] = ()
 ) -> Noise:
-    """Covariance of the readings that `predict` predicts, without belief in gross outliers and `doubted` weights."""
-    trust = Trust(distrust_of(predict, predict(constants, effects)), doubted)
-    return trust.noise(predict.recording, tension_sensitivity(predict, constants, effects))
+    """Covariance of predicted readings, without belief in gross outliers and `doubted` weights."""
+    doubts = Doubts(outlier_inflation(predict, solved.readings, settings), doubted)
+    return doubts.noise(predict.recording, tension_response(predict, solved), settings)
 
 
-def judge(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
-    """Compare two predictions (r,) of readings that were set aside."""
+def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
+    """Errors of two predictions (r,) of readings that were set aside."""
     recording = predict.recording
     known = np.isfinite(calibrated) & np.isfinite(explained)
     clean = noise.believed & known
-    before, after = (np.where(known, predict.misfit(each), 0.0) for each in (calibrated, explained))
-    position = recording.readings.kind <= 1
+    before, after = (np.where(known, predict.misfit(values), 0.0) for values in (calibrated, explained))
+    position = recording.readings.kind <= Kind.Y
 
-    def rms(values: np.ndarray, own: np.ndarray) -> float | None:
-        own = own & clean
-        return float(np.sqrt(np.mean(values[own] ** 2))) if own.any() else None
+    def rms(values: np.ndarray, chosen: np.ndarray) -> float | None:
+        chosen = chosen & clean
+        return float(np.sqrt(np.mean(values[chosen] ** 2))) if chosen.any() else None
 
     scatter = noise.total_sd
     return HeldOut(

@@ -8,22 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.score_test import Direction, direction
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.evidence.score_test import Alternative, alternative
 from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
-
-ALONE = 5.0
-"""A reading this many sd away from whatever its neighbours lead to expect is a gross outlier."""
-MOST = 0.1
-"""A larger share than this is not outliers."""
-ROUNDS = 4
-"""How often outliers are looked for among what is left."""
-NOT_BELIEVED = 1e3
-"""Factor on the standard deviation of all readings under a wrong weight."""
-LISTED = 4.0
-"""Readings further off than this many sd are listed."""
 
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -49,18 +39,23 @@ def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
     return found
 
 
-def lonely(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
+def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray, settings: Settings) -> np.ndarray:
     """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell.
 
     Of several expectations the second best counts, as another gross outlier can spoil one either way; what is found to
     be an outlier is no neighbour any more.
+
+    Parameters
+    ----------
+    deviation : (r,) of the readings from a model, in sd of the reading noise.
+    of_sequence : (s,) sequence of every step.
     """
     off, kept = np.zeros(readings.count), np.arange(readings.count)
-    for _ in range(ROUNDS):
+    for _ in range(settings.outlier_rounds):
         away = np.sort(_surprises(readings.where(kept), deviation[kept], of_sequence), axis=0)  # NaN last
         known = np.isfinite(away).sum(0)
         off[kept] = np.where(known >= 4, away[1], np.where(known >= 2, away[0], 0.0))
-        gross = off[kept] > ALONE
+        gross = off[kept] > settings.gross_sd
         kept = kept[~gross]
         if not gross.any():
             break
@@ -85,23 +80,18 @@ def student(deviation: np.ndarray) -> np.ndarray:
     return np.sqrt(1 + deviation**2)
 
 
-def distrust_of(predict: Predictor, predicted: np.ndarray) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers."""
+def outlier_inflation(predict: Predictor, predicted: np.ndarray, settings: Settings) -> np.ndarray:
+    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers of a prediction (r,)."""
     recording = predict.recording
     deviation = predict.misfit(predicted) / reading_sd(recording)
-    off = lonely(recording.readings, deviation, recording.of_sequence)
-    gross = off > ALONE
-    if not np.isfinite(predicted).all() or gross.mean() > MOST:
+    off = surprise(recording.readings, deviation, recording.of_sequence, settings)
+    gross = off > settings.gross_sd
+    if not np.isfinite(predicted).all() or gross.mean() > settings.most_gross:
         return np.ones(len(off))
     return np.where(gross, student(np.maximum(off, np.abs(deviation))), 1.0)
 
 
-def distrust(fitted: Fit) -> np.ndarray:
-    """(r,) of :func:`distrust_of` for a fitted model."""
-    return distrust_of(fitted.model.predict, fitted.predicted())
-
-
-class Weight(NamedTuple):
+class NotedWeight(NamedTuple):
     """A weight that could have been noted wrongly."""
 
     step: int
@@ -109,31 +99,32 @@ class Weight(NamedTuple):
     cable: int
 
 
-def wrong_weights(fitted: Fit, sensitivity: np.ndarray) -> list[Direction]:
-    """The direction of every weight that could be wrong."""
+def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternative]:
+    """The alternative of every weight that could be wrong; `sensitivity` (r, s, m) of `tension_response`."""
     tension, basis = fitted.model.predict.recording.loads.tension, fitted.basis
     return [
-        direction(fitted, Weight(int(s), int(j)), sensitivity[:, s, j, None], basis)
+        alternative(fitted, NotedWeight(int(s), int(j)), sensitivity[:, s, j, None], basis)
         for s, j in zip(*np.nonzero(tension > 0), strict=True)
     ]
 
 
 @dataclass(frozen=True, eq=False)
-class Trust:
-    """What of a recording is believed."""
+class Doubts:
+    """What of a recording is not believed."""
 
-    distrust: np.ndarray
+    inflation: np.ndarray
     """(r,) factor on the standard deviation of each reading."""
-    doubted: tuple[Weight, ...] = ()
+    weights: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
 
-    def noise(self, recording: Recording, sensitivity: np.ndarray) -> Noise:
-        doubted = np.isin(recording.readings.step, [weight.step for weight in self.doubted])
-        return noise_of(recording, sensitivity, np.where(doubted, NOT_BELIEVED, self.distrust))
+    def noise(self, recording: Recording, sensitivity: np.ndarray, settings: Settings) -> Noise:
+        """The covariance of the readings; `sensitivity` (r, s, m) of `tension_response`."""
+        doubted = np.isin(recording.readings.step, [weight.step for weight in self.weights])
+        return noise_of(recording, sensitivity, np.where(doubted, settings.disbelief, self.inflation))
 
 
-def far_off(fitted: Fit, trust: Trust) -> list[int]:
-    """Readings beyond `LISTED` sd of the fitted model or weighed down."""
+def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
+    """Readings beyond `Settings.listed_sd` of the fitted model or weighed down."""
     count = fitted.model.predict.recording.readings.count
-    beyond = np.abs(fitted.residual[:count]) > LISTED
-    return np.flatnonzero(beyond | (trust.distrust > 1)).tolist()
+    beyond = np.abs(fitted.residual[:count]) > fitted.model.settings.listed_sd
+    return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

@@ -12,19 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from prb3r.diagnosis.checks.outliers import distrust
-from prb3r.diagnosis.evidence.score_test import LEVEL
+from prb3r.diagnosis.checks.outliers import outlier_inflation
 from prb3r.diagnosis.fit.calibrate import calibrate
-from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.covariance import noise_of
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
-
-SAME_LOADS = 0.05
-"""Share of the highest load by which repeated loads differ at most."""
-CLOSE = 0.2
-"""Share of the highest load by which two steps differ at most that a third is compared with in between."""
-FEWEST = 8
-"""Steps that must have been repeated."""
 
 
 class Scatter(NamedTuple):
@@ -34,11 +28,8 @@ class Scatter(NamedTuple):
     """Scatter of repeated readings, gross outliers left out, over what the stated noise lets expect."""
     steps: int
     """How many steps were repeated."""
-
-    @property
-    def beyond_chance(self) -> bool:
-        """Whether it is larger than stated; all readings of a step count as one."""
-        return self.steps >= FEWEST and self.factor**2 * self.steps > chi2_law.isf(LEVEL, self.steps)
+    beyond_chance: bool
+    """Whether it is larger than stated; all readings of a step count as one."""
 
 
 class Match(NamedTuple):
@@ -52,7 +43,7 @@ class Match(NamedTuple):
     """Of the way from one to the other."""
 
 
-def scatter(recording: Recording) -> Scatter | None:
+def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     """The scatter of sequences that repeat others; None where none does.
 
     Raises
@@ -60,19 +51,21 @@ def scatter(recording: Recording) -> Scatter | None:
     ValueError
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
-    found = list(matches(recording))
-    if not found:
+    matched = list(matches(recording, settings))
+    if not matched:
         return None
     predict = predictor(recording)
-    fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
-    noise = noise_of(recording, tension_sensitivity(predict, fitted.constants))
-    misfit, variance = predict.misfit(fitted.predicted()), noise.total_sd**2
+    fitted = calibrate(predict, settings=settings)
+    noise = noise_of(recording, tension_response(predict, fitted.solved))
+    misfit, variance = predict.misfit(fitted.solved.readings), noise.total_sd**2
+    believed = outlier_inflation(predict, fitted.solved.readings, settings) == 1
     squares = []
-    for change in _changes(recording, found, distrust(fitted) == 1):
+    for change in _changes(recording, matched, believed):
         rows, weights = np.array(list(change)), np.array(list(change.values()))
         squares.append((weights @ misfit[rows]) ** 2 / (weights**2 @ variance[rows]))
-    factor = np.sqrt(np.mean(squares)) if squares else 0.0
-    return Scatter(float(factor), len({match.step for _, match in found}))
+    factor, steps = float(np.sqrt(np.mean(squares))) if squares else 0.0, len({match.step for _, match in matched})
+    chance = chi2_law.isf(settings.alarm_rate, steps)
+    return Scatter(factor, steps, bool(steps >= settings.fewest_repeats and factor**2 * steps > chance))
 
 
 def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray) -> Iterator[Counter[int]]:
@@ -98,21 +91,21 @@ def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed:
             before[key] = apart
 
 
-def matches(recording: Recording) -> Iterator[tuple[int, Match]]:
+def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Match]]:
     """Every step on the path of a later sequence with the same loads as far as both go; by number of the pair."""
     loads = recording.loads
     every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
     for pair, (first, second) in enumerate(combinations(rows, 2)):
-        yield from ((pair, match) for match in _on_path(every, first, second))
+        yield from ((pair, match) for match in _on_path(every, first, second, settings))
 
 
-def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray) -> list[Match]:
+def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings: Settings) -> list[Match]:
     """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
     here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
     far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
     found, highest = [], np.abs(loads[[*first, *second]]).max()
-    tolerance = SAME_LOADS * highest
+    tolerance = settings.same_loads * highest
     for own, at, load in zip(first, far[1:], here[1:], strict=True):
         if at > along[-1] + tolerance:
             break
@@ -123,6 +116,6 @@ def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray) -> list[M
             return []
         if share == 1.0:
             found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
-        elif k > 1 and way <= CLOSE * highest:  # at rest nothing is read
+        elif k > 1 and way <= settings.closely_read * highest:  # at rest nothing is read
             found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
     return found

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
 
@@ -59,7 +59,7 @@ def clues(calibrated: Fit) -> list[Clue]:
         covariance = np.linalg.inv(normal)
         step = -covariance @ (columns.T @ residual)
         sd = np.sqrt(np.diag(covariance))
-        if sd.max() > 0.5:
+        if sd.max() > calibrated.model.settings.part_sd:
             continue
         friction = len(own) > 1
         found.append(

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.score_test import DETECTABLE, Scores
-from prb3r.diagnosis.library.hypothesis import FARTHEST, Hypothesis
+from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -19,22 +20,21 @@ class Detectable:
     """Whether an effect without degrees would have shown."""
 
 
-def detectable(judged: Scores) -> tuple[Detectable, ...]:
+def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
+    """The smallest effect of each kind that the recording would have shown, at the place where it shows best."""
     best: dict[str, Detectable] = {}
-    for each in judged.directions:
-        hypothesis = each.subject
-        if not isinstance(hypothesis, Hypothesis) or each.size == 0:
+    for candidate in judged.alternatives:
+        hypothesis = candidate.subject
+        if not isinstance(hypothesis, Hypothesis) or candidate.size == 0:
             continue
+        known = best.get(hypothesis.kind)
         if not hypothesis.by_degrees:
-            found = Detectable(hypothesis, None, each.size > DETECTABLE)
-            if hypothesis.kind not in best or (found.shown and not best[hypothesis.kind].shown):
-                best[hypothesis.kind] = found
+            shown = candidate.size > settings.detectable
+            if known is None or (shown and not known.shown):
+                best[hypothesis.kind] = Detectable(hypothesis, None, shown)
             continue
-        free = hypothesis.free[0]
-        size = abs(free.value(DETECTABLE / each.size) - free.null)
-        if free.log:
-            size = abs(free.null * np.expm1(min(DETECTABLE / each.size, FARTHEST)))
-        old = best.get(hypothesis.kind)
-        if old is None or old.size is None or size < old.size:
+        free, u = hypothesis.free[0], settings.detectable / candidate.size
+        size = abs(free.null * np.expm1(min(u, settings.farthest))) if free.log else abs(free.value(u) - free.null)
+        if known is None or known.size is None or size < known.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
     return tuple(best.values())

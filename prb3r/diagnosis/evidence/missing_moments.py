@@ -9,22 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.score_test import Direction, direction
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.evidence.score_test import Alternative, alternative
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.response import moment_response
 from prb3r.model.laws.moment_law import influences, time_within
 from prb3r.recording.recording import Kind
 
 WHOLE = "the whole arm"
-ALIKE, OWN_SHARE = 2.0, 0.1
-"""Missing moments are alike over so many plates, but for a share of their variance."""
-SIZES = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-"""Sizes of missing moments that are considered, in shares of the largest cable moment."""
-MOMENT_CHANGE = 1e-4
-"""Share of the largest cable moment that moment sensitivities are measured with."""
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class MomentPattern:
     """A pattern of missing moments, or of shifted readings, that a recording can be tested for."""
 
     of: str
@@ -51,49 +46,40 @@ class Mechanism:
 
 def mechanism(fitted: Fit) -> Mechanism:
     """Moments, bends and moment sensitivities of a fitted model."""
-    predict, recording = fitted.model.predict, fitted.model.predict.recording
-    chain = predict.chain_of(fitted.constants, fitted.effects)
-    states = predict.equilibria(fitted.constants, fitted.effects, detail=True)
-    time = time_within(recording.begins, recording.steps["step"].to_numpy(float))
-    known = influences(chain, recording.loads, states, time)
-    change = MOMENT_CHANGE * float(np.nanmax(np.abs(known["tension"]), initial=0.0)) or 1e-6
-    middle, loads = fitted.predicted(), recording.loads
-    columns = []
-    for plate in range(chain.plates):
-        more = loads.moment.copy()
-        more[:, plate] += change
-        moved = predict(fitted.constants, fitted.effects, loads._replace(moment=more))
-        columns.append((moved - middle) / change)
+    predict, solved = fitted.model.predict, fitted.solved
+    time = time_within(predict.recording.begins, predict.number)
+    known = influences(solved.chain, solved.loads, solved.states, time)
     finite = {name: np.nan_to_num(values) for name, values in known.items()}
-    return Mechanism(np.nan_to_num(np.stack(columns, 1)), finite["tension"], finite)
+    largest = float(np.abs(finite["tension"]).max(initial=0.0)) or 1.0
+    return Mechanism(moment_response(predict, solved, largest), finite["tension"], finite)
 
 
-def laws(fitted: Fit, mechanics: Mechanism) -> list[Law]:
+def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
     """The dictionary: laws of the whole arm, of each plate, of each sequence, and frames that moved."""
     recording = fitted.model.predict.recording
-    found = [Law(of, WHOLE, values) for of, values in mechanics.influences.items()]
+    found = [MomentPattern(of, WHOLE, values) for of, values in mechanics.influences.items()]
     n = mechanics.pull.shape[1]
     for plate in range(n):
         only = np.arange(n) == plate
         for of in ("constant", "bend", "tension", "direction"):
-            found.append(Law(of, f"plate {plate + 1}", mechanics.influences[of] * only, plate + 1))
-    found.append(Law("time", WHOLE, mechanics.pull * recording.of_sequence[:, None]))
-    found.append(Law("time", WHOLE, mechanics.pull * mechanics.influences["time"]))
+            found.append(MomentPattern(of, f"plate {plate + 1}", mechanics.influences[of] * only, plate + 1))
+    found.append(MomentPattern("time", WHOLE, mechanics.pull * recording.of_sequence[:, None]))
+    found.append(MomentPattern("time", WHOLE, mechanics.pull * mechanics.influences["time"]))
     for k, name in enumerate(recording.sequences):
         own = (recording.of_sequence == k)[:, None]
-        found.append(Law("sequence", f"sequence {name}", mechanics.pull * own))
+        found.append(MomentPattern("sequence", f"sequence {name}", mechanics.pull * own))
         for kind in (Kind.X, Kind.Y, Kind.ANGLE):
             shifted = (recording.readings.kind == kind) & own[recording.readings.step, 0]
             if shifted.any():
-                found.append(Law("frame", f"sequence {name}", shifted.astype(float)))
+                found.append(MomentPattern("frame", f"sequence {name}", shifted.astype(float)))
     return found
 
 
-def law_directions(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[Law]) -> list[Direction]:
-    """The direction of every law in the whitened residuals of `fitted`."""
+def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
+    """The alternative of every law to `fitted`."""
     basis, step = fitted.basis, fitted.model.predict.recording.readings.step
     moved = [law.values if law.values.ndim == 1 else (mechanics.moment * law.values[step]).sum(1) for law in dictionary]
-    return [direction(fitted, law, shift[:, None], basis) for law, shift in zip(dictionary, moved, strict=True)]
+    return [alternative(fitted, law, shift[:, None], basis) for law, shift in zip(dictionary, moved, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +100,12 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
     A moment that is free on every plate would drown in the noise.  Moments of neighbouring plates are alike instead,
     but for a share of their own; how large they are is chosen by the likelihood of all readings.
     """
-    recording, count = fitted.model.predict.recording, fitted.model.predict.recording.readings.count
+    recording, settings = fitted.model.predict.recording, fitted.model.settings
+    count = recording.readings.count
     s, n = mechanics.pull.shape
     plates = np.arange(n)
-    alike = np.exp(-(((plates[:, None] - plates) / ALIKE) ** 2) / 2)
-    shape = OWN_SHARE * np.eye(n) + (1 - OWN_SHARE) * alike
+    alike = np.exp(-(((plates[:, None] - plates) / settings.alike_plates) ** 2) / 2)
+    shape = settings.own_share * np.eye(n) + (1 - settings.own_share) * alike
     normal, along = np.zeros((s, n, n)), np.zeros((s, n))
     for k in range(s):
         own = np.flatnonzero(recording.readings.step == k)
@@ -135,7 +122,7 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
         evidence = (along * mean).sum() + np.linalg.slogdet(covariance)[1].sum() + s * np.linalg.slogdet(inverse)[1]
         return mean, covariance, float(evidence)
 
-    size = max((share * largest for share in SIZES), key=lambda each: posterior(each)[2])
+    size = max((share * largest for share in settings.moment_sizes), key=lambda trial: posterior(trial)[2])
     mean, covariance, _ = posterior(size)
     sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     return MomentMap(mean, sd, 1 - sd**2 / size**2)

@@ -6,17 +6,11 @@ scatter `S` of the applied tensions, carried to the readings by their sensitivit
 :math:`C^{-1/2} = (I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T) D^{-1/2}`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.fit.prediction import Constants, Predictor
-from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Recording
-
-TENSION_CHANGE = 1e-3
-"""Relative change of a tension that its sensitivity is measured with."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,45 +62,19 @@ def reading_sd(recording: Recording) -> np.ndarray:
     return np.asarray([position, position, angle, angle])[recording.readings.kind]
 
 
-def tension_sensitivity(predict: Predictor, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
-    """(r, s, m) change of every reading by the relative change of every tension of every step.
-
-    Under a declared slip direction a step's tension moves that step alone; where friction follows the load path it
-    moves all later steps of its sequence too, so steps of equal place in their sequences are changed together.
-    """
-    recording = predict.recording
-    tension, begins = recording.loads.tension, recording.begins
-    place = np.arange(len(begins)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
-    history = predict.chain_of(constants, effects).presliding > 0
-    together = [place == k for k in range(place.max() + 1)] if history else [np.ones(len(place), bool)]
-    middle = predict(constants, effects)
-    out = np.zeros((recording.readings.count, *tension.shape))
-    for steps in together:
-        for j in np.flatnonzero((tension[steps] > 0).any(0)):
-            changed = tension.copy()
-            changed[steps, j] *= 1 + TENSION_CHANGE
-            moved = predict(constants, effects, recording.loads._replace(tension=changed)) - middle
-            for s in np.flatnonzero(steps):
-                own = recording.readings.step == s
-                if history:
-                    own = (recording.of_sequence == recording.of_sequence[s])[recording.readings.step]
-                out[own, s, j] = moved[own] / TENSION_CHANGE
-    return np.nan_to_num(out)
-
-
 def noise_of(
     recording: Recording,
     sensitivity: np.ndarray,
-    distrust: np.ndarray | None = None,
+    inflation: np.ndarray | None = None,
 ) -> Noise:
     """The covariance of a recording's readings.
 
     Parameters
     ----------
-    sensitivity : (r, s, m) of :func:`tension_sensitivity`.
-    distrust : (r,) factor on the standard deviation of each reading; absent: 1.
+    sensitivity : (r, s, m) of :func:`prb3r.diagnosis.fit.response.tension_response`.
+    inflation : (r,) factor on the standard deviation of each reading; absent: 1.
     """
-    sd = reading_sd(recording) * (1.0 if distrust is None else distrust)
+    sd = reading_sd(recording) * (1.0 if inflation is None else inflation)
     scatter = np.full(len(recording.of_sequence), recording.measurement.tension_sd_relative)
     blocks = []
     for k in range(len(recording.sequences)):

@@ -9,6 +9,7 @@ import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.mechanics.solved_path import SolvedPath, solve_path
 from prb3r.model.effects import observed, with_effects
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -30,6 +31,21 @@ class Constants(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class Solution:
+    """The states of all steps of a recording for given constants and effects, and what the camera reads of them."""
+
+    constants: Constants
+    effects: tuple[Effect, ...]
+    chain: Chain
+    loads: Loads
+    states: Equilibria
+    path: SolvedPath | None
+    """What derivatives are taken along; None where moments follow the state."""
+    readings: np.ndarray
+    """(r,) m and rad; NaN where there is no equilibrium."""
+
+
+@dataclass(frozen=True, eq=False)
 class Predictor:
     """Predicts the readings of one recording, on the elastica plate model."""
 
@@ -42,11 +58,6 @@ class Predictor:
         """(s,) of each step within its sequence, as recorded."""
         return self.recording.steps["step"].to_numpy(float)
 
-    @property
-    def history(self) -> bool:
-        """Whether the nominal manipulator's friction follows the load path."""
-        return self.chain.presliding > 0
-
     def chain_of(self, constants: Constants, effects: Sequence[Effect] = ()) -> Chain:
         """The mechanical problem with adjusted constants, the nominal effects and `effects`."""
         chain, manipulator = self.chain, self.recording.manipulator
@@ -57,32 +68,39 @@ class Predictor:
         return with_effects(scaled, manipulator, [*manipulator.effect, *effects])
 
     def equilibria(
-        self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None, detail: bool = False
+        self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None
     ) -> Equilibria:
-        """States of all steps, under `loads` instead of the recorded ones; with tensions and slip if `detail`."""
-        return equilibria_of(
-            self.chain_of(constants, effects),
-            loads or self.recording.loads,
-            from_rest=self.recording.begins,
-            detail=detail,
-            number=self.number,
-        )
+        """States of all steps, under `loads` instead of the recorded ones."""
+        chain, begins = self.chain_of(constants, effects), self.recording.begins
+        return equilibria_of(chain, loads or self.recording.loads, from_rest=begins, number=self.number)
 
-    def read(self, states: Equilibria, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
-        """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
-        recording = self.recording
-        step, disk, kind, _ = recording.readings
-        cos, sin = np.cos(constants.rotation), np.sin(constants.rotation)
-        x, y = states.x[step, disk], states.y[step, disk]
-        seen = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
-        seen = observed(seen, [*recording.manipulator.effect, *effects], recording.image_centre_m)
-        angle = states.angle[step, disk]
-        bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
-        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
+    def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
+        """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
+        chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
+        begins = self.recording.begins
+        path = None if chain.closure else solve_path(chain, loads, from_rest=begins)
+        states = path.equilibria if path else equilibria_of(chain, loads, from_rest=begins, number=self.number)
+        readings = self.read(states, constants, effects)
+        return Solution(constants, tuple(effects), chain, loads, states, path, readings)
 
     def __call__(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> np.ndarray:
         """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""
         return self.read(self.equilibria(constants, effects, loads), constants, effects)
+
+    def seen(self, points: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
+        """(..., 2) where the camera has `points` (..., 2) of the manipulator's own frame, m."""
+        cos, sin = np.cos(constants.rotation), np.sin(constants.rotation)
+        x, y = points[..., 0], points[..., 1]
+        turned = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
+        return observed(turned, [*self.recording.manipulator.effect, *effects], self.recording.image_centre_m)
+
+    def read(self, states: Equilibria, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
+        """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
+        step, disk, kind, _ = self.recording.readings
+        seen = self.seen(np.stack([states.x[step, disk], states.y[step, disk]], -1), constants, effects)
+        angle = states.angle[step, disk]
+        bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
+        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
         """(r,) readings less `predicted`; angles by the shorter way round."""

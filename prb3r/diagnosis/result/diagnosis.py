@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.checks.outliers import Trust, far_off
+from prb3r.diagnosis.checks.outliers import Doubts, far_off
 from prb3r.diagnosis.evidence.constants_by_part import Clue
 from prb3r.diagnosis.evidence.detectable import Detectable
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.result.mismatch import Mismatch
 from prb3r.diagnosis.result.named import Named
@@ -37,7 +37,7 @@ class Diagnosis:
     """Reduced, of the nominal model; None where it has no equilibrium."""
     calibrated: Fit
     explained: Fit
-    trust: Trust
+    doubts: Doubts
     choice: Choice
     before: Scores
     """Score test of what calibration leaves."""
@@ -57,7 +57,7 @@ class Diagnosis:
     @property
     def outliers(self) -> list[int]:
         """Readings of the training part beyond 4 sd of the explained model."""
-        return far_off(self.explained, self.trust)
+        return far_off(self.explained, self.doubts)
 
     def manipulator(self, fitted: Fit) -> Manipulator:
         """The recorded manipulator with the constants and effects of a fitted model."""

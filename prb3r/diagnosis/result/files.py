@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.result import tables
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import as_json, proposals

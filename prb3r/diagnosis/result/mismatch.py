@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.evidence.missing_moments import Mechanism, MomentMap, mechanism, missing_moments
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.search.selection import Choice
@@ -32,11 +32,11 @@ def mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[Na
     moments = missing_moments(fitted, mechanics)
     strong = [
         (float(z), d.subject)
-        for z, d in zip(judged.z, judged.directions, strict=True)
+        for z, d in zip(judged.z, judged.alternatives, strict=True)
         if not isinstance(d.subject, Hypothesis) and z > judged.threshold
     ]
     strong.sort(key=lambda pair: -pair[0])
-    top = [law for z, law in strong if z > 0.7 * strong[0][0]]
+    top = [law for z, law in strong if z > fitted.model.settings.near_largest * strong[0][0]]
     if top and top[0].plate is None:  # a law of the whole arm is felt on single plates too
         top = [law for law in top if law.plate is None]
     depends = tuple(dict.fromkeys({"bend_cubed": "bend", "constant": "position"}.get(law.of, law.of) for law in top))
@@ -49,7 +49,7 @@ def mismatch(calibrated: Fit, choice: Choice, before: Scores, named: Sequence[Na
         [np.mean(fitted.residual[:count][of_reading == k] ** 2) for k in range(len(recording.sequences))]
     )
     rows = np.bincount(of_reading, minlength=len(squared))
-    loud = squared > 1 + 3 * np.sqrt(2 / np.maximum(rows, 1))
+    loud = squared > 1 + fitted.model.settings.loud_sd * np.sqrt(2 / np.maximum(rows, 1))
     sequences = tuple(name for name, on in zip(recording.sequences, loud, strict=True) if on)
     if not strong and not named and not choice.structured:
         statement = "Nothing is left that chance does not explain."

@@ -1,22 +1,18 @@
 """Everything that is said of an effect that the diagnosis names."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from prb3r.diagnosis.checks.heldout import Unseen
-from prb3r.diagnosis.fit.calibrate import Fit, fit
+from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.profile import Profile, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.statements import Estimate, sentence
+from prb3r.diagnosis.search.full_fits import without_effect
 from prb3r.diagnosis.search.rivals import Rival, rivals
-from prb3r.diagnosis.search.selection import Choice, Search, bic
+from prb3r.diagnosis.search.selection import Choice, Search
 from prb3r.model.effects.base import Effect
-
-FAR_FROM_ONE = 1.5
-"""With a larger reduced chi-square no interval is printed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +50,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
             places[key] = (value, tuple(sorted(values, key=str if isinstance(value, str) else None)))
     others = [rival for rival in near if rival not in same]
     first = len(fitted.model.varied) + sum(len(each.free) for each in fitted.model.hypotheses[:number])
-    sure = fitted.reduced < FAR_FROM_ONE
+    sure = fitted.reduced < fitted.model.settings.far_from_one
     parameters, profiles = {}, {}
     for k, free in enumerate(hypothesis.free):
         u = fitted.p[first + k]
@@ -64,7 +60,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
             parameters[free.name] = Estimate(free.value(u, friction), *ends)
         else:
             parameters[free.name] = Estimate(free.value(u, friction))
-    simpler = _without(choice, number)
+    simpler = without_effect(fitted, number)
     gain = fresh.judge(simpler, fitted).gain if fresh and simpler else None
     statement = sentence(hypothesis, parameters, friction)
     for key, (value, among) in places.items():
@@ -89,12 +85,3 @@ def _same_but_place(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether two hypotheses are the same effect elsewhere."""
     a, b = dict(one.place), dict(other.place)
     return one.kind == other.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
-
-
-def _without(choice: Choice, number: int) -> Fit | None:
-    """The chosen model refitted without one effect."""
-    fitted = choice.fitted
-    own, shares = fitted.model.hypotheses, fitted.model.shares(fitted.p)
-    model = replace(fitted.model, hypotheses=own[:number] + own[number + 1 :])
-    first = np.concatenate([fitted.p[: len(model.varied)], *shares[:number], *shares[number + 1 :]])
-    return fit(model, first)

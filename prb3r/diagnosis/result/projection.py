@@ -6,14 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.named import FAR_FROM_ONE, Named
+from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.result.statements import Estimate
-from prb3r.diagnosis.search.experiment import RESOLVED, Experiment
+from prb3r.diagnosis.search.experiment import Experiment
 
 SCHEMA = 1
-NORMAL_95 = 1.96
 
 
 class Proposal(NamedTuple):
@@ -23,27 +22,28 @@ class Proposal(NamedTuple):
     separates: tuple[tuple[str, str], ...]
     separation: float
     """Squared whitened distance of the pair that it separates least."""
+    asked: float
+    """Distance that is enough to rank two explanations rightly."""
 
     @property
     def statement(self) -> str:
         rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
-        enough = (
-            "enough to rank them rightly" if self.separation >= RESOLVED else "still too little to rank them surely"
-        )
+        enough = "enough to rank them rightly" if self.experiment.resolves else "still too little to rank them surely"
         title = self.experiment.title[0].upper() + self.experiment.title[1:]
         return (
             f"{title}: together with what is recorded, that separates {rivals} by a squared distance of "
-            f"{self.separation:.3g} in units of the noise ({RESOLVED:g} is asked), {enough}."
+            f"{self.separation:.3g} in units of the noise ({self.asked:.3g} is asked), {enough}."
         )
 
 
 def proposals(diagnosis: Diagnosis) -> list[Proposal]:
     """The proposed experiments, each load program once."""
+    asked = diagnosis.explained.model.settings.resolved
     by_title: dict[str, list[tuple[str, str, Experiment]]] = {}
     for each in diagnosis.experiments:
         by_title.setdefault(each[2].title, []).append(each)
     return [
-        Proposal(own[0][2], tuple((a, b) for a, b, _ in own), min(each.separation for _, _, each in own))
+        Proposal(own[0][2], tuple((a, b) for a, b, _ in own), min(each.separation for _, _, each in own), asked)
         for own in by_title.values()
     ]
 
@@ -154,10 +154,10 @@ def _constant(diagnosis: Diagnosis, nominal: float, name: str) -> dict[str, Any]
 
 def _reach(fitted: Fit, name: str) -> float:
     """Half the 95 % interval of a constant by the linearised covariance; NaN where none is deserved."""
-    if name not in fitted.model.varied or fitted.reduced >= FAR_FROM_ONE:
+    if name not in fitted.model.varied or fitted.reduced >= fitted.model.settings.far_from_one:
         return np.nan
     number = fitted.model.varied.index(name)
-    return NORMAL_95 * float(np.sqrt(fitted.covariance[number, number]))
+    return fitted.model.settings.interval_sd * float(np.sqrt(fitted.covariance[number, number]))
 
 
 def _effect(named: Named) -> dict[str, Any]:

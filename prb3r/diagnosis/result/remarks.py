@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from prb3r.diagnosis.checks.outliers import Trust, Weight
+from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.recording.recording import Recording
 
@@ -24,7 +24,7 @@ def refusals(refuted: Sequence[str]) -> list[str]:
     return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
 
 
-def wrong_weights(recording: Recording, doubted: Sequence[Weight]) -> list[str]:
+def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
     remarks = []
     for step, cable in doubted:
         row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
@@ -36,7 +36,7 @@ def wrong_weights(recording: Recording, doubted: Sequence[Weight]) -> list[str]:
     return remarks
 
 
-def weighed(trust: Trust) -> list[str]:
-    weighed = int((trust.distrust > 1).sum())
+def weighed(doubts: Doubts) -> list[str]:
+    weighed = int((doubts.inflation > 1).sum())
     far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
     return [f"{weighed} {far} far from what the neighbours show; {down} weighed down"] if weighed else []

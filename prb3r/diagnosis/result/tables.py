@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.diagnosis.checks.heldout import Unseen
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.quantities import Quantity
@@ -50,16 +50,17 @@ def residuals(diagnosis: Diagnosis) -> pd.DataFrame:
     sd, believed = np.full(len(fitted), np.nan), np.ones(len(fitted), bool)
     for name, each in fits.items():
         white[name][fitted] = each.residual[: fitted.sum()]
-    sd[fitted], believed[fitted] = diagnosis.explained.model.noise.total_sd, diagnosis.trust.distrust == 1
+    sd[fitted], believed[fitted] = diagnosis.explained.model.noise.total_sd, diagnosis.doubts.inflation == 1
     if not fitted.all():
         aside = predictor(whole.only(set(of_reading[~fitted].tolist())))
-        noise = Unseen(aside).noise(diagnosis.explained)
+        fresh = Unseen(aside, diagnosis.explained.model.settings)
+        noise = fresh.noise(fresh.solved(diagnosis.explained))
         for name in fits:
             white[name][~fitted] = noise.whiten(aside.misfit(predicted[name][~fitted]))
         sd[~fitted], believed[~fitted] = noise.total_sd, noise.believed
     doubted = np.zeros(len(whole.of_sequence), bool)
     rows = np.flatnonzero(np.isin(whole.of_sequence, of_reading[fitted]))
-    doubted[rows[[weight.step for weight in diagnosis.trust.doubted]]] = True
+    doubted[rows[[weight.step for weight in diagnosis.doubts.weights]]] = True
     return pd.DataFrame(
         {
             **_places(whole, whole.readings),

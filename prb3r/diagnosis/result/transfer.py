@@ -9,9 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import HeldOut, judge, noise_under
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.checks.heldout import HeldOut, compared, noise_under
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import FRAME, Fit, Model
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
@@ -20,7 +23,6 @@ from prb3r.recording.recording import Recording
 
 CARRIED = frozenset({"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"})
 """Kinds that do not depend on the geometry; a bending law depends on it through the outer fibre."""
-FRAME_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -65,14 +67,12 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
             left.append(moved)
         else:
             carried.append(moved)
-    predict = predictor(recording)
-    before = _constants(predict, diagnosis.calibrated, one, other)
-    after = _constants(predict, diagnosis.explained, one, other)
-    noise = noise_under(predict, after, carried)
-    before = _framed(predict, before, [], noise)
-    after = _framed(predict, after, carried, noise)
-    heldout = judge(predict, noise, predict(before), predict(after, carried))
-    return Carried(heldout, alike, tuple(carried), tuple(left))
+    predict, settings = predictor(recording), diagnosis.explained.model.settings
+    after = predict.solve(_constants(predict, diagnosis.explained, one, other), carried)
+    noise = noise_under(predict, after, settings)
+    calibrated = _in_frame(predict, noise, _constants(predict, diagnosis.calibrated, one, other), [])
+    explained = _in_frame(predict, noise, after.constants, carried)
+    return Carried(compared(predict, noise, calibrated, explained), alike, tuple(carried), tuple(left))
 
 
 def _constants(predict: Predictor, fitted: Fit, one: Manipulator, other: Manipulator) -> Constants:
@@ -84,30 +84,17 @@ def _constants(predict: Predictor, fitted: Fit, one: Manipulator, other: Manipul
     return Constants(log_stiffness=float(stiffness), log_friction=float(friction))
 
 
-def _framed(predict: Predictor, constants: Constants, effects: list[Effect], noise) -> Constants:
-    """The constants with the frame that fits the recording best, under its prior."""
-    measurement = predict.recording.measurement
-    sd = {
-        "rotation": measurement.frame_rotation_sd_rad,
-        "x": measurement.frame_position_sd_m,
-        "y": measurement.frame_position_sd_m,
-    }
-    names = [name for name, width in sd.items() if width > 0]
-    if not names:
-        return constants
-    states = predict.equilibria(constants, effects)
-    for _ in range(FRAME_STEPS):
-        middle = predict.read(states, constants, effects)
-        moved = []
-        for name in names:
-            change = 1e-4 * sd[name]
-            there = predict.read(states, constants._replace(**{name: getattr(constants, name) + change}), effects)
-            moved.append((there - middle) / change)
-        columns = noise.whiten(np.nan_to_num(np.stack(moved, 1)))
-        residual = noise.whiten(np.nan_to_num(predict.misfit(middle)))
-        width = np.array([sd[name] for name in names])
-        now = np.array([getattr(constants, name) for name in names])
-        normal = columns.T @ columns + np.diag(width**-2.0)
-        step = np.linalg.solve(normal, columns.T @ residual - now / width**2)
-        constants = constants._replace(**dict(zip(names, (now + step).tolist(), strict=True)))
-    return constants
+def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: list[Effect]) -> np.ndarray:
+    """(r,) readings with these constants and effects, in the frame that fits the recording best under its prior."""
+    model = Model(predict, noise, tuple(given(effect) for effect in effects))
+    start = np.array([getattr(constants, name) for name in model.varied])
+    known = [k for k, name in enumerate(model.varied) if name not in FRAME]
+    fitted = fit(model, start, fixed=known)
+    return predict(constants, effects) if fitted is None else fitted.solved.readings
+
+
+def given(effect: Effect) -> Hypothesis:
+    """A known effect, nothing of it free."""
+    plain = effect.model_dump(exclude={"kind"}, exclude_none=True)
+    place = {name: tuple(value) if isinstance(value, list) else value for name, value in plain.items()}
+    return Hypothesis(effect.kind, tuple(place.items()))

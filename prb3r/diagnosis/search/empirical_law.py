@@ -8,19 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.missing_moments import Law, Mechanism, law_directions, laws, mechanism
+from prb3r.diagnosis.evidence.missing_moments import Mechanism, MomentPattern, law_alternatives, laws, mechanism
+from prb3r.diagnosis.evidence.model_evidence import bic, improves_left_out
 from prb3r.diagnosis.evidence.score_test import scores
-from prb3r.diagnosis.fit.calibrate import Fit, fit
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.search.selection import BIC_FALL, bic, improves_left_out
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
-
-MOST_TERMS = 3
-FARTHEST = 30.0
-"""Bound of a term, in shares of the largest cable moment."""
-SHARE = 0.1
-"""Scale of a term: the moment that is this share of the largest cable moment."""
 
 
 @dataclass(frozen=True)
@@ -51,31 +47,31 @@ class Closure:
 UNITS = {"constant": "N m", "position": "N m", "time": "N m", "bend": "N m/rad", "bend_cubed": "N m/rad^3"}
 
 
-def _free(law: Law, mechanics: Mechanism, number: int) -> Free:
+def _free(law: MomentPattern, mechanics: Mechanism, number: int, settings: Settings) -> Free:
     largest = float(np.abs(law.values).max()) or 1.0
-    scale = SHARE * float(np.abs(mechanics.pull).max()) / largest
-    return Free(f"coefficient_{number}", 0.0, -FARTHEST * scale, FARTHEST * scale, scale=scale)
+    scale = settings.term_share * float(np.abs(mechanics.pull).max()) / largest
+    farthest = settings.farthest_term * scale
+    return Free(f"coefficient_{number}", 0.0, -farthest, farthest, scale=scale)
 
 
 def close(best: Fit, seed: int) -> Closure | None:
     """Add terms while chance does not explain what is left and left-out sequences improve; None where none does."""
-    current, base = best, best
+    current, base, settings = best, best, best.model.settings
     terms: tuple[tuple[str, int | None], ...] = ()
     frees: tuple[Free, ...] = ()
-    for number in range(1, MOST_TERMS + 1):
+    for number in range(1, settings.most_terms + 1):
         mechanics = mechanism(current)
         usable = [law for law in laws(current, mechanics) if law.values.ndim == 2 and law.of in mechanics.influences]
         usable = [law for law in usable if law.values.any() and _is_term(law, mechanics)]
-        found = scores(current, law_directions(current, mechanics, usable), seed)
-        new = next(
-            (found.directions[k].subject for k in found.best() if _key(found.directions[k].subject) not in terms), None
-        )
-        if new is None or found.largest <= found.threshold:
+        tested = scores(current, law_alternatives(current, mechanics, usable), seed)
+        best_first = (tested.alternatives[k].subject for k in tested.best())
+        new = next((law for law in best_first if _key(law) not in terms), None)
+        if new is None or tested.largest <= tested.threshold:
             break
-        terms, frees = (*terms, _key(new)), (*frees, _free(new, mechanics, number))
+        terms, frees = (*terms, _key(new)), (*frees, _free(new, mechanics, number, settings))
         start = np.concatenate([current.p, [0.0]])
         richer = fit(base.model.adding(EmpiricalLaw("empirical_moment", terms, frees)), start)
-        if richer is None or bic(current) - bic(richer) < BIC_FALL or not improves_left_out(current, richer):
+        if richer is None or bic(current) - bic(richer) < settings.bic_fall or not improves_left_out(current, richer):
             break
         current = richer
     if current is base:
@@ -85,11 +81,11 @@ def close(best: Fit, seed: int) -> Closure | None:
     return Closure(current, law, statement(law))
 
 
-def _key(law: Law) -> tuple[str, int | None]:
+def _key(law: MomentPattern) -> tuple[str, int | None]:
     return law.of, law.plate
 
 
-def _is_term(law: Law, mechanics: Mechanism) -> bool:
+def _is_term(law: MomentPattern, mechanics: Mechanism) -> bool:
     """Whether a term of an `empirical_moment` says the same."""
     values = mechanics.influences[law.of]
     own = np.ones(values.shape[1], bool) if law.plate is None else np.arange(values.shape[1]) + 1 == law.plate

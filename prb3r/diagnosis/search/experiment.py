@@ -7,17 +7,18 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from prb3r.diagnosis.fit.calibrate import Fit, basis_of
-from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
+from prb3r.diagnosis.fit.covariance import noise_of
+from prb3r.diagnosis.fit.model import Fit, basis_of
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.fit.response import tension_response
 from prb3r.mechanics.chain import Loads
 from prb3r.model.steps import loads_of
 from prb3r.recording.recording import Readings, Recording
 
-RESOLVED = 22.0
-"""Squared whitened distance from which on a recording ranks two explanations rightly, but for one in a hundred."""
-HARDER = 1.25
-"""Programs pull up to so many times the largest recorded tension."""
+SHARES = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
+"""Of the largest pull, step by step."""
+HELD_SHARE = 0.7
+"""Pull at which one cable is held while another one is drawn in and let go."""
 
 
 @dataclass(frozen=True)
@@ -28,18 +29,18 @@ class Experiment:
     steps: pd.DataFrame
     separation: float
     """Squared whitened distance."""
-
-    @property
-    def resolves(self) -> bool:
-        return self.separation >= RESOLVED
+    resolves: bool
+    """Whether that is enough to rank them rightly."""
 
 
-def programs(recording: Recording) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Candidate programs of eight steps: each cable and each pair of cables, up and down, without and with tip load."""
+def programs(recording: Recording, harder: float) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Title and steps of candidate programs: each cable and each pair, up and down, without and with tip load.
+
+    `harder`: largest pull, in multiples of the largest recorded one.
+    """
     names = recording.manipulator.cable_names
     pull = recording.loads.tension.max(0)
-    pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * HARDER
-    share = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
+    pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * harder
     way = np.array([-1, -1, -1, -1, 1, 1, 1, 1])
     tip = recording.loads.tip[np.argmax(np.abs(recording.loads.tip).sum(1))]
 
@@ -53,13 +54,13 @@ def programs(recording: Recording) -> Iterator[tuple[str, pd.DataFrame]]:
 
     for j, name in enumerate(names):
         alone, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
-        alone[:, j], ways[:, j] = share * pull[j], way
+        alone[:, j], ways[:, j] = SHARES * pull[j], way
         yield f"pull cable {name} and let it go", table(alone, ways)
         if tip.any():
             yield f"pull cable {name} and let it go under the tip load", table(alone, ways, tip)
     for a, b in combinations(range(len(names)), 2):
         both, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
-        both[:, a], both[:, b] = 0.7 * pull[a], share * pull[b]
+        both[:, a], both[:, b] = HELD_SHARE * pull[a], SHARES * pull[b]
         ways[:, b] = way
         yield f"hold cable {names[a]} and pull cable {names[b]}, then let it go", table(both, ways)
     yield "read the shape without any load", table(np.zeros((1, len(names))), -np.ones((1, len(names)), int))
@@ -88,16 +89,14 @@ def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
 def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
     """Squared whitened distance of two fitted models, the second refitted, on recorded and proposed steps together."""
     predict = predictor(imagined(one.model.predict.recording, steps))
-    sensitivity = tension_sensitivity(predict, one.constants, one.effects)
-    noise = noise_of(predict.recording, sensitivity)
+    here = predict.solve(one.constants, one.effects)
+    noise = noise_of(predict.recording, tension_response(predict, here))
     model = replace(other.model, predict=predict, noise=noise)
-    states = model.states(other.p)
-    there = model.predicted(other.p, states)
-    apart = noise.whiten(predict(one.constants, one.effects) - there)
+    there = model.solve(other.p)
+    apart = noise.whiten(here.readings - there.readings)
     if not np.isfinite(apart).all():
         return 0.0
-    rows = len(apart)
-    jacobian = np.nan_to_num(model.jacobian(other.p, there, states))[:rows]
+    jacobian = model.jacobian(other.p, there)[: len(apart)]
     whole = np.concatenate([other.residual - one.residual, apart])
     basis = basis_of(np.vstack([other.jacobian, jacobian]))
     whole = whole - basis @ (basis.T @ whole)
@@ -109,10 +108,10 @@ def best_experiments(one: Fit, others: Sequence[Fit]) -> list[Experiment]:
 
     The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
     """
-    trials = [
-        [Experiment(title, steps, separation(one, other, steps)) for other in others]
-        for title, steps in programs(one.model.predict.recording)
-    ]
+    settings, trials = one.model.settings, []
+    for title, steps in programs(one.model.predict.recording, settings.harder):
+        apart = [separation(one, other, steps) for other in others]
+        trials.append([Experiment(title, steps, distance, distance >= settings.resolved) for distance in apart])
     common = max(trials, key=lambda row: min(trial.separation for trial in row))
     best = [max(column, key=lambda trial: trial.separation) for column in zip(*trials, strict=True)]
-    return [shared if shared.resolves else own for shared, own in zip(common, best, strict=True)]
+    return [shared if shared.resolves else single for shared, single in zip(common, best, strict=True)]

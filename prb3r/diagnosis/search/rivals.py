@@ -3,16 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from prb3r.diagnosis.fit.calibrate import Fit
+from prb3r.diagnosis.evidence.model_evidence import cost, plausible
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.search.selection import Choice, Search, cost, plausible, replacements
-
-SAME = 11.0
-"""Squared whitened distance below which one of twenty recordings would rank two explanations wrongly."""
-CLOSE = 6.0
-"""A rival that fits these readings as well as this, by chi-square with its penalty, is named too."""
-ABSURD = 40.0
-"""A rival that fits so much worse is none, whatever its linearised distance."""
+from prb3r.diagnosis.search.selection import Choice, Search, replacements
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +22,9 @@ class Rival:
 
     @property
     def indistinguishable(self) -> bool:
-        return (self.distance < SAME or self.behind < CLOSE) and self.behind < ABSURD
+        settings = self.fitted.model.settings
+        near = self.distance < settings.alike or self.behind < settings.close_fit
+        return near and self.behind < settings.hopeless_rise
 
 
 def distance(of: Fit, to: Fit) -> float:
@@ -42,13 +38,10 @@ def distance(of: Fit, to: Fit) -> float:
 def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
     """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
     chosen = choice.fitted
-    own = chosen.model.hypotheses
-    others = own[:number] + own[number + 1 :]
-    found = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, own[number], others)]
-    if not found:
-        found = replacements(chosen, number, search)
+    effects, others = chosen.model.hypotheses, chosen.model.without(number).hypotheses
+    refitted = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, effects[number], others)]
     out = []
-    for fitted in found:
+    for fitted in refitted or replacements(chosen, number, search):
         new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
         if plausible(fitted) or not new.free:
             out.append(Rival(new, fitted, distance(chosen, fitted), cost(fitted) - cost(chosen)))

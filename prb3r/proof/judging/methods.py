@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from prb3r.diagnosis.checks.doubt import start
-from prb3r.diagnosis.checks.heldout import set_aside, unseen
-from prb3r.diagnosis.fit.calibrate import Fit, calibrate
-from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis import stages
+from prb3r.diagnosis.checks.heldout import unseen
+from prb3r.diagnosis.fit.calibrate import calibrate
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.named import Named
-from prb3r.diagnosis.search.selection import examine, fits, shortlist
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.search.full_fits import fits, serially, shortlist
+from prb3r.diagnosis.search.selection import examine
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
 
@@ -100,20 +101,20 @@ def judged(task: Task) -> Verdict:
     return replace(found, seconds=round(time.perf_counter() - begin, 3))
 
 
-def diagnosed(task: Task, *, trusting: bool = False, alone: bool = False) -> Verdict:
-    """The diagnosis as it is, or with a step left out."""
-    found = diagnose(task.recording, seed=task.seed, without=task.without, trusting=trusting, alone=alone)
-    return _verdict(task, found)
+def diagnosed(task: Task, settings: Settings | None = None) -> Verdict:
+    """The diagnosis as it is, or with other settings."""
+    asked = stages.Task(task.recording, task.seed, task.without, settings=settings or Settings())
+    return _verdict(task, stages.diagnose(asked))
 
 
 def each_alone(task: Task) -> Verdict:
     """The diagnosis with every hypothesis judged as if it were the only one."""
-    return diagnosed(task, alone=True)
+    return diagnosed(task, Settings(tested_alone=True))
 
 
 def all_believed(task: Task) -> Verdict:
     """The diagnosis with every reading and every weight believed."""
-    return diagnosed(task, trusting=True)
+    return diagnosed(task, Settings(believe_all=True))
 
 
 def without_covariance(task: Task) -> Verdict:
@@ -160,20 +161,19 @@ def _exact_tensions(recording: Recording) -> Recording:
 
 def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
     """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
-    aside = set_aside(recording.of_sequence, recording.loads, task.seed)
-    training = recording.only(set(range(len(recording.sequences))) - set(aside))
-    begun = start(predictor(training), task.without, task.seed)
-    calibrated = explained = begun.calibrated
+    asked = stages.Task(recording, task.seed, task.without)
+    begun = stages.doubt(stages.calibrate(asked), serially)
+    calibrated = explained = begun.fitted
     found = []
     if task.method != "E and mu alone":
         left = examine(calibrated, begun.search)
-        found = fits(calibrated, shortlist(left, calibrated.residual))
+        found = fits(calibrated, shortlist(left, calibrated))
     best = min(found, key=lambda each: each.chi2, default=None)
     claims: tuple[Claim, ...] = ()
     if best is not None and names(best, calibrated):
         explained = best
         claims = (_claim(best.model.hypotheses[0], best),)
-    fresh = unseen(task.recording, aside)
+    fresh = unseen(task.recording, begun.aside, asked.settings)
     held = fresh.judge(calibrated, explained) if fresh else None
     return Verdict(
         task.case,
@@ -252,5 +252,5 @@ def _loading(recording: Recording) -> tuple[float, float, float] | None:
     if len(rising) < 2 or len(rising) == len(recording.sequences):
         return None
     predict = predictor(recording.only(rising))
-    fitted = calibrate(predict, noise_of(predict.recording, tension_sensitivity(predict, Constants())))
+    fitted = calibrate(predict)
     return *_constants(fitted), float(chi2_law.sf(fitted.chi2, fitted.freedom))

@@ -1,0 +1,102 @@
+"""How hypotheses would move the readings of a fitted model.
+
+Effects that come by degrees are differentiated exactly along the load path of the fit, all of them together.  Three
+sorts cannot be, and are solved for themselves: an effect that adds nodes to the plates is differentiated along a path
+of its own, one that has no small size (a dead cable, another rule of friction, a knee) is compared as a whole.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.response import CHANGE, across, interval, response, without_slack
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.sensitivity import Direction
+from prb3r.model.effects.base import Effect
+
+Probe = tuple[Hypothesis, np.ndarray]
+"""A hypothesis and its free parameters (k,)."""
+
+
+def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
+    """(r, k) of each probe: change of the readings per unit of each free parameter, or by the whole effect.
+
+    0 where the effect leads out of equilibrium.
+    """
+    out: dict[int, np.ndarray] = {}
+    along: dict[int, list[Direction]] = {}
+    for number, (hypothesis, start) in enumerate(probes):
+        if not hypothesis.by_degrees:
+            out[number] = _whole(fitted, hypothesis, start)
+        elif not hypothesis.mechanical:
+            out[number] = _seen(fitted, hypothesis, start)
+        elif adds_nodes(fitted, hypothesis, start):
+            out[number] = _along_own_path(fitted, hypothesis, start)
+        else:
+            along[number] = _directions(fitted, hypothesis, start)
+    shared = [direction for directions in along.values() for direction in directions]
+    moved, first = response(fitted.model.predict, fitted.solved, shared), 0
+    for number, directions in along.items():
+        out[number] = moved[:, first : first + len(directions)]
+        first += len(directions)
+    return [out[number] for number in range(len(probes))]
+
+
+def adds_nodes(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> bool:
+    """Whether plates have other nodes with the effect than without."""
+    chain, _ = _problem(fitted, hypothesis, start)
+    return chain.stiffness.shape != fitted.solved.chain.stiffness.shape
+
+
+def _effects(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> list[Effect]:
+    return [*fitted.effects, hypothesis.effect(u, fitted.model.friction(fitted.p))]
+
+
+def _problem(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> tuple[Chain, Loads]:
+    chain = fitted.model.predict.chain_of(fitted.constants, _effects(fitted, hypothesis, u))
+    return chain, fitted.solved.loads
+
+
+def _directions(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> list[Direction]:
+    """One a free parameter; of a kinked effect in the direction of `start`, per unit of its size."""
+    if hypothesis.kinked:
+        at_rest = without_slack(*_problem(fitted, hypothesis, 0 * start))
+        small = without_slack(*_problem(fitted, hypothesis, CHANGE * np.sign(start)))
+        return [Direction(small, at_rest, CHANGE)]
+    friction, directions = fitted.model.friction(fitted.p), []
+    for k, free in enumerate(hypothesis.free):
+
+        def problem(value: float, k: int = k) -> tuple[Chain, Loads]:
+            u = start.copy()
+            u[k] = value
+            return _problem(fitted, hypothesis, u)
+
+        directions.append(across(problem, interval(start[k], *free.bounds(friction))))
+    return directions
+
+
+def _along_own_path(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
+    predict = fitted.model.predict
+    solved = predict.solve(fitted.constants, _effects(fitted, hypothesis, start))
+    return response(predict, solved, _directions(fitted, hypothesis, start))
+
+
+def _seen(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
+    """Of an effect of the camera; the states stay."""
+    predict, friction, columns = fitted.model.predict, fitted.model.friction(fitted.p), []
+    for k, free in enumerate(hypothesis.free):
+        ends, seen = interval(start[k], *free.bounds(friction)), []
+        for value in ends:
+            u = start.copy()
+            u[k] = value
+            seen.append(predict.read(fitted.solved.states, fitted.constants, _effects(fitted, hypothesis, u)))
+        columns.append((seen[1] - seen[0]) / (ends[1] - ends[0]))
+    return np.nan_to_num(np.stack(columns, 1))
+
+
+def _whole(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
+    """Of an effect that has no small size."""
+    moved = fitted.model.predict(fitted.constants, _effects(fitted, hypothesis, start)) - fitted.solved.readings
+    return moved[:, None] if np.isfinite(moved).all() else np.zeros((len(moved), 1))

@@ -1,0 +1,70 @@
+"""What a fitted model is worth: chi-square against chance, information criteria, whole sequences left out."""
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from prb3r.diagnosis.fit.model import Fit
+
+AT_BOUND = 1e-6
+"""Distance from a bound, in a parameter's own scale, that counts as none."""
+UNKNOWN = 1e-9
+"""Share of a parameter's information that left-out sequences are taken to leave at least."""
+
+
+def left_out(fitted: Fit) -> np.ndarray:
+    """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
+
+    With the hat matrix H of the whole fit, a left-out block has the error (I - H_bb)^-1 r_b and scatters with the
+    covariance (I - H_bb)^-1, so that parameters which the others do not tell are not blamed for what they cannot know.
+    """
+    recording = fitted.model.predict.recording
+    of_reading = recording.of_sequence[recording.readings.step]
+    basis, residual = fitted.basis[: len(of_reading)], fitted.residual[: len(of_reading)]
+    deviance = np.zeros(len(recording.sequences))
+    for k in range(len(deviance)):
+        own = of_reading == k
+        part = basis[own]
+        inner = np.eye(part.shape[1]) - part.T @ part + UNKNOWN * np.eye(part.shape[1])
+        along = part.T @ residual[own]
+        deviance[k] = residual[own] @ residual[own] + along @ np.linalg.solve(inner, along)
+        deviance[k] -= np.linalg.slogdet(inner)[1]
+    return deviance
+
+
+def bic(fitted: Fit) -> float:
+    """Chi-square and a penalty on parameters; sequences, not coordinates, count as independent."""
+    return fitted.chi2 + len(fitted.p) * np.log(max(len(fitted.model.predict.recording.sequences), 2))
+
+
+def cost(fitted: Fit) -> float:
+    """Chi-square with the penalty that ranks models of different size: every reading counts."""
+    return fitted.chi2 + len(fitted.p) * np.log(fitted.model.predict.recording.readings.count)
+
+
+def improves_left_out(simple: Fit, rich: Fit) -> bool:
+    """Whether whole sequences left out are predicted better: their log score, paired by sequence."""
+    return float((left_out(rich) - left_out(simple)).sum()) < 0
+
+
+def plausible(fitted: Fit) -> bool:
+    """Whether no parameter of an effect ends on its bound, but for limits where all values act alike."""
+    low, high = fitted.model.bounds(fitted.p)
+    of_effects = slice(len(fitted.model.varied), None)
+    hypotheses = fitted.model.hypotheses
+    limits = np.array([free.limit for hypothesis in hypotheses for free in hypothesis.free], bool)
+    at_null = [
+        hypothesis.by_degrees and abs(u).max() < AT_BOUND
+        for hypothesis, u in zip(hypotheses, fitted.model.shares(fitted.p), strict=True)
+        if len(u)
+    ]
+    inside = (limits | (fitted.p[of_effects] > low[of_effects] + AT_BOUND)) & (
+        fitted.p[of_effects] < high[of_effects] - AT_BOUND
+    )
+    return bool(inside.all()) and not any(at_null)
+
+
+def chi2_threshold(fitted: Fit) -> float:
+    """The chi-square that a right model exceeds in a share of `alarm_rate`, or of `naming_rate` if it has effects."""
+    settings = fitted.model.settings
+    rate = settings.naming_rate if fitted.model.hypotheses else settings.alarm_rate
+    return float(chi2_law.isf(rate, fitted.freedom))

@@ -1,0 +1,204 @@
+r"""A recording, its noise and what is fitted: residuals and their exact derivatives.
+
+Residuals are whitened with the full covariance and followed by one row for each prior, so that the sum of their
+squares is minus twice the logarithm of the posterior density, up to a constant.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.prediction import Constants, Predictor, Solution
+from prb3r.diagnosis.fit.response import across, interval, response
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.model.effects.base import Effect
+from prb3r.recording.recording import Kind
+
+FRAME = ("rotation", "x", "y")
+"""Constants that change what is seen, not what is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A recording, its noise, and which effects are fitted beside the constants."""
+
+    predict: Predictor
+    noise: Noise
+    hypotheses: tuple[Hypothesis, ...] = ()
+    settings: Settings = field(default_factory=Settings)
+
+    def adding(self, *more: Hypothesis) -> "Model":
+        """The model with more effects."""
+        return replace(self, hypotheses=(*self.hypotheses, *more))
+
+    def without(self, number: int) -> "Model":
+        """The model without one of its effects."""
+        return replace(self, hypotheses=self.hypotheses[:number] + self.hypotheses[number + 1 :])
+
+    @cached_property
+    def varied(self) -> tuple[str, ...]:
+        """Names of the calibrated constants that are not fixed."""
+        measurement, kind = self.predict.recording.measurement, self.predict.recording.readings.kind
+        friction = self.predict.recording.manipulator.friction.coefficient > 0
+        turned, moved = measurement.frame_rotation_sd_rad > 0, measurement.frame_position_sd_m > 0
+        positions, angles = bool((kind <= Kind.Y).any()), bool((kind == Kind.ANGLE).any())
+        return (
+            "log_stiffness",
+            *(("log_friction",) if friction else ()),
+            *(("rotation",) if turned and (positions or angles) else ()),
+            *(("x", "y") if moved and positions else ()),
+        )
+
+    @cached_property
+    def priors(self) -> np.ndarray:
+        """(c,) standard deviations of the varied constants; infinite: flat."""
+        measurement, prior = self.predict.recording.measurement, self.predict.recording.prior
+        sd = {
+            "log_stiffness": prior.youngs_modulus or np.inf,
+            "log_friction": prior.friction_coefficient or np.inf,
+            "rotation": measurement.frame_rotation_sd_rad,
+            "x": measurement.frame_position_sd_m,
+            "y": measurement.frame_position_sd_m,
+        }
+        return np.array([sd[name] for name in self.varied])
+
+    @property
+    def count(self) -> int:
+        """Number of parameters."""
+        return len(self.varied) + sum(len(hypothesis.free) for hypothesis in self.hypotheses)
+
+    def constants(self, p: np.ndarray) -> Constants:
+        """The constants among the parameters `p`."""
+        return Constants(**dict(zip(self.varied, p, strict=False)))
+
+    def friction(self, p: np.ndarray) -> float:
+        """Calibrated friction coefficient."""
+        nominal = self.predict.recording.manipulator.friction.coefficient
+        return nominal * float(np.exp(self.constants(p).log_friction))
+
+    def shares(self, p: np.ndarray) -> list[np.ndarray]:
+        """The part of `p` that belongs to each hypothesis."""
+        ends = len(self.varied) + np.cumsum([0] + [len(hypothesis.free) for hypothesis in self.hypotheses])
+        return [p[a:b] for a, b in pairwise(ends)]
+
+    def without_share(self, p: np.ndarray, number: int) -> np.ndarray:
+        """The parameters `p` without those of one effect."""
+        shares = self.shares(p)
+        return np.concatenate([p[: len(self.varied)], *shares[:number], *shares[number + 1 :]])
+
+    def effects(self, p: np.ndarray) -> list[Effect]:
+        """The effects with the parameters `p`."""
+        friction = self.friction(p)
+        pairs = zip(self.hypotheses, self.shares(p), strict=True)
+        return [hypothesis.effect(share, friction) for hypothesis, share in pairs]
+
+    def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest value of every parameter; some move with the friction in `p`."""
+        friction = self.friction(p)
+        far = [self.settings.farthest if name.startswith("log") else np.inf for name in self.varied]
+        of_effects = [free.bounds(friction) for hypothesis in self.hypotheses for free in hypothesis.free]
+        low = np.array([-f for f in far] + [a for a, _ in of_effects])
+        return low, np.array(far + [b for _, b in of_effects])
+
+    def solve(self, p: np.ndarray) -> Solution:
+        """States and readings for the parameters `p`."""
+        return self.predict.solve(self.constants(p), self.effects(p))
+
+    def residuals(self, p: np.ndarray, readings: np.ndarray) -> np.ndarray:
+        """(r + c,) whitened misfit of predicted `readings`, then the priors."""
+        c = len(self.varied)
+        return np.concatenate([self.noise.whiten(self.predict.misfit(readings)), -p[:c] / self.priors])
+
+    def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r + c, p) derivatives of the residuals; of readings 0 where a step has no equilibrium."""
+        c, (low, high) = len(self.varied), self.bounds(p)
+        mechanical = [name not in FRAME for name in self.varied]
+        mechanical += [hypothesis.mechanical for hypothesis in self.hypotheses for _ in hypothesis.free]
+
+        def at(k: int, value: float) -> np.ndarray:
+            return np.concatenate([p[:k], [value], p[k + 1 :]])
+
+        def problem(k: int, value: float) -> tuple[Chain, Loads]:
+            moved = at(k, value)
+            return self.predict.chain_of(self.constants(moved), self.effects(moved)), solved.loads
+
+        def seen(k: int, value: float) -> np.ndarray:
+            moved = at(k, value)
+            return self.predict.read(solved.states, self.constants(moved), self.effects(moved))
+
+        out = np.empty((len(solved.readings), len(p)))
+        ends = [interval(*bounded) for bounded in zip(p, low, high, strict=True)]
+        acting, looking = np.flatnonzero(mechanical).tolist(), np.flatnonzero(np.logical_not(mechanical)).tolist()
+        ways = [across(lambda value, k=k: problem(k, value), ends[k]) for k in acting]  # type: ignore[misc]
+        out[:, acting] = response(self.predict, solved, ways)
+        for k in looking:
+            first, last = ends[k]
+            out[:, k] = (seen(k, last) - seen(k, first)) / (last - first)
+        prior = np.zeros((c, len(p)))
+        prior[:, :c] = np.diag(1 / self.priors)
+        return -np.vstack([self.noise.whiten(np.nan_to_num(out)), prior])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model fitted to a recording."""
+
+    model: Model
+    p: np.ndarray
+    """(p,) parameters; those of effects in their own scale."""
+    residual: np.ndarray
+    """(r + c,) whitened, with prior rows."""
+    jacobian: np.ndarray
+    """(r + c, p) of the residuals."""
+    solved: Solution
+    converged: bool = True
+    """Whether no step promises a fall of chi-square that counts."""
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared residuals, priors included."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom that are left: readings and priors less parameters."""
+        finite = np.isfinite(self.model.priors).sum()
+        return int(len(self.residual) - len(self.model.varied) + finite - len(self.p))
+
+    @property
+    def reduced(self) -> float:
+        """Chi-square per degree of freedom."""
+        return self.chi2 / max(self.freedom, 1)
+
+    @property
+    def constants(self) -> Constants:
+        return self.solved.constants
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        return self.solved.effects
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(p, p) of the parameters, linearised."""
+        return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
+
+    @cached_property
+    def basis(self) -> np.ndarray:
+        """(r + c, k) orthonormal basis of what the parameters can explain."""
+        return basis_of(self.jacobian)
+
+
+def basis_of(jacobian: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of the columns, without those that are nothing or repeat others."""
+    size = np.linalg.norm(jacobian, axis=0)
+    columns = jacobian[:, size > 0] / size[size > 0]
+    if not columns.size:
+        return np.zeros((len(jacobian), 0))
+    basis, length, _ = np.linalg.svd(columns, full_matrices=False)
+    return basis[:, length > 1e-8]

@@ -1,0 +1,202 @@
+"""Every number that a diagnosis was given: what it means, and where its value comes from.
+
+"Choice" marks what was set by judgement; what it is worth shows `prb3r prove --settings`, which moves each threshold by
+20 % to either side.  Closed forms are computed here and nowhere else.
+"""
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Thresholds, limits and choices of a diagnosis."""
+
+    # Rates of error
+    alarm_rate: float = 0.01
+    """Share of right models that may be said to leave something.  Choice: one recording in a hundred."""
+    naming_rate: float = 0.003
+    """Share of right models to which an effect may be added, or that fail a check after one was.  Choice: stricter, as
+    a search asks several times."""
+    interval_level: float = 0.95
+    """Coverage of printed intervals.  Convention."""
+    missed_rate: float = 0.1
+    """Share of recordings in which an effect of the size that is called detectable stays unnoticed.  Choice."""
+    directions_assumed: float = 100.0
+    """Hypotheses among which the detectable size has to show: a manipulator of 14 plates and four cables has about so
+    many."""
+    alike_rate: float = 0.05
+    """Two explanations count as alike while a recording ranks them wrongly more often than that.  Choice."""
+    resolved_rate: float = 0.01
+    """A proposed experiment is enough once it ranks them wrongly less often than that.  Choice."""
+
+    # Evidence
+    bic_fall: float = 10.0
+    """Fall of the Bayesian information criterion from which on an effect is accepted.  "Very strong" evidence: Kass and
+    Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+    refuted_rise: float = 10.0
+    """Rise of chi-square on held-out readings at which what was named is taken back.  The same scale."""
+    likelihood_ratio: float = 20.0
+    """A rival is listed while it is at most so much less likely than what is named.  "Strong" on the same scale."""
+    hopeless_rise: float = 40.0
+    """A rival that fits worse by so much in chi-square is none, whatever its linearised distance.  Choice: a likelihood
+    ratio of 5e8."""
+    exchange_fall: float = 2.0
+    """Fall of cost for which an effect is exchanged for another one.  Akaike's price of a parameter."""
+    far_from_one: float = 1.5
+    """Reduced chi-square from which on no interval is printed.  Choice: the error bars would be a fifth too small."""
+
+    # Search
+    most_effects: int = 3
+    """Effects at which the search ends and the diagnosis says `unexplained`.  Choice."""
+    shortlist: int = 12
+    """Most hypotheses of a round that are fitted in full.  Choice, for time."""
+    always_fitted: int = 5
+    """How many of the best always are.  Choice, for time."""
+    shortlist_share: float = 0.5
+    """Share of the largest score that keeps a hypothesis on the shortlist.  Choice."""
+    kind_share: float = 0.3
+    """The same for the best of a kind that does not come by degrees, whose linearised score says little.  Choice."""
+    kind_score: float = 2.0
+    """And its least score.  Choice."""
+    costly_share: float = 0.7
+    """Share of the largest score from which on an effect is fitted that makes every prediction slow.  Choice."""
+    pairs: int = 8
+    """Pairs of hypotheses that are fitted in full.  Choice, for time."""
+    paired: int = 60
+    """Hypotheses among which pairs are sought.  Choice, for time."""
+    most_exchanges: int = 3
+    """How often effects are exchanged.  Choice, for time."""
+    most_rivals: int = 4
+    """Rivals of an effect that experiments are sought for.  Choice, for the reader."""
+
+    # Fits
+    most_steps: int = 40
+    """Steps of a fit."""
+    patience: int = 6
+    """Steps after which a fit that is of no use yet is given up.  Choice, for time."""
+    small_gain: float = 1e-8
+    """Fall of chi-square that is not worth a step."""
+    small_share: float = 1e-6
+    """The same as a share of chi-square."""
+    widest_factor: float = 50.0
+    """Largest factor on stiffness or friction, either way: further off the manipulator is another one."""
+    start_factors: tuple[float, ...] = (1, 0.7, 1.4, 0.5, 2, 3, 5, 8, 12)
+    """Stiffnesses from which calibration begins until one has an equilibrium."""
+    softer: tuple[float, ...] = (0.35, 0.7)
+    """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium."""
+    pinned_fall: float = 0.1
+    """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
+    strong_effect: float = 0.2
+    """Size of an effect that such a fit begins with, in its own scale.  Choice."""
+    profile_trials: int = 5
+    """Refits on either side of a profile."""
+    profile_error: float = 0.1
+    """Error of the rise of chi-square at the end of an interval."""
+    draws: int = 4000
+    """Random residuals that thresholds are drawn from: the last of them in 333 is told to a tenth."""
+
+    # Doubt
+    believe_all: bool = False
+    """Whether every reading and every weight is believed: an ablation of the benchmark."""
+    tested_alone: bool = False
+    """Whether every hypothesis is judged as if it were the only one: an ablation of the benchmark."""
+    gross_sd: float = 5.0
+    """Distance from what neighbours lead to expect at which a reading is a gross outlier, sd.  Choice: by chance once
+    in 1.7 million readings."""
+    most_gross: float = 0.1
+    """A larger share of the readings than this is not outliers.  Choice."""
+    outlier_rounds: int = 4
+    """How often outliers are looked for among what is left."""
+    doubt_rounds: int = 2
+    """How often readings are weighed and the model fitted again."""
+    most_wrong_weights: int = 3
+    """Weights that may be doubted before it is no slip any more.  Choice."""
+    disbelief: float = 1e3
+    """Factor on the standard deviation of all readings under a weight that is not believed: they no longer count."""
+    other_weights: tuple[float, float, int] = (0.1, 10.0, 81)
+    """What a noted weight is multiplied by to see which one was wrong: from, to, how many, evenly in the logarithm."""
+    listed_sd: float = 4.0
+    """Readings further off than this are listed.  Choice."""
+
+    # Sequences set aside, and repeated ones
+    held_out_share: float = 0.25
+    """Share of the sequences that is set aside.  Choice."""
+    hard_pull: float = 0.8
+    """Share of a cable's highest tension from which on it is pulled hard.  Choice."""
+    same_loads: float = 0.05
+    """Share of the highest load by which repeated loads differ at most.  Choice."""
+    closely_read: float = 0.2
+    """Share of the highest load by which two steps differ at most that a third is compared with in between.  Choice."""
+    fewest_repeats: int = 8
+    """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
+
+    # Location and dependence
+    alike_plates: float = 2.0
+    """Missing moments are alike over so many plates.  Choice."""
+    own_share: float = 0.1
+    """But for this share of their variance.  Choice."""
+    moment_sizes: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+    """Sizes of missing moments that are considered, in shares of the largest cable moment."""
+    near_largest: float = 0.7
+    """Laws whose score is at least this share of the largest are said to be what the mismatch goes with.  Choice."""
+    loud_sd: float = 3.0
+    """A sequence is said to show the mismatch where its mean square is so many sd above one.  Choice."""
+    part_sd: float = 0.5
+    """A part of the recording tells a constant if it leaves a smaller relative sd than this.  Choice."""
+
+    # Empirical law and next experiment
+    most_terms: int = 3
+    """Terms of an empirical law.  Choice, for the reader."""
+    term_share: float = 0.1
+    """Scale of a term: the moment that is this share of the largest cable moment."""
+    farthest_term: float = 30.0
+    """Bound of a term in that scale: three times the largest cable moment."""
+    harder: float = 1.25
+    """Proposed programs pull up to so many times the largest recorded tension.  Choice."""
+
+    @cached_property
+    def detectable(self) -> float:
+        """Norm of an effect's whitened change at which it is noticed but for `missed_rate`: 5.17."""
+        return float(norm.isf(self.alarm_rate / 2 / self.directions_assumed) + norm.isf(self.missed_rate))
+
+    @cached_property
+    def alike(self) -> float:
+        """Squared whitened distance of two predictions that are ranked wrongly with `alike_rate`: 10.8.
+
+        Their log likelihoods differ by d^2 / 2 on the average and scatter by d, so the rate is Phi(-d / 2).
+        """
+        return float(4 * norm.isf(self.alike_rate) ** 2)
+
+    @cached_property
+    def resolved(self) -> float:
+        """The same for `resolved_rate`: 21.6."""
+        return float(4 * norm.isf(self.resolved_rate) ** 2)
+
+    @cached_property
+    def close_fit(self) -> float:
+        """Twice the logarithm of `likelihood_ratio`: 5.99."""
+        return float(2 * np.log(self.likelihood_ratio))
+
+    @cached_property
+    def interval_rise(self) -> float:
+        """Rise of chi-square at the ends of an interval of one parameter: 3.84."""
+        return float(chi2.isf(1 - self.interval_level, 1))
+
+    @cached_property
+    def interval_sd(self) -> float:
+        """Half an interval in standard deviations: 1.96."""
+        return float(norm.isf((1 - self.interval_level) / 2))
+
+    @cached_property
+    def farthest(self) -> float:
+        """Largest ln of a factor on stiffness or friction."""
+        return float(np.log(self.widest_factor))
+
+    def plain(self) -> dict[str, Any]:
+        """By name, for files."""
+        return asdict(self)
