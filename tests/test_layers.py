@@ -21,7 +21,7 @@ ALLOWED = {
     "errors": set(),
     "quantities": set(),
     "mechanics": {"numpy", "scipy", "numba"},
-    "model": {"numpy", "pandas", "pydantic", "scipy"},
+    "model": {"numpy", "pandas", "pydantic", "scipy", "tomli_w"},
     "runs": {"pyarrow"},
     "runs/engine": {"joblib", "distributed", "threadpoolctl"},
     "study": {"numpy", "pandas", "scipy", "pydantic"},

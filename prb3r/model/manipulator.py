@@ -12,7 +12,7 @@ from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate import plate_model
 from prb3r.model.effects import AnyEffect, with_effects
-from prb3r.model.files import toml
+from prb3r.model.files.toml import read_toml
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -230,4 +230,4 @@ def load_manipulator(path: str | Path) -> Manipulator:
     SpecError
         With every problem of the file and its line.
     """
-    return toml.read(path, Manipulator)
+    return read_toml(path, Manipulator)

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, RecordingError
-from prb3r.model.files import toml
 from prb3r.model.files.cells import is_empty, rows_of
 from prb3r.model.files.table import SUFFIXES, read_table
+from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.manipulator import load_manipulator
 from prb3r.model.steps import loads_of
 from prb3r.recording import markers
@@ -40,7 +40,7 @@ def load_recording(path: str | Path) -> Recording:
     if file.suffix != ".toml":
         raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {FILE}"))
     found = Findings()
-    described = found.tried(lambda: toml.read(file, RecordingFile))
+    described = found.tried(lambda: read_toml(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
     manipulator = found.tried(lambda: load_manipulator(file.parent / named)) if named else None
     measurement = described.measurement if described else None
@@ -104,6 +104,6 @@ def _without_deviation(rows: pd.DataFrame, measurement: Measurement, file: Path)
     for key, kinds in (("position_sd_m", (Kind.X, Kind.Y)), ("angle_sd_rad", (Kind.ANGLE, Kind.BEND))):
         read = [kind.column for kind in kinds if kind.column in rows and not is_empty(rows[kind.column]).all()]
         if read and getattr(measurement, key) is None:
-            place = toml.place(file, ("measurement",))
+            place = place_of(file, ("measurement",))
             problems.append(Problem(place, f"{key!r} is missing, but the markers record {' and '.join(read)}"))
     return problems

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from prb3r.model.files.table import write_table
-from prb3r.model.files.toml_text import toml_text
+from prb3r.model.files.toml import toml_text
 from prb3r.recording.reading import FILE
 from prb3r.recording.recording import RecordingFile
 

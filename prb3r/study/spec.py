@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from prb3r.model.files import toml
+from prb3r.model.files.toml import read_toml
 from prb3r.model.manipulator import Model, Positive, Strict
 from prb3r.quantities import unit_ending
 from prb3r.study.metrics import Metric
@@ -294,4 +294,4 @@ def load_study(path: str | Path) -> Study:
     SpecError
         With every problem of the file and its line.
     """
-    return toml.read(path, Study)
+    return read_toml(path, Study)

@@ -11,7 +11,7 @@ from prb3r.diagnosis.fit.calibrate import Fit
 from prb3r.diagnosis.result import tables
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import as_json, proposals
-from prb3r.model.files.toml_text import toml_text
+from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 from prb3r.runs import store
