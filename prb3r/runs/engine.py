@@ -56,7 +56,7 @@ class Workers:
     """Address, for dask: `tcp://host:8786`."""
 
 
-def run(
+def run_tasks(
     function: Callable[[Any], Any],
     tasks: Mapping[int, Any] | Sequence[Any],
     on_result: Callable[[int, list[Piece]], None],

@@ -31,7 +31,7 @@ PART = b"prb3r part"
 """Key of the file metadata that says what a part was computed from."""
 
 
-def table(
+def arrow_table(
     columns: Mapping[str, Any], quantities: Iterable[Quantity] = (), provenance: Mapping[str, Any] | None = None
 ) -> pa.Table:
     """A table of float64, int64, bool and text columns without nan, each field with its unit and description.
@@ -98,7 +98,7 @@ def content_hash(content: Any) -> str:
     return hashlib.sha256(canonical(content).encode()).hexdigest()
 
 
-def write(data: pa.Table, path: Path) -> None:
+def write_arrow(data: pa.Table, path: Path) -> None:
     """Write a whole table or nothing.
 
     Raises
@@ -170,7 +170,7 @@ def _words(error: OSError) -> str:
     return os.strerror(error.errno).lower() if error.errno else str(error)
 
 
-def read(path: Path) -> pa.Table:
+def read_arrow(path: Path) -> pa.Table:
     """A table with its metadata.
 
     Raises
@@ -252,7 +252,7 @@ class Parts:
 
     def load(self, chunk: int, kind: str) -> pa.Table:
         """One table of a stored chunk."""
-        data = read(self.path(chunk, kind))
+        data = read_arrow(self.path(chunk, kind))
         return data.replace_schema_metadata({k: v for k, v in data.schema.metadata.items() if k != PART})
 
     def assemble(self, chunks: Sequence[int]) -> dict[str, Path]:

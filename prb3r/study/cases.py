@@ -20,8 +20,8 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.steps import problems_of
-from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study, Sweep
+from prb3r.model.steps import step_problems
+from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, LoadSweep, Sampling, Study
 
 MAX_PROBLEMS = 20
 """Problems of cases that are listed; more of them only say the same again."""
@@ -268,13 +268,13 @@ def _check(settings: Tree) -> Iterator[str]:
         yield "no loads: give [[step]], [initial], [sweep] or [cloud]"
     else:
         if settings["sweep"]:
-            sweep, wrong = validate(settings["sweep"], Sweep)
+            sweep, wrong = validate(settings["sweep"], LoadSweep)
             yield from (f"sweep {dotted(keys)} {what}" for keys, what in wrong)
             if sweep is None or wrong:
                 return
             if other := _other_unit(sweep.column, [settings["initial"], *settings["step"]]):
                 yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
-        yield from (problem.what for problem in problems_of(manipulator, steps_frame(settings), "", keys=()))
+        yield from (problem.what for problem in step_problems(manipulator, steps_frame(settings), "", keys=()))
 
 
 def _in_other_unit(name: str) -> str:

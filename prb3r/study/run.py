@@ -17,14 +17,14 @@ import pandas as pd
 
 from prb3r.quantities import Quantity
 from prb3r.runs import store
-from prb3r.runs.engine import Piece, Workers, run
+from prb3r.runs.engine import Piece, Workers, run_tasks
 from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
 from prb3r.study.cases import Case, resolve
 from prb3r.study.columns import check_columns, described
-from prb3r.study.compare import comparisons, fits
+from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
 from prb3r.study.spec import Study, load_study
-from prb3r.study.work import CRASHED, FAILED, Chunk, blank_row, solve_chunk
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_row, solve_chunk
 
 
 class Progress(Protocol):
@@ -126,7 +126,7 @@ class Result:
     def states(self) -> pd.DataFrame | None:
         """The table of states, if the spec keeps any."""
         path = self.folder / "states.parquet"
-        return store.read(path).to_pandas() if self.plan.study.states != "none" else None
+        return store.read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
 def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
@@ -179,7 +179,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         progress.advance(len(plan.chunks[number].cases), failed)
 
     try:
-        run(solve_chunk, todo, keep, options.workers, split=Chunk.single)
+        run_tasks(solve_chunk, todo, keep, options.workers, split=Chunk.single)
     finally:
         progress.end()
     numbers = sorted(keys)
@@ -188,11 +188,11 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
     cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
-    cases = comparisons(cases, plan.study, straight_lengths(plan.cases))
+    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases))
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
-    store.write(store.table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    store.write_arrow(store.arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
@@ -200,7 +200,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         "engine": fingerprint(),
         "cases": len(plan.cases),
         "outcomes": cases["outcome"].value_counts().to_dict(),
-        "fits": fits(cases, plan.study),
+        "fits": fitted_lines(cases, plan.study),
         **environment(plan.path),
     }
     if waiting or before is None or before.get("key") != plan.key:
@@ -221,12 +221,12 @@ def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) ->
             rows += piece.value[0]
             states += piece.value[1]
         else:
-            outcome = CRASHED if piece.fate == "crashed" else FAILED
+            outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
             rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    tables = {"cases": store.table(columns, plan.quantities, provenance)}
+    tables = {"cases": store.arrow_table(columns, plan.quantities, provenance)}
     if plan.study.states != "none":
-        tables["states"] = store.table(_stacked(states, plan), plan.quantities, provenance)
+        tables["states"] = store.arrow_table(_stacked(states, plan), plan.quantities, provenance)
     return tables, sum(row["outcome"] != "converged" for row in rows)
 
 

@@ -13,7 +13,7 @@ import pytest
 from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
 from prb3r.runs import store
-from prb3r.runs.store import Parts, content_hash, ensure_writable, provenance, read, table, write
+from prb3r.runs.store import Parts, arrow_table, content_hash, ensure_writable, provenance, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
 SPEC = {"name": "small", "seed": 1, "angles_rad": [0.1, 0.2]}
@@ -24,7 +24,7 @@ def rows(first, last):
     case = np.arange(first, last)
     failed = case % 3 == 0
     return {
-        "cases": table(
+        "cases": arrow_table(
             {
                 "case_id": case,
                 "x_m": np.where(failed, np.nan, np.sqrt(case)),
@@ -35,7 +35,7 @@ def rows(first, last):
             [GAIN],
             SPEC,
         ),
-        "states": table({"case_id": np.repeat(case, 3), "angle_rad": np.repeat(case, 3) / 9}, (), SPEC),
+        "states": arrow_table({"case_id": np.repeat(case, 3), "angle_rad": np.repeat(case, 3) / 9}, (), SPEC),
     }
 
 
@@ -49,8 +49,8 @@ def assembled(folder, bounds, order=1, again=()):
 
 
 def test_every_field_has_unit_and_description_and_the_file_its_provenance(tmp_path):
-    write(rows(0, 9)["cases"], tmp_path / "cases.parquet")
-    data = read(tmp_path / "cases.parquet")
+    write_arrow(rows(0, 9)["cases"], tmp_path / "cases.parquet")
+    data = read_arrow(tmp_path / "cases.parquet")
     assert data.schema.field("x_m").metadata[b"unit"] == b"m"
     assert data.schema.field("gain").metadata == {b"unit": b"1", b"description": b"what is gained"}
     assert provenance(tmp_path / "cases.parquet") == SPEC
@@ -63,7 +63,7 @@ def test_pandas_polars_and_duckdb_read_the_same_and_never_see_the_parts(tmp_path
     duckdb, pandas, polars = (pytest.importorskip(name) for name in ("duckdb", "pandas", "polars"))
     assembled(tmp_path, [0, 10, 20])
     path = tmp_path / "cases.parquet"
-    expected = read(path)["gain"].to_numpy()
+    expected = read_arrow(path)["gain"].to_numpy()
     np.testing.assert_array_equal(pandas.read_parquet(path)["gain"].to_numpy(), expected)
     np.testing.assert_array_equal(polars.read_parquet(path)["gain"].to_numpy(), expected)
     count, total = duckdb.sql(f"select count(*), sum(gain) from '{tmp_path}/c*.parquet'").fetchall()[0]
@@ -79,7 +79,7 @@ def test_bytes_depend_on_rows_alone(tmp_path, monkeypatch):
     assert pq.ParquetFile(tmp_path / "a" / "states.parquet").metadata.num_row_groups == 10
     for kind, whole in rows(0, 50).items():
         if kind == "cases":
-            write(whole, tmp_path / "whole.parquet")
+            write_arrow(whole, tmp_path / "whole.parquet")
             assert (tmp_path / "whole.parquet").read_bytes() == straight[kind]
 
 
@@ -110,7 +110,7 @@ def test_hash_follows_content_not_order_and_refuses_nan():
 
 
 def test_a_failed_write_says_so_and_leaves_what_was_there(tmp_path):
-    write(rows(0, 9)["states"], tmp_path / "states.parquet")
+    write_arrow(rows(0, 9)["states"], tmp_path / "states.parquet")
     before = (tmp_path / "states.parquet").read_bytes()
     script = (
         "import resource, sys; from pathlib import Path; from prb3r.study import store\n"
@@ -126,7 +126,7 @@ def test_a_failed_write_says_so_and_leaves_what_was_there(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["states.parquet"]
     assert (tmp_path / "states.parquet").read_bytes() == before
     with pytest.raises(EngineError, match="cannot be written: not a directory"):
-        write(pa.table({"x_m": [1.0]}), tmp_path / "states.parquet" / "x" / "y.parquet")
+        write_arrow(pa.table({"x_m": [1.0]}), tmp_path / "states.parquet" / "x" / "y.parquet")
 
 
 def test_places_that_cannot_hold_results_are_refused_before_work_starts(tmp_path):

@@ -51,7 +51,7 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     ):
         columns = {column: frame[column].to_numpy() for column in frame}
         files.append(folder / f"{name}.parquet")
-        store.write(store.table(columns, tables.QUANTITIES, made), files[-1])
+        store.write_arrow(store.arrow_table(columns, tables.QUANTITIES, made), files[-1])
     return files
 
 

@@ -19,7 +19,7 @@ from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out, residuals
 from prb3r.present.diagnosis.shapes import misfits
 from prb3r.present.diagnosis.sheet import Evidence
-from prb3r.present.page import Table, picture, save, templates
+from prb3r.present.page import Table, picture, save_figure, templates
 from prb3r.quantities import describe
 from prb3r.runs.store import write_whole
 
@@ -65,7 +65,7 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
                 for kind in ("png", "svg"):
                     (folder / f"{name}.{kind}").unlink(missing_ok=True)
                 continue
-            files += save(figure, folder, name)
+            files += save_figure(figure, folder, name)
             pictures[name] = picture(folder, name, caption)
     page = templates().get_template("diagnosis.html.j2").render(content(evidence), pictures=pictures)
     return [*files, write_whole(folder / "report.html", page.encode())]
