@@ -191,7 +191,7 @@ def _in_si(unit: str) -> tuple[str, float]:
     return base, size
 
 
-def markdown_table(columns: Iterable[str | Quantity]) -> str:
+def nomenclature_table(columns: Iterable[str | Quantity]) -> str:
     """The data dictionary of some columns as a Markdown table."""
     rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
     lines = [f"| `{q.name}` | {q.symbol} | {q.unit or 'text'} | {q.meaning} |" for q in rows]

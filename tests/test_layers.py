@@ -12,6 +12,9 @@ ROOT = Path(prb3r.__file__).parent
 ORDER = {
     "": "errors quantities mechanics model runs study recording diagnosis proof present bench progress check cli",
     "model": "files laws effects manipulator steps",
+    "runs": "files store parts provenance journal tasks backends engine",
+    "study": "workspace metrics spec columns cases compare work manifest run designs",
+    "recording": "recording findings units steps markers reading writing",
     "diagnosis": "settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
     "present": "style page study diagnosis proof",
@@ -23,7 +26,7 @@ ALLOWED = {
     "mechanics": {"numpy", "scipy", "numba"},
     "model": {"numpy", "pandas", "pydantic", "scipy", "tomli_w"},
     "runs": {"pyarrow"},
-    "runs/engine": {"joblib", "distributed", "threadpoolctl"},
+    "runs/backends": {"joblib", "distributed", "threadpoolctl"},
     "study": {"numpy", "pandas", "scipy", "pydantic"},
     "recording": {"numpy", "pandas", "pydantic"},
     "diagnosis": {"numpy", "pandas", "scipy", "pydantic"},

@@ -11,7 +11,7 @@ from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.transfer import Carried, on_other
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
-from prb3r.runs.engine import together
+from prb3r.runs.backends.process_map import process_map
 
 
 def diagnose(
@@ -37,7 +37,7 @@ def diagnose(
         With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
     """
     whole, *others = [one if isinstance(one, Recording) else load_recording(one) for one in (recording, *holdout)]
-    with together(jobs) as each:
+    with process_map(jobs) as each:
         found = core.diagnose(whole, seed=seed, report=report, hold_out=not others, each=each)
     if not others:
         return found

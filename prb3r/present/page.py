@@ -11,7 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 
 
 @dataclass(frozen=True)

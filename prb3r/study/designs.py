@@ -9,8 +9,8 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.quantities import Quantity, describe
-from prb3r.runs import store
 from prb3r.runs.provenance import read_manifest
+from prb3r.runs.store import read_arrow
 from prb3r.study.compare import select
 from prb3r.study.spec import Designs, Objective, Study
 
@@ -102,7 +102,7 @@ def compare_results(folders: list[Path]) -> DesignComparison:
             raise SpecError(
                 Problem(str(folder), "its study has no [designs]: name the factors that tell designs apart")
             )
-        table = store.read_arrow(folder / "cases.parquet")
+        table = read_arrow(folder / "cases.parquet")
         quantities |= {f.name: _described(f) for f in table.schema}
         frame, label = table.to_pandas(), [describe(name).title for name in study.designs.factors]
         names = [

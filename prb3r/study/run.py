@@ -16,9 +16,12 @@ import numpy as np
 import pandas as pd
 
 from prb3r.quantities import Quantity
-from prb3r.runs import store
-from prb3r.runs.engine import Piece, Workers, run_tasks
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.files import ensure_writable
+from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
+from prb3r.runs.store import arrow_table, content_hash, read_arrow, write_arrow
+from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.cases import Case, resolve
 from prb3r.study.columns import check_columns, described
 from prb3r.study.compare import fitted_lines, with_comparisons
@@ -84,12 +87,12 @@ class Plan:
     @cached_property
     def key(self) -> str:
         """Hash of everything that the tables depend on."""
-        return store.content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
+        return content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
 
     def chunk_key(self, chunk: Chunk) -> str:
         metrics = [metric.model_dump() for metric in chunk.metrics]
         cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
-        return store.content_hash([cases, metrics, chunk.states, chunk.state_disks])
+        return content_hash([cases, metrics, chunk.states, chunk.state_disks])
 
     @property
     def columns(self) -> set[str]:
@@ -126,7 +129,7 @@ class Result:
     def states(self) -> pd.DataFrame | None:
         """The table of states, if the spec keeps any."""
         path = self.folder / "states.parquet"
-        return store.read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
+        return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
 def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
@@ -161,10 +164,10 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     """Run a resolved study."""
     started = time.perf_counter()
-    store.ensure_writable(plan.folder)
+    ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = store.Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder, plan.key, kinds)
     if options.fresh:
         parts.discard()
     keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
@@ -192,7 +195,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
-    store.write_arrow(store.arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    write_arrow(arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
@@ -224,9 +227,9 @@ def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) ->
             outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
             rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    tables = {"cases": store.arrow_table(columns, plan.quantities, provenance)}
+    tables = {"cases": arrow_table(columns, plan.quantities, provenance)}
     if plan.study.states != "none":
-        tables["states"] = store.arrow_table(_stacked(states, plan), plan.quantities, provenance)
+        tables["states"] = arrow_table(_stacked(states, plan), plan.quantities, provenance)
     return tables, sum(row["outcome"] != "converged" for row in rows)
 
 
@@ -251,7 +254,7 @@ def straight_lengths(cases: list[Case]) -> dict[int, float]:
 def forecast(plan: Plan) -> tuple[float, int]:
     """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = store.Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder, plan.key, kinds)
     waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
     cases = [one for chunk in waiting for one in chunk.single()]
     if not cases:

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from prb3r.errors import EngineError
-from prb3r.runs import engine
-from prb3r.runs.engine import Workers, run_tasks
+from prb3r.runs.backends import dask as dask_backend
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.tasks import Workers
 
 DEADLY, RAISING = 13, 19
 LOCAL = "127.0.0.1:0"
@@ -114,7 +115,8 @@ def test_an_error_in_the_caller_leaves_no_workers():
 
 SCRIPT = """
 import os, sys, time
-from prb3r.runs.engine import Workers, run
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.tasks import Workers
 
 def slow(task):
     if task > 1:
@@ -125,7 +127,7 @@ def show(number, pieces):
     print(pieces[0].value, flush=True)
 
 try:
-    run(slow, range(8), show, Workers(jobs=2))
+    run_tasks(slow, range(8), show, Workers(jobs=2))
 except KeyboardInterrupt:
     sys.exit(130)
 """
@@ -166,7 +168,7 @@ def test_impossible_workers_are_refused_in_words(monkeypatch):
     with pytest.raises(EngineError, match="backend: unknown: 'daks'; did you mean 'dask'"):
         run_tasks(square, [[1]], print, Workers(backend="daks"))
     pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
-    monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(dask_backend, "PATIENCE_S", 0.5)
     with pytest.raises(EngineError, match="needs the address of a running scheduler"):
         run_tasks(square, [[1]], print, Workers(backend="dask"))
     with pytest.raises(EngineError, match="no dask scheduler answers"):

@@ -19,8 +19,8 @@ from prb3r.proof.judging.methods import METHODS, Verdict
 from prb3r.proof.judging.opened import Judged, first_right, mentioned
 from prb3r.proof.judging.scores import Goal
 from prb3r.proof.prove import MAIN, Proof
-from prb3r.runs import store
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
+from prb3r.runs.store import arrow_table, write_arrow
 
 SHARES = ("clean", "right", "truth", "plate", "95", "parameter", "held-out excess", "both", "outside", "error of E")
 """How the names of scores begin that are shown in percent; the rest are shares too, or plain numbers."""
@@ -34,8 +34,8 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
         figures = save_figure(confusion_figure(proof), folder, "confusion")
     text = write_whole(folder / "proof.md", markdown(proof).encode())
     numbers = write_whole(folder / "proof.json", json.dumps(plain(proof), indent=1, default=str).encode())
-    store.write_arrow(
-        store.arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
+    write_arrow(
+        arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
         folder / "cases.parquet",
     )
     return [text, numbers, folder / "cases.parquet", *figures]

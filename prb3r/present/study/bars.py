@@ -51,4 +51,4 @@ def _tick(sheet: Sheet, value: Any) -> str:
     column = sheet.plot.x or ""
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))
-    return str(value) if isinstance(value, (str, bool)) else style.number(value * sheet.shown(column).factor)
+    return str(value) if isinstance(value, (str, bool)) else style.digits(value * sheet.shown(column).factor)

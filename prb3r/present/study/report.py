@@ -13,7 +13,7 @@ from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
 from prb3r.present.study.lines import law_in_words
 from prb3r.quantities import Quantity
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
 
@@ -72,7 +72,7 @@ class Source:
         shown = self.shown(column)
         noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
         value = 0.0 if abs(value) < noise else value * shown.factor
-        return style.with_unit(value, shown.unit) if unit else style.number(value)
+        return style.with_unit(value, shown.unit) if unit else style.digits(value)
 
     def named(self, column: str, value: Any) -> str:
         """A factor and its value: `Order: cable 3 first`."""
@@ -187,7 +187,7 @@ def _failed(source: Source) -> Table | None:
 
 
 def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:
-    lines = [[str(row["model"]), style.number(float(row["microseconds_per_equilibrium"]))] for row in rows]
+    lines = [[str(row["model"]), style.digits(float(row["microseconds_per_equilibrium"]))] for row in rows]
     return Table(["Model", "µs per equilibrium, one core, in bulk"], lines) if lines else None
 
 
@@ -196,7 +196,7 @@ def _made(source: Source) -> list[tuple[str, str]]:
     manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
     revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
     versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())
-    seconds = f"{style.number(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
+    seconds = f"{style.digits(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
     lines = {
         "Study file": manifest.get("spec", ""),
         "Manipulator": source.study.manipulator,
