@@ -48,8 +48,8 @@ def test_the_fingerprint_of_stored_results_covers_all_that_a_study_computes_with
     """An edit of any file that a study imports, in whatever sub-folder, is another fingerprint."""
     copy = shutil.copytree(PACKAGE, tmp_path / "prb3r", ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(provenance, "PACKAGE", copy)
-    before = fingerprint()
-    assert before == text_hash(*(PACKAGE / room for room in ("mechanics", "model", "runs", "study")))
+    rooms, before = ("mechanics", "model", "runs", "study"), fingerprint()
+    assert before == text_hash(*(PACKAGE / room for room in rooms))
     for path in sorted(
         path for room in ("mechanics", "model", "runs", "study") for path in (copy / room).rglob("*.py")
     ):
