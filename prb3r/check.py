@@ -6,10 +6,10 @@ from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.cells import count, ranges
-from prb3r.model.files.table import SUFFIXES, read_table
+from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.steps import ignored_slips, sequences_of
-from prb3r.recording.reading import FILE, load_recording
+from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
 
 MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
@@ -38,12 +38,12 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
         raise SpecError(Problem(str(path), "no such file or folder"))
     if path.is_dir():
         return _check_recording(path)
-    if path.suffix in SUFFIXES:
+    if path.suffix in TABLE_SUFFIXES:
         return _check_table(path, manipulator)
     if path.suffix != ".toml":
         raise SpecError(Problem(str(path), "not a .toml, .csv or .parquet file"))
     keys = _keys(path)
-    if keys & {"measurement", "prior", "image_centre_m"} or path.name == FILE:
+    if keys & {"measurement", "prior", "image_centre_m"} or path.name == RECORDING_FILE:
         return _check_recording(path)
     if keys & MANIPULATOR_KEYS:
         manipulator = load_manipulator(path)

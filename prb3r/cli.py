@@ -5,6 +5,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,15 @@ import click
 from prb3r import __version__
 from prb3r.errors import Prb3rError, Problem, SpecError
 
-DONE, SOME_FAILED, REFUSED, ENGINE, INTERRUPTED = 0, 1, 2, 3, 130
+
+class ExitCode(IntEnum):
+    """What a command tells the shell; input that is refused and failures of the engine carry theirs with them."""
+
+    DONE = 0
+    SOME_FAILED = 1
+    """Cases without equilibrium, or a misfit that nothing explains."""
+    INTERNAL = 3
+    INTERRUPTED = 130
 
 
 class Commands(click.Group):
@@ -28,10 +37,10 @@ class Commands(click.Group):
             ctx.exit(error.exit_code)
         except KeyboardInterrupt:
             click.echo("prb3r: interrupted; what is computed is kept, run the same command to go on", err=True)
-            ctx.exit(INTERRUPTED)
+            ctx.exit(ExitCode.INTERRUPTED)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            ctx.exit(DONE)
+            ctx.exit(ExitCode.DONE)
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
@@ -41,7 +50,7 @@ class Commands(click.Group):
                 f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)",
                 err=True,
             )
-            ctx.exit(ENGINE)
+            ctx.exit(ExitCode.INTERNAL)
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -60,7 +69,7 @@ def _existing(_ctx, _param, paths):
 STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml...", callback=_existing)
 
 
-@main.command()
+@main.command("run")
 @STUDIES
 @click.option("-o", "--output", default="results", show_default=True, help="Folder that receives one folder a study.")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
@@ -69,9 +78,9 @@ STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml
 @click.option("--backend", default="loky", show_default=True, help="loky (this machine) or dask.")
 @click.option("--scheduler", default=None, metavar="ADDRESS", help="Dask scheduler, tcp://host:port.")
 @click.pass_context
-def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
+def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
-    from prb3r.runs.engine import Workers
+    from prb3r.runs.tasks import Workers
     from prb3r.study.run import Options, execute, plan_study
 
     plans = []
@@ -105,7 +114,7 @@ def run(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
             failed += result.failed
             lines.append(_closing(result, files))
     click.echo("\n".join(lines))
-    ctx.exit(SOME_FAILED if failed else DONE)
+    ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
 
 
 def _forecast(plan, jobs: int) -> str:
@@ -128,7 +137,7 @@ def _closing(result, files: list[Path]) -> str:
     return text
 
 
-@main.command()
+@main.command("solve")
 @click.argument("manipulator", metavar="MANIPULATOR.toml")
 @click.argument("steps", metavar="STEPS")
 @click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
@@ -136,7 +145,7 @@ def _closing(result, files: list[Path]) -> str:
 @click.option("--as-measured", is_flag=True, help="Positions as read with the observation effects of the file.")
 @click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
 @click.pass_context
-def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
+def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps."""
     from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
@@ -157,13 +166,13 @@ def solve(ctx, manipulator, steps, model, output, as_measured, image_centre) -> 
             click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
         if detours:
             click.echo(f"prb3r: {detours} after them are reached by leaving them out", err=True)
-    ctx.exit(SOME_FAILED if failed else DONE)
+    ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
 
 
-@main.command()
+@main.command("compare")
 @click.argument("results", nargs=-1, required=True, metavar="RESULT...", callback=_existing)
 @click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
-def compare(results, output) -> None:
+def compare_command(results, output) -> None:
     """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
     from prb3r.present.study.comparison import publish_comparison
     from prb3r.study.designs import compare_results
@@ -175,21 +184,21 @@ def compare(results, output) -> None:
         click.echo(f"\n{', '.join(files)} in {output}")
 
 
-@main.command()
+@main.command("diagnose")
 @click.argument("recording", metavar="RECORDING")
 @click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")
 @click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
 @click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.pass_context
-def diagnose(ctx, recording, output, holdout, seed, jobs) -> None:
+def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
     from prb3r.diagnosis.result.files import default_folder, write
     from prb3r.diagnosis.run import diagnose as diagnosed
     from prb3r.present.diagnosis.report import publish_diagnosis
     from prb3r.progress import stages
     from prb3r.recording.reading import load_recording
-    from prb3r.runs.store import ensure_writable
+    from prb3r.runs.files import ensure_writable
 
     loaded = load_recording(recording)
     others = [load_recording(path) for path in holdout]
@@ -201,7 +210,7 @@ def diagnose(ctx, recording, output, holdout, seed, jobs) -> None:
         report("write")
         files = [*write(found, folder), *publish_diagnosis(found, folder)]
     click.echo(_told_of(found, len(files), folder))
-    ctx.exit(SOME_FAILED if found.verdict == "unexplained" else DONE)
+    ctx.exit(ExitCode.SOME_FAILED if found.verdict == "unexplained" else ExitCode.DONE)
 
 
 def _told_of(found, files: int, folder: Path) -> str:
@@ -210,9 +219,9 @@ def _told_of(found, files: int, folder: Path) -> str:
     return "\n".join([*summary(found), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
 
 
-@main.command()
+@main.command("check")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-def check(files) -> None:
+def check_command(files) -> None:
     """Validate studies, manipulators, recordings (folders) and step tables (with a manipulator beside them)."""
     from prb3r.check import check_file, only_manipulator
 
@@ -230,9 +239,9 @@ def check(files) -> None:
         raise SpecError(*problems)
 
 
-@main.command()
+@main.command("schema")
 @click.argument("what", type=click.Choice(["study", "manipulator", "recording"]))
-def schema(what) -> None:
+def schema_command(what) -> None:
     """JSON Schema of a file format, for editors."""
     from prb3r.model.manipulator import Manipulator
     from prb3r.recording.recording import RecordingFile
@@ -242,13 +251,13 @@ def schema(what) -> None:
     click.echo(json.dumps(described[what].model_json_schema(), indent=1))
 
 
-@main.command()
+@main.command("bench")
 @click.option("--json", "as_json", is_flag=True, help="Numbers as JSON.")
 @click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
-def bench(as_json, output) -> None:
+def bench_command(as_json, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
     from prb3r.bench import markdown, measure, to_json
-    from prb3r.runs.store import ensure_writable
+    from prb3r.runs.files import ensure_writable
 
     folder = Path(output)
     ensure_writable(folder)
@@ -260,12 +269,12 @@ def bench(as_json, output) -> None:
     click.echo(to_json(result) if as_json else f"{text}\nin {folder}")
 
 
-@main.command()
+@main.command("prove")
 @click.option("-o", "--output", default="results/proof", show_default=True, help="Folder for tables and figures.")
 @click.option("--cases", type=click.IntRange(8), default=None, help="Recordings [default: 1200, about an hour].")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.option("--seed", type=click.IntRange(0), default=2, show_default=True, help="Of everything; 1 is for tuning.")
-def prove(output, cases, jobs, seed) -> None:
+def prove_command(output, cases, jobs, seed) -> None:
     """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict.
 
     An interrupted run goes on where it stopped when it is started again.
@@ -273,7 +282,7 @@ def prove(output, cases, jobs, seed) -> None:
     from prb3r.present.proof.report import publish_proof, scores_table
     from prb3r.proof.concealed.composition import FULL
     from prb3r.proof.prove import prove as run_proof
-    from prb3r.runs.store import ensure_writable
+    from prb3r.runs.files import ensure_writable
 
     ensure_writable(Path(output))
     kept = Path(output) / ".journal"

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-SUFFIXES = {
+UNIT_OF_ENDING = {
     "_n_m_per_rad": "N m/rad",
     "_rad_per_n_m": "rad/(N m)",
     "_rad_per_n": "rad/N",
@@ -76,10 +76,10 @@ class Quantity:
     @property
     def title(self) -> str:
         """The name without its unit, as words."""
-        return words(self.name)
+        return name_in_words(self.name)
 
 
-def words(column: str) -> str:
+def name_in_words(column: str) -> str:
     """`tip_shift_m` as `Tip shift`; a lone letter stays a symbol."""
     ending = unit_ending(column)
     text = re.sub(r"[_\s]+", " ", column.removesuffix(ending) if ending else column).strip()
@@ -89,10 +89,10 @@ def words(column: str) -> str:
 
 def unit_ending(column: str) -> str:
     """The part of the name that says its unit, `""` for none."""
-    return next((ending for ending in SUFFIXES if column.endswith(ending) and column != ending), "")
+    return next((ending for ending in UNIT_OF_ENDING if column.endswith(ending) and column != ending), "")
 
 
-KNOWN = {
+NOMENCLATURE = {
     quantity.name: quantity
     for quantity in (
         Quantity("case_id", "", "1", "number of the case within its study"),
@@ -147,12 +147,12 @@ PATTERNS = (
 
 def describe(column: str) -> Quantity:
     """The quantity in a column: known by name, by pattern, else read from the name and its unit ending."""
-    if column in KNOWN:
-        return KNOWN[column]
+    if column in NOMENCLATURE:
+        return NOMENCLATURE[column]
     for pattern, symbol, unit, meaning in PATTERNS:
         if match := re.fullmatch(pattern, column):
             return Quantity(column, match.expand(symbol), unit, match.expand(meaning))
-    return Quantity(column, "", SUFFIXES.get(unit_ending(column), "1"), words(column))
+    return Quantity(column, "", UNIT_OF_ENDING.get(unit_ending(column), "1"), name_in_words(column))
 
 
 def label(column: str | Quantity, unit: str | None = None) -> str:
@@ -191,7 +191,7 @@ def _in_si(unit: str) -> tuple[str, float]:
     return base, size
 
 
-def markdown_table(columns: Iterable[str | Quantity]) -> str:
+def nomenclature_table(columns: Iterable[str | Quantity]) -> str:
     """The data dictionary of some columns as a Markdown table."""
     rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
     lines = [f"| `{q.name}` | {q.symbol} | {q.unit or 'text'} | {q.meaning} |" for q in rows]
@@ -204,6 +204,6 @@ def other_unit(name: str, valid: Iterable[str]) -> str:
         ending = unit_ending(right)
         stem = right.removesuffix(ending)
         if ending and name.startswith(stem) and _UNIT_PARTS.fullmatch(name.removeprefix(stem)):
-            unit = SUFFIXES[ending]
+            unit = UNIT_OF_ENDING[ending]
             return f"{GIVEN_IN.get(unit, f'it is given in {unit}')}, as {right!r}"
     return ""

@@ -4,18 +4,27 @@ import sys
 
 import pytest
 
-from prb3r.quantities import KNOWN, SUFFIXES, Quantity, describe, label, markdown_table, scale, unit_ending
+from prb3r.quantities import (
+    NOMENCLATURE,
+    UNIT_OF_ENDING,
+    Quantity,
+    describe,
+    label,
+    nomenclature_table,
+    scale,
+    unit_ending,
+)
 
 
 def test_longest_unit_ending_wins_whatever_the_stem():
-    for ending, unit in SUFFIXES.items():
+    for ending, unit in UNIT_OF_ENDING.items():
         assert describe(f"some_metric{ending}").unit == unit
     assert describe("retained_share").unit == "1"
 
 
 def test_every_known_unit_agrees_with_its_name():
-    for name, quantity in KNOWN.items():
-        assert quantity.unit == SUFFIXES.get(unit_ending(name), quantity.unit)
+    for name, quantity in NOMENCLATURE.items():
+        assert quantity.unit == UNIT_OF_ENDING.get(unit_ending(name), quantity.unit)
         assert quantity.unit in {"", "1"} or unit_ending(name)
 
 
@@ -37,7 +46,7 @@ def test_labels_and_scales_change_unit_together():
 
 
 def test_data_dictionary_has_a_row_per_column():
-    table = markdown_table(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
+    table = nomenclature_table(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
     assert len(table) == 4
     assert table[3] == "| `gain` | g | 1 | what is gained |"
 

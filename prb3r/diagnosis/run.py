@@ -12,7 +12,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
-from prb3r.runs.engine import together
+from prb3r.runs.backends.process_map import process_map
 
 
 def diagnose(
@@ -38,7 +38,7 @@ def diagnose(
         With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
     """
     whole, *others = [one if isinstance(one, Recording) else load_recording(one) for one in (recording, *holdout)]
-    with together(jobs) as apply:
+    with process_map(jobs) as apply:
         found = stages.diagnose(stages.Task(whole, seed, hold_out=not others), report, apply)
     if not others:
         return found

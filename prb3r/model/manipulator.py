@@ -12,11 +12,10 @@ from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate import plate_model
 from prb3r.model.effects import AnyEffect, with_effects
-from prb3r.model.files import toml
+from prb3r.model.files.numbers import NonNegative, Positive
+from prb3r.model.files.toml import read_toml
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Model = Literal["prb3r", "elastica", "constant-curvature"]
+ModelName = Literal["prb3r", "elastica", "constant-curvature"]
 MAX_PLATES = 100_000
 
 
@@ -117,7 +116,7 @@ class Manipulator(Strict):
     youngs_modulus_pa: Positive
     gravity_m_s2: Positive = 9.80665
     yield_stress_pa: Positive | None = None
-    model: Model = "prb3r"
+    model: ModelName = "prb3r"
     hinges: Literal["chen", "su", "one", "howell"] = "chen"
     disk: Disk
     friction: Friction = Friction()
@@ -230,4 +229,4 @@ def load_manipulator(path: str | Path) -> Manipulator:
     SpecError
         With every problem of the file and its line.
     """
-    return toml.read(path, Manipulator)
+    return read_toml(path, Manipulator)

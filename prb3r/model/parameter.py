@@ -20,9 +20,9 @@ from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.model.steps import column_names
 from prb3r.quantities import unit_ending
 
-STEP = 1e-5
+RELATIVE_STEP = 1e-5
 """Change of a parameter to either side, of its size."""
-SIZES = {"_m": 1e-2, "_m2": 1e-2, "_per_m": 1.0, "_n": 1.0, "_n_m2": 0.1, "_m_s2": 1.0}
+SIZE_OF_ZERO = {"_m": 1e-2, "_m2": 1e-2, "_per_m": 1.0, "_n": 1.0, "_n_m2": 0.1, "_m_s2": 1.0}
 """Size of a parameter that is zero, by its unit; of a pure number 0.1."""
 
 
@@ -36,11 +36,11 @@ class Parameter:
 
     @property
     def step(self) -> float:
-        size = abs(self.value) or SIZES.get(unit_ending(self.path.rsplit(".", 1)[-1]), 0.1)
-        return STEP * size
+        size = abs(self.value) or SIZE_OF_ZERO.get(unit_ending(self.path.rsplit(".", 1)[-1]), 0.1)
+        return RELATIVE_STEP * size
 
 
-def parameter(manipulator: Manipulator, path: str) -> Parameter:
+def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
     """The parameter at `path`.
 
     Raises

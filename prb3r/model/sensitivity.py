@@ -8,10 +8,10 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
-from prb3r.model.laws.derivatives import sensitivities as derivatives
+from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.parameter import Parameter, changed, changed_loads, parameter
-from prb3r.model.steps import Sequence, sequences_of
+from prb3r.model.parameter import Parameter, changed, changed_loads, parameter_at
+from prb3r.model.steps import LoadSequence, sequences_of
 
 
 def sensitivities(
@@ -38,7 +38,7 @@ def sensitivities(
     known, problems = [], []
     for path in parameters:
         try:
-            known.append(parameter(manipulator, path))
+            known.append(parameter_at(manipulator, path))
         except ValueError as error:
             problems.append(Problem("parameters", str(error)))
     sequences = sequences_of(manipulator, steps)
@@ -58,7 +58,11 @@ def sensitivities(
 
 
 def _directions(
-    manipulator: Manipulator, steps: pd.DataFrame | str | Path, index: int, sequence: Sequence, known: list[Parameter]
+    manipulator: Manipulator,
+    steps: pd.DataFrame | str | Path,
+    index: int,
+    sequence: LoadSequence,
+    known: list[Parameter],
 ) -> list[Direction]:
     chain = manipulator.chain()
 
@@ -77,9 +81,9 @@ def _directions(
 
 
 def _table(
-    manipulator: Manipulator, sequence: Sequence, known: list[Parameter], directions: list[Direction]
+    manipulator: Manipulator, sequence: LoadSequence, known: list[Parameter], directions: list[Direction]
 ) -> pd.DataFrame:
-    found = derivatives(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
+    found = sensitivities_under_law(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
     count, disks, parameters = found.dx.shape
     tension = np.full((count, disks, len(manipulator.cable), parameters), np.nan)
     tension[:, 1:] = found.dtension

@@ -8,14 +8,14 @@ import pandas as pd
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.effects import observed
 from prb3r.model.laws.self_consistent import equilibria_of
-from prb3r.model.manipulator import Manipulator, Model
+from prb3r.model.manipulator import Manipulator, ModelName
 from prb3r.model.steps import sequences_of
 
 
 def solve(
     manipulator: Manipulator,
     steps: pd.DataFrame | str | Path,
-    model: Model | None = None,
+    model: ModelName | None = None,
     as_measured: bool = False,
     image_centre_m: tuple[float, float] = (0.0, 0.0),
 ) -> pd.DataFrame:

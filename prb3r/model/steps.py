@@ -19,7 +19,7 @@ REST_NOISE = 0.02
 
 
 @dataclass(frozen=True)
-class Sequence:
+class LoadSequence:
     """Load steps from rest, in their order."""
 
     name: str
@@ -70,7 +70,7 @@ def cable_columns(manipulator: Manipulator, frame: pd.DataFrame) -> list[str]:
     return [name for name in names if name in frame]
 
 
-def problems_of(
+def step_problems(
     manipulator: Manipulator | None, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
 ) -> list[Problem]:
     """Everything that is wrong with a table of steps.
@@ -146,7 +146,9 @@ def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Itera
             yield Problem(f"{where} column {name}", what + others(pushes))
 
 
-def sequences_of(manipulator: Manipulator, steps: pd.DataFrame | str | Path, where: str = "steps") -> list[Sequence]:
+def sequences_of(
+    manipulator: Manipulator, steps: pd.DataFrame | str | Path, where: str = "steps"
+) -> list[LoadSequence]:
     """The sequences of a table of steps (or of the file that holds it), in order of appearance, sorted by step.
 
     Raises
@@ -157,12 +159,12 @@ def sequences_of(manipulator: Manipulator, steps: pd.DataFrame | str | Path, whe
     if not isinstance(steps, pd.DataFrame):
         steps, where = read_table(steps), str(steps)
     steps = steps.reset_index(drop=True)
-    if problems := problems_of(manipulator, steps, where):
+    if problems := step_problems(manipulator, steps, where):
         raise SpecError(*problems)
     if steps.empty:
         raise SpecError(Problem(where, "holds no steps"))
     chain, sequences = manipulator.chain(), []
     for name, rows in with_keys(steps).groupby("sequence", sort=False):
         rows = rows.sort_values("step", kind="stable")
-        sequences.append(Sequence(str(name), rows["step"].to_numpy(), loads_of(manipulator, chain, rows)))
+        sequences.append(LoadSequence(str(name), rows["step"].to_numpy(), loads_of(manipulator, chain, rows)))
     return sequences

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from prb3r.quantities import Quantity, describe, label, scale
 
 MM = 1 / 25.4
+"""A millimetre in inches, which matplotlib measures in."""
 SINGLE, DOUBLE = 88.0, 180.0
 """Widths of one and of two columns, mm."""
 
@@ -152,7 +153,7 @@ def pretty(unit: str) -> str:
     return label(Quantity("u", "", unit, "")).removeprefix("u").strip().removeprefix("(").removesuffix(")")
 
 
-def number(value: float) -> str:
+def digits(value: float) -> str:
     """Four significant digits, thousands apart, a real minus: `1,234`, `0.05678`, `−3.2e−07`."""
     if not math.isfinite(value):
         return "–"
@@ -168,7 +169,7 @@ def number(value: float) -> str:
 
 def with_unit(value: float, unit: str) -> str:
     """`12.5 mm`, `30°`, `0.3`."""
-    return f"{number(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
+    return f"{digits(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
 
 
 def panels(

@@ -19,9 +19,10 @@ from prb3r.proof.judging.methods import METHODS, Task, Verdict, judged
 from prb3r.proof.judging.opened import Judged
 from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested, worth
 from prb3r.recording.recording import Recording
-from prb3r.runs.engine import Piece, Workers, run
+from prb3r.runs.engine import run_tasks
 from prb3r.runs.journal import Journal
 from prb3r.runs.provenance import environment, fingerprint
+from prb3r.runs.tasks import Piece, Workers
 
 MAIN = "diagnose"
 COMPARED = 10
@@ -197,5 +198,5 @@ def _all(
             told = time.monotonic()
             say(f"{len(out)} of {len(tasks)}")
 
-    run(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=jobs))
+    run_tasks(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=jobs))
     return [out[k] for k in range(len(tasks))]

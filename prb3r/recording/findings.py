@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from prb3r.errors import Problem, SpecError
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 @dataclass
@@ -16,7 +16,7 @@ class Findings:
     problems: list[Problem] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
-    def tried(self, read: Callable[[], T]) -> T | None:
+    def tried(self, read: Callable[[], _T]) -> _T | None:
         """What `read` returns, or None where it refuses; its problems are kept."""
         try:
             return read()

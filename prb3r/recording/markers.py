@@ -14,11 +14,11 @@ from prb3r.recording.findings import Findings
 from prb3r.recording.recording import Kind, Measurement, Readings
 from prb3r.recording.units import angle_problems, position_problems
 
-KEYS = ("sequence", "step", "disk")
-COLUMNS = tuple(kind.column for kind in Kind)
+MARKER_KEYS = ("sequence", "step", "disk")
+MARKER_COLUMNS = tuple(kind.column for kind in Kind)
 
 
-def problems_of(
+def marker_problems(
     frame: pd.DataFrame,
     steps: pd.DataFrame | None,
     manipulator: Manipulator | None,
@@ -26,7 +26,7 @@ def problems_of(
     where: str,
 ) -> list[Problem]:
     """Everything that is wrong with a table of markers, as far as steps, manipulator and measurement are known."""
-    keys = key_problems(frame, where, KEYS)
+    keys = key_problems(frame, where, MARKER_KEYS)
     problems = [*keys, *_column_problems(frame, where)]
     if "disk" not in frame or any(problem.where == f"{where} column disk" for problem in keys):
         return problems
@@ -44,24 +44,26 @@ def problems_of(
     if not keys and steps is not None:
         problems += _without_step(with_keys(frame), steps, where)
     if manipulator:
-        readings = pd.DataFrame({name: numbers(frame[name]) for name in COLUMNS if name in frame}).assign(disk=disk)
+        readings = pd.DataFrame({name: numbers(frame[name]) for name in MARKER_COLUMNS if name in frame}).assign(
+            disk=disk
+        )
         readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
         problems += [*position_problems(readings, manipulator, measurement, where), *angle_problems(readings, where)]
     return problems
 
 
 def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
-    for name in frame.columns.difference(KEYS, sort=False):
+    for name in frame.columns.difference(MARKER_KEYS, sort=False):
         place = f"{where} column {name}"
-        if name in COLUMNS:
+        if name in MARKER_COLUMNS:
             yield from number_problems(frame[name], place)
         else:
-            unit = other_unit(str(name), COLUMNS)
-            remedy = f": {unit}" if unit else did_you_mean(str(name), [*KEYS, *COLUMNS])
+            unit = other_unit(str(name), MARKER_COLUMNS)
+            remedy = f": {unit}" if unit else did_you_mean(str(name), [*MARKER_KEYS, *MARKER_COLUMNS])
             yield Problem(place, f"unknown column{remedy}")
-    read = [name for name in COLUMNS if name in frame]
+    read = [name for name in MARKER_COLUMNS if name in frame]
     if not read:
-        yield Problem(where, f"records nothing: give at least one of the columns {', '.join(COLUMNS)}")
+        yield Problem(where, f"records nothing: give at least one of the columns {', '.join(MARKER_COLUMNS)}")
     elif all(is_empty(frame[name]).all() for name in read):
         yield Problem(where, "holds no readings: every cell is empty")
 
@@ -91,7 +93,7 @@ def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str,
     frame["disk"] = numbers(frame["disk"]).astype(int)
     frame["row"] = _index(steps).get_indexer(_index(frame))
     columns = [kind.column for kind in read]
-    repeated = frame.duplicated([*KEYS, *columns])
+    repeated = frame.duplicated([*MARKER_KEYS, *columns])
     if repeated.any():
         twice = int(frame.loc[repeated, columns].notna().to_numpy().sum())
         what = f"({count(twice, 'reading')}) repeat a row before exactly and are used once"

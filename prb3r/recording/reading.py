@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, RecordingError
-from prb3r.model.files import toml
 from prb3r.model.files.cells import is_empty, rows_of
-from prb3r.model.files.table import SUFFIXES, read_table
+from prb3r.model.files.table import TABLE_SUFFIXES, read_table
+from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.manipulator import load_manipulator
 from prb3r.model.steps import loads_of
 from prb3r.recording import markers
@@ -18,7 +18,7 @@ from prb3r.recording.recording import Kind, Measurement, Recording, RecordingFil
 from prb3r.recording.steps import cleaned
 from prb3r.recording.units import doubts
 
-FILE = "recording.toml"
+RECORDING_FILE = "recording.toml"
 
 
 def load_recording(path: str | Path) -> Recording:
@@ -36,11 +36,11 @@ def load_recording(path: str | Path) -> Recording:
     path = Path(path)
     if not path.exists():
         raise RecordingError(Problem(str(path), "no such file or folder"))
-    file = path / FILE if path.is_dir() else path
+    file = path / RECORDING_FILE if path.is_dir() else path
     if file.suffix != ".toml":
-        raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {FILE}"))
+        raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {RECORDING_FILE}"))
     found = Findings()
-    described = found.tried(lambda: toml.read(file, RecordingFile))
+    described = found.tried(lambda: read_toml(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
     manipulator = found.tried(lambda: load_manipulator(file.parent / named)) if named else None
     measurement = described.measurement if described else None
@@ -49,7 +49,7 @@ def load_recording(path: str | Path) -> Recording:
         steps = cleaned(steps, manipulator, step_file, found)
     marker_file, rows = _table(file.parent, "markers", found)
     if rows is not None:
-        found.problems += markers.problems_of(rows, steps, manipulator, measurement, marker_file)
+        found.problems += markers.marker_problems(rows, steps, manipulator, measurement, marker_file)
         if measurement:
             found.problems += _without_deviation(rows, measurement, file)
     if found.problems or described is None or manipulator is None or steps is None or rows is None:
@@ -82,7 +82,7 @@ def _named_manipulator(file: Path) -> str | None:
 
 def _table(folder: Path, name: str, found: Findings) -> tuple[str, pd.DataFrame | None]:
     """One of the tables of a recording and the file it stands in; rows without any cell are left out."""
-    files = [folder / f"{name}{suffix}" for suffix in SUFFIXES if (folder / f"{name}{suffix}").exists()]
+    files = [folder / f"{name}{suffix}" for suffix in TABLE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(files) != 1:
         what = f"both {name}.csv and {name}.parquet; keep one" if files else f"no {name}.csv or {name}.parquet"
         found.problems.append(Problem(str(folder), what))
@@ -104,6 +104,6 @@ def _without_deviation(rows: pd.DataFrame, measurement: Measurement, file: Path)
     for key, kinds in (("position_sd_m", (Kind.X, Kind.Y)), ("angle_sd_rad", (Kind.ANGLE, Kind.BEND))):
         read = [kind.column for kind in kinds if kind.column in rows and not is_empty(rows[kind.column]).all()]
         if read and getattr(measurement, key) is None:
-            place = toml.place(file, ("measurement",))
+            place = place_of(file, ("measurement",))
             problems.append(Problem(place, f"{key!r} is missing, but the markers record {' and '.join(read)}"))
     return problems

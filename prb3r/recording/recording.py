@@ -10,7 +10,8 @@ import pandas as pd
 from pydantic import Field
 
 from prb3r.mechanics.chain import Loads
-from prb3r.model.manipulator import Manipulator, NonNegative, Positive, Strict
+from prb3r.model.files.numbers import NonNegative, Positive
+from prb3r.model.manipulator import Manipulator, Strict
 
 
 class Kind(IntEnum):

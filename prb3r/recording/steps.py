@@ -8,7 +8,7 @@ import pandas as pd
 from prb3r.errors import Problem
 from prb3r.model.files.cells import count, key_problems, numbers, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.steps import cable_columns, problems_of
+from prb3r.model.steps import cable_columns, step_problems
 from prb3r.recording.findings import Findings
 
 
@@ -19,7 +19,7 @@ def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, foun
     """
     name, repeated = Path(where).name, raw.duplicated()
     frame = raw[~repeated]
-    problems = problems_of(manipulator, frame, where)
+    problems = step_problems(manipulator, frame, where)
     if frame.empty:
         problems.append(Problem(where, "holds no steps"))
     found.problems += problems

@@ -9,10 +9,10 @@ from prb3r.errors import Problem
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind, Measurement
 
-FAR, NEAR = 3.0, 0.01
+FARTHEST_POSITION, NEAREST_POSITION = 3.0, 0.01
 """Positions are of another unit beyond so many lengths of the manipulator, or within so small a part of each disk's
 distance from the base along the axis."""
-TURNS, BEND = 1.5, 0.6
+MOST_TURNS, MEAN_BEND = 1.5, 0.6
 """Angles are taken for degrees beyond so many turns, if the plates up to there bend by more than this on average, rad;
 bends beyond half a turn."""
 
@@ -27,21 +27,21 @@ def position_problems(
     along = np.concatenate([[np.nan], np.cumsum(chain.arc + 2 * chain.clamp + chain.disk)])
     relative = positions.abs().div(along[readings["disk"].to_numpy(int)], axis=0).max(axis=1).quantile(0.9)
     length, guess = f"the manipulator is {chain.length:.4g} m long", ""
-    if relative > FAR:
+    if relative > FARTHEST_POSITION:
         guess = "; millimetres? write metres" if relative > 300 else "; centimetres? write metres"
     for name, column in positions.items():
-        if (far := column.abs() > FAR * chain.length + slack).any():
+        if (far := column.abs() > FARTHEST_POSITION * chain.length + slack).any():
             row, share = column.abs().idxmax(), f"{far.sum()} of {column.count()} readings are too far away"
             what = f"row {row + 1} is {column[row]:g}, but {length}{guess} ({share})"
             yield Problem(f"{where} column {name}", what)
-    if len(positions.columns) == 2 and relative < NEAR:
+    if len(positions.columns) == 2 and relative < NEAREST_POSITION:
         what = f"x_m and y_m reach only {positions.abs().max().max():.2g}, but {length}; all lengths are in metres"
         yield Problem(where, what)
 
 
 def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
     """Angles and bends that are too large; `readings` with the disk of each row."""
-    limits = {Kind.ANGLE: np.maximum(2 * np.pi * TURNS, BEND * readings["disk"]), Kind.BEND: np.pi}
+    limits = {Kind.ANGLE: np.maximum(2 * np.pi * MOST_TURNS, MEAN_BEND * readings["disk"]), Kind.BEND: np.pi}
     for kind, limit in limits.items():
         column = readings.get(kind.column)
         if column is not None and (column.abs() > limit).any():

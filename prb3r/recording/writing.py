@@ -7,8 +7,8 @@ from typing import Any, Literal
 import pandas as pd
 
 from prb3r.model.files.table import write_table
-from prb3r.model.files.toml_text import toml_text
-from prb3r.recording.reading import FILE
+from prb3r.model.files.toml import toml_text
+from prb3r.recording.reading import RECORDING_FILE
 from prb3r.recording.recording import RecordingFile
 
 
@@ -34,7 +34,7 @@ def write_recording(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / FILE).write_text(toml_text(described.model_dump(exclude_unset=True)), "utf-8")
+    (folder / RECORDING_FILE).write_text(toml_text(described.model_dump(exclude_unset=True)), "utf-8")
     text = manipulator if isinstance(manipulator, str) else toml_text(manipulator)
     (folder / described.manipulator).write_text(text, "utf-8")
     for name, table in (("steps", steps), ("markers", markers)):

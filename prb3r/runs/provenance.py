@@ -10,13 +10,17 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from prb3r.runs.files import write_whole
+
 MANIFEST = "manifest.json"
 PACKAGE = Path(__file__).parents[1]
+STUDY_ROOMS = ("mechanics", "model", "runs", "study")
+"""Rooms of the package whose text decides what is in the tables of a study."""
 PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
 
 
 def environment(spec: Path) -> dict[str, Any]:
-    """Versions, platform and git revision under which a study ran."""
+    """Versions, platform and git revision under which the study of the file `spec` runs, and the time of writing."""
     return {
         "spec": spec.name,
         "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
@@ -41,28 +45,32 @@ def git_state(folder: Path) -> dict[str, Any] | None:
 
 
 def fingerprint(*more: str) -> str:
-    """Hash of the program text that tables depend on, and of `more` parts of the package."""
-    return text_hash(*(PACKAGE / part for part in ("mechanics", "model", "runs", "study", *more)))
+    """Hash of the program text that the tables of a study depend on, and of `more` rooms of the package."""
+    return text_hash(*(PACKAGE / room for room in (*STUDY_ROOMS, *more)))
 
 
 def text_hash(*folders: Path) -> str:
-    """Hash of the names and the text of all Python files in folders and their sub-folders."""
-    sources = sorted(path for folder in folders for path in folder.rglob("*.py"))
-    content = b"\0".join(source.name.encode() + b"\0" + source.read_bytes() for source in sources)
+    """Hash of the places and the text of all Python files in folders and their sub-folders: 16 hexadecimal digits."""
+    sources = {path.relative_to(folder.parent).as_posix(): path for folder in folders for path in folder.rglob("*.py")}
+    content = b"\0".join(place.encode() + b"\0" + sources[place].read_bytes() for place in sorted(sources))
     return hashlib.sha256(content).hexdigest()[:16]
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """The manifest of an earlier run; None if there is none or it is damaged."""
     try:
-        found = json.loads((folder / MANIFEST).read_text())
+        manifest = json.loads((folder / MANIFEST).read_text())
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    return manifest if isinstance(manifest, dict) else None
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
-    """Write the manifest whole or not at all."""
-    temporary = folder / f"{MANIFEST}.tmp"
-    temporary.write_text(json.dumps(manifest, indent=1, default=str) + "\n")
-    os.replace(temporary, folder / MANIFEST)
+    """Write the manifest whole or not at all.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take it.
+    """
+    write_whole(folder / MANIFEST, (json.dumps(manifest, indent=1, default=str) + "\n").encode())

@@ -16,10 +16,12 @@ import pandas as pd
 from scipy.stats import qmc
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.model.files import toml
+from prb3r.model.files.toml import read_toml
+from prb3r.model.files.toml_lines import dotted
+from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.steps import problems_of
-from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, Sampling, Study, Sweep
+from prb3r.model.steps import step_problems
+from prb3r.study.spec import MAX_CASES, Cloud, Factor, Level, LoadSweep, Sampling, Study
 
 MAX_PROBLEMS = 20
 """Problems of cases that are listed; more of them only say the same again."""
@@ -126,7 +128,7 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
     if count > MAX_CASES:
         what = f"the factors make {count:.3g} cases, at most {MAX_CASES:,} are run; sample them or split the study"
         raise SpecError(Problem(f"{path} factor", what))
-    manipulator = toml.read(path.parent / study.manipulator, Manipulator)
+    manipulator = read_toml(path.parent / study.manipulator, Manipulator)
     base: Tree = {
         "manipulator": manipulator.model_dump(exclude_none=True),
         "broken": list(study.broken),
@@ -247,17 +249,17 @@ def fetch(settings: Tree, path: str) -> Any:
 
 def _check(settings: Tree) -> Iterator[str]:
     """What is wrong with a case once all factors are set."""
-    manipulator, wrong = toml.validate(settings["manipulator"], Manipulator)
+    manipulator, wrong = validate(settings["manipulator"], Manipulator)
     if manipulator is None or wrong:
-        yield from (f"manipulator {toml.dotted(keys)} {what}" for keys, what in wrong)
+        yield from (f"manipulator {dotted(keys)} {what}" for keys, what in wrong)
         return
     for name in settings["broken"]:
         if name not in manipulator.cable_names:
             yield f"there is no cable {name!r} to break{did_you_mean(name, manipulator.cable_names)}"
     if settings["cloud"]:
-        cloud, wrong = toml.validate(settings["cloud"], Cloud)
+        cloud, wrong = validate(settings["cloud"], Cloud)
         if cloud is None or wrong:
-            yield from (f"cloud {toml.dotted(keys)} {what}" for keys, what in wrong)
+            yield from (f"cloud {dotted(keys)} {what}" for keys, what in wrong)
             return
         for name in cloud.tension_n:
             if name not in manipulator.cable_names:
@@ -266,13 +268,13 @@ def _check(settings: Tree) -> Iterator[str]:
         yield "no loads: give [[step]], [initial], [sweep] or [cloud]"
     else:
         if settings["sweep"]:
-            sweep, wrong = toml.validate(settings["sweep"], Sweep)
-            yield from (f"sweep {toml.dotted(keys)} {what}" for keys, what in wrong)
+            sweep, wrong = validate(settings["sweep"], LoadSweep)
+            yield from (f"sweep {dotted(keys)} {what}" for keys, what in wrong)
             if sweep is None or wrong:
                 return
             if other := _other_unit(sweep.column, [settings["initial"], *settings["step"]]):
                 yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
-        yield from (problem.what for problem in problems_of(manipulator, steps_frame(settings), "", keys=()))
+        yield from (problem.what for problem in step_problems(manipulator, steps_frame(settings), "", keys=()))
 
 
 def _in_other_unit(name: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
-from prb3r.study.spec import Comparison, Factor, Plot, Study
+from prb3r.study.spec import CaseComparison, Factor, Plot, Study
 
 
 def described(study: Study) -> list[Quantity]:
@@ -25,7 +25,7 @@ def _factor(factor: Factor) -> Quantity:
     return replace(known, meaning=f"factor: {factor.path}")
 
 
-def _comparison(comparison: Comparison) -> Quantity:
+def _comparison(comparison: CaseComparison) -> Quantity:
     unit = "1" if comparison.relative_to_length or comparison.kind == "ratio" else describe(comparison.name).unit
     to = " and ".join(
         f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {value}"

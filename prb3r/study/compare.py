@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from prb3r.study.spec import Fit, Scalar, Study
+from prb3r.study.spec import LineFit, Scalar, Study
 
 
 def select(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
@@ -23,7 +23,7 @@ def _equal(column: pd.Series, value: Scalar) -> np.ndarray:
     return (column == value).to_numpy()
 
 
-def comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, float]) -> pd.DataFrame:
+def with_comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, float]) -> pd.DataFrame:
     """`cases` with a column for each comparison; NaN where the case to compare with is missing or failed."""
     cases = cases.copy()
     factors = [factor.name for factor in study.factor]
@@ -50,12 +50,12 @@ def comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, float])
     return cases
 
 
-def fits(cases: pd.DataFrame, study: Study) -> list[dict[str, Any]]:
+def fitted_lines(cases: pd.DataFrame, study: Study) -> list[dict[str, Any]]:
     """Straight lines through the columns that the study names, with their largest deviation."""
     return [_fit(select(cases, fit.where), fit) for fit in study.fit]
 
 
-def _fit(cases: pd.DataFrame, fit: Fit) -> dict[str, Any]:
+def _fit(cases: pd.DataFrame, fit: LineFit) -> dict[str, Any]:
     points = cases[[fit.x, fit.y]].dropna().to_numpy(float)
     law: dict[str, Any] = {"x": fit.x, "y": fit.y, "where": fit.where, "points": len(points)}
     if len(points) < 2:

@@ -9,17 +9,17 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.quantities import Quantity, describe
-from prb3r.runs import store
 from prb3r.runs.provenance import read_manifest
+from prb3r.runs.store import read_arrow
 from prb3r.study.compare import select
 from prb3r.study.spec import Designs, Objective, Study
 
-CLOSE = 0.05
+ALIKE_SHARE = 0.05
 """Designs within this share of each other are called alike."""
 
 
 @dataclass(frozen=True)
-class Comparison:
+class DesignComparison:
     """Designs and their worth."""
 
     values: pd.DataFrame
@@ -81,7 +81,7 @@ def _number(value: float, quantity: Quantity) -> str:
     return f"{text} {unit}".rstrip()
 
 
-def compare_results(folders: list[Path]) -> Comparison:
+def compare_results(folders: list[Path]) -> DesignComparison:
     """Designs of one or several study results.
 
     Raises
@@ -102,7 +102,7 @@ def compare_results(folders: list[Path]) -> Comparison:
             raise SpecError(
                 Problem(str(folder), "its study has no [designs]: name the factors that tell designs apart")
             )
-        table = store.read(folder / "cases.parquet")
+        table = read_arrow(folder / "cases.parquet")
         quantities |= {f.name: _described(f) for f in table.schema}
         frame, label = table.to_pandas(), [describe(name).title for name in study.designs.factors]
         names = [
@@ -118,7 +118,7 @@ def compare_results(folders: list[Path]) -> Comparison:
     if any(other != rest for _, other in plans):
         raise SpecError(Problem(", ".join(map(str, folders)), "vary different factors, so they share no cases"))
     frame = pd.concat(frames, ignore_index=True)
-    return judge(frame, designs, quantities)
+    return worth_of_designs(frame, designs, quantities)
 
 
 def _described(field: Any) -> Quantity:
@@ -130,7 +130,7 @@ def _plain(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, (int, float)) else str(value)
 
 
-def judge(frame: pd.DataFrame, designs: Designs, quantities: dict[str, Quantity]) -> Comparison:
+def worth_of_designs(frame: pd.DataFrame, designs: Designs, quantities: dict[str, Quantity]) -> DesignComparison:
     """Worth of each `design` over the `scenario`s that all of them have."""
     names = list(dict.fromkeys(frame["design"]))
     if len(names) < 2:
@@ -151,10 +151,10 @@ def judge(frame: pd.DataFrame, designs: Designs, quantities: dict[str, Quantity]
         columns[objective.metric] = grouped.agg(worst).reindex(names)
     known = [quantities[objective.metric] for objective in designs.objective]
     values = pd.DataFrame(columns, index=names)
-    return Comparison(values, designs.objective, known, len(shared), len(every) - len(shared), len(broken))
+    return DesignComparison(values, designs.objective, known, len(shared), len(every) - len(shared), len(broken))
 
 
-def recommendation(comparison: Comparison) -> list[str]:
+def recommendation(comparison: DesignComparison) -> list[str]:
     """The trade in sentences: which designs are out, what each of the others is best at and what it gives up."""
     values, objectives, front = comparison.values, comparison.objectives, comparison.front
     said = []
@@ -186,12 +186,12 @@ def recommendation(comparison: Comparison) -> list[str]:
     ]
 
 
-def _is_best(comparison: Comparison, k: int, j: int) -> bool:
+def _is_best(comparison: DesignComparison, k: int, j: int) -> bool:
     scores = comparison.scores[:, j]
-    return bool(scores[k] == scores.max() and np.ptp(scores[np.isfinite(scores)]) > CLOSE * np.abs(scores[k]))
+    return bool(scores[k] == scores.max() and np.ptp(scores[np.isfinite(scores)]) > ALIKE_SHARE * np.abs(scores[k]))
 
 
-def _dominating(comparison: Comparison, k: int) -> str:
+def _dominating(comparison: DesignComparison, k: int) -> str:
     scores = comparison.scores
     for other in range(len(scores)):
         if np.all(scores[other] >= scores[k]) and np.any(scores[other] > scores[k]):
@@ -199,7 +199,7 @@ def _dominating(comparison: Comparison, k: int) -> str:
     raise ValueError("a design off the front is dominated")
 
 
-def _trade(comparison: Comparison, k: int, wins: list[int], kept: list[int]) -> str:
+def _trade(comparison: DesignComparison, k: int, wins: list[int], kept: list[int]) -> str:
     """What a design is best at, and the price against the best of the others."""
     objectives, values = comparison.objectives, comparison.values.to_numpy(float)
     if not wins:
@@ -212,7 +212,7 @@ def _trade(comparison: Comparison, k: int, wins: list[int], kept: list[int]) -> 
         if j in wins or not np.isfinite([own, other]).all() or min(abs(own), abs(other)) == 0:
             continue
         worse = own / other if objectives[j].better == "low" else other / own
-        if worse > 1 + CLOSE:
+        if worse > 1 + ALIKE_SHARE:
             prices.append((worse, j, own, other))
     if not prices:
         return best
@@ -222,7 +222,7 @@ def _trade(comparison: Comparison, k: int, wins: list[int], kept: list[int]) -> 
     return f"{best}; the price: {_listed(texts)}"
 
 
-def _with_number(comparison: Comparison, k: int, j: int) -> str:
+def _with_number(comparison: DesignComparison, k: int, j: int) -> str:
     return f"{comparison.objectives[j].words} ({_number(comparison.values.iloc[k, j], comparison.quantities[j])})"
 
 

@@ -20,17 +20,18 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.limit import limit_load
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.strain import peak_strain
+from prb3r.model.files.numbers import Positive
 from prb3r.model.laws.self_consistent import equilibria_of
-from prb3r.model.manipulator import Manipulator, Positive, Strict
+from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.quantities import Quantity
 from prb3r.study.workspace import area, cloud_loads
 
-OPTIONAL = ("lowest_eigenvalue", "closed")
+LEFT_OUT_OF_FURTHER = ("lowest_eigenvalue", "closed")
 """What equilibria of a metric's own loads do without."""
 CIRCLE_POINTS = 6
 """Gauss points that integrate a circular arc to rounding error."""
 
-Disk = Annotated[int, Field(ge=0)] | Literal["tip"]
+DiskNumber = Annotated[int, Field(ge=0)] | Literal["tip"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Solved:
     initial: bool = False
     cloud: bool = False
 
-    def at(self, disk: Disk) -> int:
+    def at(self, disk: DiskNumber) -> int:
         """Number of a disk.
 
         Raises
@@ -72,12 +73,12 @@ class Solved:
         """Equilibria of further load steps, each reached from the last one of the case."""
         paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
         found = [equilibria_of(self.chain, path, number=np.ones(2)) for path in paths]
-        names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in OPTIONAL]
+        names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
         last = {name: np.concatenate([getattr(one, name)[-1:] for one in found]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
 
-class Base(Strict, ABC):
+class Metric(Strict, ABC):
     """A metric; `kind` names it in a study file."""
 
     kind: str
@@ -91,19 +92,19 @@ class Base(Strict, ABC):
         """Its numbers, in the order of the columns; NaN where a load has no equilibrium."""
 
 
-def _stem(disk: Disk) -> str:
+def _stem(disk: DiskNumber) -> str:
     return "tip" if disk == "tip" else f"disk{disk}"
 
 
-def _words(disk: Disk) -> str:
+def _words(disk: DiskNumber) -> str:
     return "the tip disk" if disk == "tip" else f"disk {disk}"
 
 
-class Position(Base):
+class Position(Metric):
     """Where a disk ends up."""
 
     kind: Literal["position"]
-    disk: Disk = "tip"
+    disk: DiskNumber = "tip"
 
     def quantities(self) -> list[Quantity]:
         stem, disk = _stem(self.disk), _words(self.disk)
@@ -118,11 +119,11 @@ class Position(Base):
         return states.x[-1, disk], states.y[-1, disk], states.angle[-1, disk]
 
 
-class Shift(Base):
+class Shift(Metric):
     """How far a disk moves and turns from the initial configuration to the last step."""
 
     kind: Literal["shift"]
-    disk: Disk
+    disk: DiskNumber
 
     def quantities(self) -> list[Quantity]:
         stem, disk = _stem(self.disk), _words(self.disk)
@@ -141,7 +142,7 @@ class Shift(Base):
         return np.hypot(states.x[-1, disk] - x, states.y[-1, disk] - y), states.angle[-1, disk] - angle
 
 
-class CurvatureError(Base):
+class CurvatureError(Metric):
     """How far disks lie from constant curvature with the same total angle (Eq. 13, 14; Fig. 9, 10)."""
 
     kind: Literal["curvature-error"]
@@ -166,12 +167,12 @@ class CurvatureError(Base):
         return np.hypot(dx, dy).max() / chain.length, np.abs(dy).max() / chain.length, states.angle[-1, -1]
 
 
-class Coupling(Base):
+class Coupling(Metric):
     """How a newton more on a cable that drives an outer segment moves and turns an inner disk."""
 
     kind: Literal["coupling"]
     cable: str
-    disk: Disk
+    disk: DiskNumber
     load_n: Positive = 1.0
 
     def quantities(self) -> list[Quantity]:
@@ -189,7 +190,7 @@ class Coupling(Base):
         return shift / self.load_n, abs(found.angle[0, disk] - states.angle[-1, disk]) / self.load_n
 
 
-class Workspace(Base):
+class Workspace(Metric):
     """Area that the tip disk's centre reaches, counted in square cells, with its convergence.
 
     Without `tension_n` the loads are the study's own cloud.
@@ -223,7 +224,7 @@ class Workspace(Base):
         return whole, share, float(np.mean(states.outcome != Outcome.CONVERGED))
 
 
-class DriveTension(Base):
+class DriveTension(Metric):
     """Tension of one cable alone that bends a segment by a given angle; NaN where `up_to_n` does not."""
 
     kind: Literal["drive-tension"]
@@ -259,11 +260,11 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
     return brentq(lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
 
 
-class FrictionDirection(Base):
+class FrictionDirection(Metric):
     """How far a disk moves when all friction reverses at the same tensions: cables paid out instead of drawn in."""
 
     kind: Literal["friction-direction"]
-    disk: Disk = "tip"
+    disk: DiskNumber = "tip"
 
     def quantities(self) -> list[Quantity]:
         meaning = f"distance of {_words(self.disk)} between all cables drawn in and all paid out"
@@ -275,12 +276,12 @@ class FrictionDirection(Base):
         return [np.hypot(*np.diff([found.x[:, disk], found.y[:, disk]]).ravel())]
 
 
-class Loop(Base):
+class Loop(Metric):
     """What a disk does where a cable is let go and drawn in again: the last fall and rise of the cable's tension."""
 
     kind: Literal["loop"]
     cable: str
-    disk: Disk = "tip"
+    disk: DiskNumber = "tip"
     share: Annotated[float, Field(gt=0, lt=1)] = 0.05
     """Of its way back that the disk must have gone to count as moving."""
 
@@ -322,7 +323,7 @@ def last_loop(tension: np.ndarray) -> tuple[int, int, int]:
     return first, second, third
 
 
-class TipCompliance(Base):
+class TipCompliance(Metric):
     """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
 
     kind: Literal["tip-compliance"]
@@ -339,7 +340,7 @@ class TipCompliance(Base):
         return [float(np.linalg.norm(compliance, 2)) if np.isfinite(compliance).all() else np.nan]
 
 
-class Safety(Base):
+class Safety(Metric):
     """Highest strain and stress of a plate over all load steps, and the safety factor against yield."""
 
     kind: Literal["safety"]
@@ -358,7 +359,7 @@ class Safety(Base):
         return peak, stress, (case.manipulator.yield_stress_pa or np.nan) / stress if stress else np.inf
 
 
-class Stability(Base):
+class Stability(Metric):
     """Lowest eigenvalue of the tangent over all load steps, relative to that of the unloaded manipulator."""
 
     kind: Literal["stability"]
@@ -373,7 +374,7 @@ class Stability(Base):
         return [float(np.nanmin(loaded) / unloaded[0]) if loaded is not None and unloaded is not None else np.nan]
 
 
-class LimitLoad(Base):
+class LimitLoad(Metric):
     """Factor by which all loads of the last step can grow before the branch ends or loses stability.
 
     Infinite where they can grow to `up_to` times what they are.
@@ -392,7 +393,7 @@ class LimitLoad(Base):
         return [limit_load(case.chain, case.loads, from_rest=self.since == "rest", most=self.up_to).factor]
 
 
-class ChangingPoint(Base):
+class ChangingPoint(Metric):
     """Tension of a cable at which a segment is straight under the other loads of the last step (Fig. 14)."""
 
     kind: Literal["changing-point"]
@@ -419,7 +420,7 @@ class ChangingPoint(Base):
         return [brentq(bend, 0.0, self.up_to_n, xtol=1e-10)]
 
 
-Metric = Annotated[
+AnyMetric = Annotated[
     Position
     | Shift
     | CurvatureError

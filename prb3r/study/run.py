@@ -16,15 +16,18 @@ import numpy as np
 import pandas as pd
 
 from prb3r.quantities import Quantity
-from prb3r.runs import store
-from prb3r.runs.engine import Piece, Workers, run
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.files import ensure_writable
+from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
+from prb3r.runs.store import arrow_table, content_hash, read_arrow, write_arrow
+from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.cases import Case, resolve
 from prb3r.study.columns import check_columns, described
-from prb3r.study.compare import comparisons, fits
+from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
 from prb3r.study.spec import Study, load_study
-from prb3r.study.work import CRASHED, FAILED, Chunk, blank_row, solve_chunk
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_row, solve_chunk
 
 
 class Progress(Protocol):
@@ -84,12 +87,12 @@ class Plan:
     @cached_property
     def key(self) -> str:
         """Hash of everything that the tables depend on."""
-        return store.content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
+        return content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
 
     def chunk_key(self, chunk: Chunk) -> str:
         metrics = [metric.model_dump() for metric in chunk.metrics]
         cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
-        return store.content_hash([cases, metrics, chunk.states, chunk.state_disks])
+        return content_hash([cases, metrics, chunk.states, chunk.state_disks])
 
     @property
     def columns(self) -> set[str]:
@@ -126,7 +129,7 @@ class Result:
     def states(self) -> pd.DataFrame | None:
         """The table of states, if the spec keeps any."""
         path = self.folder / "states.parquet"
-        return store.read(path).to_pandas() if self.plan.study.states != "none" else None
+        return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
 def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
@@ -161,10 +164,10 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     """Run a resolved study."""
     started = time.perf_counter()
-    store.ensure_writable(plan.folder)
+    ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = store.Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder, plan.key, kinds)
     if options.fresh:
         parts.discard()
     keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
@@ -179,7 +182,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         progress.advance(len(plan.chunks[number].cases), failed)
 
     try:
-        run(solve_chunk, todo, keep, options.workers, split=Chunk.single)
+        run_tasks(solve_chunk, todo, keep, options.workers, split=Chunk.single)
     finally:
         progress.end()
     numbers = sorted(keys)
@@ -188,11 +191,11 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
     cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
-    cases = comparisons(cases, plan.study, straight_lengths(plan.cases))
+    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases))
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
-    store.write(store.table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    write_arrow(arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
@@ -200,7 +203,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         "engine": fingerprint(),
         "cases": len(plan.cases),
         "outcomes": cases["outcome"].value_counts().to_dict(),
-        "fits": fits(cases, plan.study),
+        "fits": fitted_lines(cases, plan.study),
         **environment(plan.path),
     }
     if waiting or before is None or before.get("key") != plan.key:
@@ -221,12 +224,12 @@ def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) ->
             rows += piece.value[0]
             states += piece.value[1]
         else:
-            outcome = CRASHED if piece.fate == "crashed" else FAILED
+            outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
             rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    tables = {"cases": store.table(columns, plan.quantities, provenance)}
+    tables = {"cases": arrow_table(columns, plan.quantities, provenance)}
     if plan.study.states != "none":
-        tables["states"] = store.table(_stacked(states, plan), plan.quantities, provenance)
+        tables["states"] = arrow_table(_stacked(states, plan), plan.quantities, provenance)
     return tables, sum(row["outcome"] != "converged" for row in rows)
 
 
@@ -251,7 +254,7 @@ def straight_lengths(cases: list[Case]) -> dict[int, float]:
 def forecast(plan: Plan) -> tuple[float, int]:
     """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = store.Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder, plan.key, kinds)
     waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
     cases = [one for chunk in waiting for one in chunk.single()]
     if not cases:

@@ -6,10 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from prb3r.model.files import toml
-from prb3r.model.manipulator import Model, Positive, Strict
+from prb3r.model.files.numbers import Positive
+from prb3r.model.files.toml import read_toml
+from prb3r.model.manipulator import ModelName, Strict
 from prb3r.quantities import unit_ending
-from prb3r.study.metrics import Metric
+from prb3r.study.metrics import AnyMetric
 
 Scalar = float | int | str | bool
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
@@ -49,7 +50,7 @@ class Level(Strict):
     """Loads applied first."""
     step: list[dict[str, float]] | None = None
     """Load steps."""
-    model: Model | None = None
+    model: ModelName | None = None
 
 
 class Factor(Strict):
@@ -120,7 +121,7 @@ class Cloud(Strict):
         return self
 
 
-class Sweep(Strict):
+class LoadSweep(Strict):
     """Load steps of one column, after all others: from turning point to turning point in equal parts."""
 
     column: Annotated[str, Field(min_length=1)]
@@ -131,13 +132,13 @@ class Sweep(Strict):
     """Steps from one turning point to the next."""
 
     @model_validator(mode="after")
-    def _turning(self) -> "Sweep":
+    def _turning(self) -> "LoadSweep":
         if any(one == other for one, other in itertools.pairwise(self.turns)):
             raise ValueError("turns must differ from one to the next")
         return self
 
 
-class Comparison(Strict):
+class CaseComparison(Strict):
     """A metric that compares each case with another one that differs in the factors `to` alone."""
 
     name: Name
@@ -149,7 +150,7 @@ class Comparison(Strict):
     """Distances are divided by the straight length."""
 
 
-class Fit(Strict):
+class LineFit(Strict):
     """A straight line through a column, reported with its largest deviation."""
 
     x: str
@@ -158,7 +159,7 @@ class Fit(Strict):
     where: dict[str, Scalar] = {}
 
 
-class Point(Strict):
+class PublishedPoint(Strict):
     """A published value laid over a plot, in SI units as the columns are."""
 
     x: float
@@ -191,7 +192,7 @@ class Plot(Strict):
     """A column whose value follows the title of each panel that has one value of it."""
     reference: dict[str, Scalar] = {}
     """shapes: cases with these factor values are drawn pale behind all others instead of by themselves."""
-    mark: list[Point] = []
+    mark: list[PublishedPoint] = []
     """Published points."""
     vertical: str | None = None
     """lines: a column whose (median) value is marked by a vertical line."""
@@ -235,7 +236,7 @@ class Study(Strict):
     question: str = ""
     manipulator: str
     """Path of the manipulator file, relative to the study file."""
-    model: Model | None = None
+    model: ModelName | None = None
     set: dict[str, Any] = {}
     """Parameter paths of the manipulator and their values, for all cases."""
     seed: int = 1
@@ -249,14 +250,14 @@ class Study(Strict):
     """Loads applied first, ramped from rest."""
     step: list[dict[str, float]] = []
     """Load steps after that; each keeps what it does not name."""
-    sweep: Sweep | None = None
+    sweep: LoadSweep | None = None
     """And after those, many steps of one column."""
     cloud: Cloud | None = None
     factor: list[Factor] = []
     sampling: Sampling | None = None
-    metric: list[Metric] = []
-    comparison: list[Comparison] = []
-    fit: list[Fit] = []
+    metric: list[AnyMetric] = []
+    comparison: list[CaseComparison] = []
+    fit: list[LineFit] = []
     plot: list[Plot] = []
     designs: Designs | None = None
     timing: bool = False
@@ -294,4 +295,4 @@ def load_study(path: str | Path) -> Study:
     SpecError
         With every problem of the file and its line.
     """
-    return toml.read(path, Study)
+    return read_toml(path, Study)

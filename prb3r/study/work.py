@@ -9,11 +9,11 @@ from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.laws.self_consistent import NOT_CLOSED, equilibria_of
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
-from prb3r.study.metrics import Base, Solved, Workspace, drive_tension
+from prb3r.study.metrics import Metric, Solved, Workspace, drive_tension
 from prb3r.study.spec import Cloud
 from prb3r.study.workspace import cloud_loads
 
-FAILED, CRASHED = "failed", "crashed"
+CASE_FAILED, CASE_CRASHED = "failed", "crashed"
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Chunk:
     """Cases for one task of a worker, and what to measure."""
 
     cases: tuple[Case, ...]
-    metrics: tuple[Base, ...]
+    metrics: tuple[Metric, ...]
     states: str
     """`none`, `final` or `path`."""
     state_disks: tuple[int, ...] | None
@@ -66,7 +66,7 @@ def bend_limit(case: Case, cable: str, cloud: Cloud) -> float:
     return tension
 
 
-def summary(solved: Solved) -> Row:
+def outcome_columns(solved: Solved) -> Row:
     """How the solution went, over all steps."""
     states = solved.states
     failed = ~np.array([Outcome(code).solved for code in states.outcome])
@@ -94,20 +94,20 @@ def summary(solved: Solved) -> Row:
     }
 
 
-def blank_row(case: Case, metrics: tuple[Base, ...], outcome: str, reason: str) -> Row:
+def blank_row(case: Case, metrics: tuple[Metric, ...], outcome: str, reason: str) -> Row:
     """The row of a case that could not be computed."""
     numbers = {"iterations": 0, "residual_n_m": np.nan, "lowest_eigenvalue_n_m_per_rad": np.nan}
     measured = {quantity.name: np.nan for metric in metrics for quantity in metric.quantities()}
-    return {**heading(case), "outcome": outcome, "reason": reason, **numbers, **measured}
+    return {**label_columns(case), "outcome": outcome, "reason": reason, **numbers, **measured}
 
 
-def heading(case: Case) -> Row:
+def label_columns(case: Case) -> Row:
     return {"case_id": case.number, **case.factors, "broken_cables": ",".join(case.settings["broken"])}
 
 
-def case_row(case: Case, solved: Solved, metrics: tuple[Base, ...]) -> Row:
+def case_row(case: Case, solved: Solved, metrics: tuple[Metric, ...]) -> Row:
     """Outcome and metrics of a solved case; a metric that cannot be had marks the case as failed."""
-    row = blank_row(case, metrics, "", "") | summary(solved)
+    row = blank_row(case, metrics, "", "") | outcome_columns(solved)
     if row["outcome"] in (Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label):
         return row
     for metric in metrics:
@@ -119,7 +119,7 @@ def case_row(case: Case, solved: Solved, metrics: tuple[Base, ...]) -> Row:
             names = [quantity.name for quantity in metric.quantities()]
             row |= {name: float(value) for name, value in zip(names, metric.values(solved), strict=True)}
         except (ValueError, ArithmeticError, IndexError, np.linalg.LinAlgError) as error:
-            row |= {"outcome": FAILED, "reason": f"metric {metric.kind}: {error}"}
+            row |= {"outcome": CASE_FAILED, "reason": f"metric {metric.kind}: {error}"}
     return row
 
 
@@ -160,5 +160,5 @@ def solve_chunk(chunk: Chunk) -> tuple[list[Row], list[dict[str, np.ndarray]]]:
             if chunk.states != "none":
                 states.append(state_rows(case, solved, chunk))
         except (ValueError, ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
-            rows.append(blank_row(case, chunk.metrics, FAILED, f"{type(error).__name__}: {error}"))
+            rows.append(blank_row(case, chunk.metrics, CASE_FAILED, f"{type(error).__name__}: {error}"))
     return rows, states

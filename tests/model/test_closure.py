@@ -13,7 +13,7 @@ from prb3r.model.laws.self_consistent import MAX_PASSES, NOT_CLOSED, equilibria_
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import solve as solve_steps
 from prb3r.study.cases import Case
-from prb3r.study.work import solve_case, summary
+from prb3r.study.work import outcome_columns, solve_case
 
 RIGIDITY, ARC = 0.24, 0.014
 PLATE = {"plates": 4, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": RIGIDITY}
@@ -167,7 +167,7 @@ def test_solve_and_studies_know_the_law(tmp_path):
     solved = solve_case(Case(0, {}, settings | {"step": steps}))
     assert solved.states.y == pytest.approx(expected.y, abs=1e-12)
     settings["manipulator"]["effect"][0]["terms"] = [term("bend", 40.0)]
-    row = summary(solve_case(Case(0, {}, settings | {"step": steps})))
+    row = outcome_columns(solve_case(Case(0, {}, settings | {"step": steps})))
     assert (row["outcome"], row["reason"]) == ("no equilibrium", NOT_CLOSED)
 
 

@@ -7,7 +7,7 @@ import pytest
 import prb3r
 from prb3r.errors import SpecError
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.parameter import changed, parameter
+from prb3r.model.parameter import changed, parameter_at
 from prb3r.model.solve import solve
 
 STEPS = pd.DataFrame(
@@ -73,7 +73,7 @@ def rig(*effects, model="prb3r", **friction):
 
 def close(manipulator, path, within=1e-5, steps=STEPS):
     """Whether the derivative is that between two solves."""
-    found = parameter(manipulator, path)
+    found = parameter_at(manipulator, path)
     table = prb3r.sensitivities(manipulator, steps, [path])
     far = 10 * found.step
     ahead, behind = (solve(changed(manipulator, found.keys, found.value + s * far), steps) for s in (1, -1))

@@ -6,7 +6,8 @@ import pytest
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from prb3r.errors import SpecError
-from prb3r.model.files.toml import read, scan
+from prb3r.model.files.toml import read_toml
+from prb3r.model.files.toml_lines import lines_of_keys
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -58,7 +59,7 @@ def problems(folder, text):
     path = folder / "x.toml"
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     with pytest.raises(SpecError) as caught:
-        read(path, Machine)
+        read_toml(path, Machine)
     return [str(problem).removeprefix(str(path)) for problem in caught.value.problems]
 
 
@@ -123,7 +124,7 @@ thickness_m = true
 def test_a_right_file_is_read_with_its_numbers_as_written(tmp_path):
     path = tmp_path / "x.toml"
     path.write_text('\ufeffname = "µ"\r\nsegment = [{ length_m = 1, thickness_m = 8e-4, offset_m = [0, 1.5] }]\r\n')
-    machine = read(path, Machine)
+    machine = read_toml(path, Machine)
     assert machine.name == "µ"
     assert machine.segment[0].length_m == 1.0
     assert machine.segment[0].offset_m == (0.0, 1.5)
@@ -153,7 +154,7 @@ k = 1
   [[list.deep]]
   k = 1
 '''
-    lines = scan(text)
+    lines = lines_of_keys(text)
     expected = {
         ("title",): 2,
         ("a", "b", "c.d"): 5,
@@ -192,10 +193,10 @@ def test_text_that_is_not_toml_names_its_line(tmp_path, text, said):
 def test_files_that_cannot_be_read_are_problems_too(tmp_path):
     (tmp_path / "prototype.toml").write_text("")
     with pytest.raises(SpecError, match=r"no such file; did you mean 'prototype.toml'\?"):
-        read(tmp_path / "prototyp.toml", Machine)
+        read_toml(tmp_path / "prototyp.toml", Machine)
     with pytest.raises(SpecError, match="is a folder"):
-        read(tmp_path, Machine)
+        read_toml(tmp_path, Machine)
     if os.geteuid():
         (tmp_path / "prototype.toml").chmod(0)
         with pytest.raises(SpecError, match="cannot be read: permission denied"):
-            read(tmp_path / "prototype.toml", Machine)
+            read_toml(tmp_path / "prototype.toml", Machine)

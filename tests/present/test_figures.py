@@ -12,8 +12,8 @@ from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve
 from prb3r.present import style
-from prb3r.present.page import save
-from prb3r.present.study.figures import draw
+from prb3r.present.page import save_figure
+from prb3r.present.study.figures import study_figure
 from prb3r.present.study.shapes import body, straight
 from prb3r.present.study.sheet import Scene
 from prb3r.present.study.workspace import occupancy
@@ -66,7 +66,7 @@ def curves(axes) -> list:
 
 def test_every_group_is_a_line_and_axes_say_units(coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", panel="friction_coefficient")
-    figure = draw(plot, coupling, None, SCENE)
+    figure = study_figure(plot, coupling, None, SCENE)
     assert [len(curves(axes)) for axes in figure.axes] == [2, 2]
     assert figure.axes[0].get_ylabel() == "Tip shift (mm)"
     assert all(axes.get_xlabel() == "Cable 2 (N)" for axes in figure.axes)
@@ -91,7 +91,7 @@ def test_style_is_a_second_distinction(coupling):
     plot = Plot(
         name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", style="friction_coefficient", y_unit="cm"
     )
-    drawn = curves(draw(plot, coupling, None, SCENE).axes[0])
+    drawn = curves(study_figure(plot, coupling, None, SCENE).axes[0])
     assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == 4
 
 
@@ -99,7 +99,7 @@ def test_failed_cases_are_crosses(coupling):
     coupling.loc[3, ["outcome", "tip_shift_m"]] = ["no equilibrium", np.nan]
     coupling.loc[5, "outcome"] = "unstable"
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
-    figure = draw(plot, coupling, None, SCENE)
+    figure = study_figure(plot, coupling, None, SCENE)
     crosses = {float(x) for line in figure.axes[0].lines if line.get_marker() == "x" for x in line.get_xdata()}
     assert crosses == {60.0, 100.0}
     assert {"no equilibrium (1 case)", "unstable (1 case)"} <= set(texts(figure))
@@ -112,7 +112,7 @@ def test_fit_vertical_and_published_points_are_named(coupling):
         name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", fit=True, vertical="changing_point_n",
         mark=[{"x": 50.0, "y": 0.06, "label": "published"}],
     )  # fmt: skip
-    figure = draw(plot, coupling, None, scene)
+    figure = study_figure(plot, coupling, None, scene)
     assert {"thin: 0.2 mm per N, within 1.1 mm", "changing point, 60.7 N", "published"} <= set(texts(figure))
     point = next(line for line in figure.axes[0].lines if line.get_markerfacecolor() == "white")
     assert (point.get_xdata()[0], point.get_ydata()[0]) == pytest.approx((50.0, 60.0))
@@ -142,7 +142,7 @@ def test_plates_are_as_long_as_they_are():
 def test_shapes_show_every_case_to_scale():
     cases, states = cases_of(cable_1_n=[20.0, 60.0, 100.0]), states_of([[20.0, 0, 0, 0], [60.0, 0, 0, 0]])
     cases.loc[2, "outcome"] = "no equilibrium"
-    figure = draw(Plot(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
+    figure = study_figure(Plot(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
     axes = figure.axes[0]
     disks = [one for one in axes.collections if isinstance(one, PolyCollection)]
     assert [len(one.get_paths()) for one in disks] == [15, 15]
@@ -155,7 +155,7 @@ def test_shapes_show_every_case_to_scale():
 def test_shapes_need_all_disks():
     states = states_of([[20.0, 0, 0, 0]])
     with pytest.raises(ValueError, match="all its disks, 0 to 14"):
-        draw(Plot(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
+        study_figure(Plot(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
 
 
 def test_occupancy_has_the_area_of_its_region():
@@ -176,22 +176,22 @@ def test_workspaces_are_told_apart_and_small(tmp_path):
     states = pd.concat(tips)
     states.iloc[:7, 3:] = np.nan
     cases = cases_of(design=["a", "b", "c"])
-    overlaid = draw(Plot(name="w", kind="workspace", by="design"), cases, states, SCENE)
-    panels = draw(Plot(name="w", kind="workspace", panel="design"), cases, states, SCENE)
+    overlaid = study_figure(Plot(name="w", kind="workspace", by="design"), cases, states, SCENE)
+    panels = study_figure(Plot(name="w", kind="workspace", panel="design"), cases, states, SCENE)
     assert "a: 7 of 20,000 loads without equilibrium" in texts(overlaid)
     outlines = [one for one in overlaid.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
     assert len({str(one.get_linestyle()) for one in outlines}) == 3
     assert len({patch.get_hatch() for patch in overlaid.legends[0].get_patches()}) == 3
     assert len(panels.axes) == 3
     for name, figure in (("overlaid", overlaid), ("panels", panels)):
-        assert save(figure, tmp_path, name)[1].stat().st_size < 400_000
+        assert save_figure(figure, tmp_path, name)[1].stat().st_size < 400_000
 
 
 def test_bars_have_a_panel_and_a_unit_for_each_metric():
     cases = cases_of(design=["a", "a", "b", "b"], ratio=[1.0, 2.0, 1.0, 2.0], area_m2=[0.3, 0.2, 0.1, np.nan])
     cases = cases.assign(peak_stress_pa=[5e8, 4e8, 3e8, 2e8])
     cases.loc[3, "outcome"] = "no equilibrium"
-    figure = draw(
+    figure = study_figure(
         Plot(name="b", kind="bars", x="ratio", y=["area_m2", "peak_stress_pa"], by="design"), cases, None, SCENE
     )
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["Area (m²)", "Peak stress (MPa)"]
@@ -208,7 +208,7 @@ def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():
     )
     cases = cases_of(friction_coefficient=[0.1, 0.3], tip_y_m=0.1, disk7_y_m=0.1)
     plot = Plot(name="a", kind="loops", x="cable_1_n", y=["tip_y_m", "disk7_y_m"], panel="friction_coefficient")
-    figure = draw(plot, cases, states, SCENE)
+    figure = study_figure(plot, cases, states, SCENE)
     assert len(figure.axes) == 4
     assert [axes.get_ylabel() for axes in figure.axes] == ["Tip y (mm)", "", "Disk 7 y (mm)", ""]
     assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "Cable 1 (N)", "Cable 1 (N)"]
@@ -222,7 +222,7 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
     states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(3))
     cases = cases_of(effect=["none", "this", "that"], tip_shift_m=[0.0, 0.01234, 0.2])
     given = {"panel": "effect", "note": "tip_shift_m", "reference": {"effect": "none"}}
-    figure = draw(Plot(name="a", kind="shapes", **given), cases, states, SCENE)
+    figure = study_figure(Plot(name="a", kind="shapes", **given), cases, states, SCENE)
     assert [axes.get_title("left") for axes in figure.axes] == ["this, 12 mm", "that, 200 mm"]
     assert [len(polygons(axes)) for axes in figure.axes] == [2, 2]
     assert texts(figure) == ["none"]
@@ -230,8 +230,8 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
 
 def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
-    first = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
-    again = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
+    first = [path.read_bytes() for path in save_figure(study_figure(plot, coupling, None, SCENE), tmp_path, "a")]
+    again = [path.read_bytes() for path in save_figure(study_figure(plot, coupling, None, SCENE), tmp_path, "a")]
     assert first == again
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
 
@@ -239,20 +239,20 @@ def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
 def test_legend_fits_the_figure(coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
     coupling["design"] = coupling["design"] + " plates at the base, cables sound"
-    figure = draw(plot, coupling, None, SCENE)
+    figure = study_figure(plot, coupling, None, SCENE)
     figure.savefig(io.BytesIO())
     assert figure.legends[0].get_window_extent().width < figure.bbox.width
 
 
 def test_unknown_column_is_named(coupling):
     with pytest.raises(ValueError, match="no column colour"):
-        draw(Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="colour"), coupling, None, SCENE)
+        study_figure(Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="colour"), coupling, None, SCENE)
 
 
 def test_selecting_no_case_is_an_error(coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], where={"design": "none such"})
     with pytest.raises(ValueError, match="no case has"):
-        draw(plot, coupling, None, SCENE)
+        study_figure(plot, coupling, None, SCENE)
 
 
 @pytest.mark.parametrize("kind", ["lines", "shapes", "workspace", "bars", "loops"])
@@ -263,6 +263,6 @@ def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
     states = states_of([[20.0, 0, 0, 0]])[:0]
     y = "tip_y_m" if kind == "loops" else "tip_shift_m"
     plot = Plot(name="a", kind=kind, x="cable_1_n", y=[y], by="cable_1_n", vertical="limit_n")
-    figure = draw(plot, cases, states, SCENE)
+    figure = study_figure(plot, cases, states, SCENE)
     assert any("crashed" in text for text in texts(figure))
-    assert len(save(figure, tmp_path, "a")) == 2
+    assert len(save_figure(figure, tmp_path, "a")) == 2

@@ -107,7 +107,7 @@ def test_missing_figure_is_named(tmp_path, cases):
 
 
 def test_numbers_for_people():
-    assert [style.number(value) for value in (0, 1234.56, -0.0567891, 3.2e-7, 1e9, np.nan, 12.0)] == [
+    assert [style.digits(value) for value in (0, 1234.56, -0.0567891, 3.2e-7, 1e9, np.nan, 12.0)] == [
         "0", "1,235", "−0.05679", "3.2e−7", "1e9", "–", "12"
     ]  # fmt: skip
     assert style.with_unit(30, "°") == "30°"

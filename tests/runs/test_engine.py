@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from prb3r.errors import EngineError
-from prb3r.runs import engine
-from prb3r.runs.engine import Workers, run
+from prb3r.runs.backends import dask as dask_backend
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.tasks import Workers
 
 DEADLY, RAISING = 13, 19
 LOCAL = "127.0.0.1:0"
@@ -40,7 +41,7 @@ def outcomes(tasks, workers, split=single):
         assert number not in found
         found[number] = pieces
 
-    run(square, tasks, keep, workers, split)
+    run_tasks(square, tasks, keep, workers, split)
     return found
 
 
@@ -86,7 +87,7 @@ def victim(task):
 
 def test_a_worker_killed_from_outside_is_replaced_and_its_task_done_again(tmp_path):
     found = {}
-    run(victim, [str(tmp_path / "mark")], found.__setitem__)
+    run_tasks(victim, [str(tmp_path / "mark")], found.__setitem__)
     assert [piece.value for piece in found[0]] == [os.getpid()]
 
 
@@ -100,7 +101,7 @@ def threads(task):
 
 def test_workers_compute_with_one_thread():
     found = {}
-    run(threads, {7: None}, found.__setitem__)
+    run_tasks(threads, {7: None}, found.__setitem__)
     assert found[7][0].value == ({1}, "1")
 
 
@@ -108,13 +109,14 @@ def test_an_error_in_the_caller_leaves_no_workers():
     import psutil
 
     with pytest.raises(ZeroDivisionError):
-        run(square, chunks(40), lambda number, pieces: 1 / 0, Workers(jobs=2))
+        run_tasks(square, chunks(40), lambda number, pieces: 1 / 0, Workers(jobs=2))
     assert not [child for child in psutil.Process().children() if "process_executor" in " ".join(child.cmdline())]
 
 
 SCRIPT = """
 import os, sys, time
-from prb3r.runs.engine import Workers, run
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.tasks import Workers
 
 def slow(task):
     if task > 1:
@@ -125,7 +127,7 @@ def show(number, pieces):
     print(pieces[0].value, flush=True)
 
 try:
-    run(slow, range(8), show, Workers(jobs=2))
+    run_tasks(slow, range(8), show, Workers(jobs=2))
 except KeyboardInterrupt:
     sys.exit(130)
 """
@@ -164,16 +166,16 @@ def test_no_worker_outlives_its_parent_and_none_complains(number):
 
 def test_impossible_workers_are_refused_in_words(monkeypatch):
     with pytest.raises(EngineError, match="backend: unknown: 'daks'; did you mean 'dask'"):
-        run(square, [[1]], print, Workers(backend="daks"))
+        run_tasks(square, [[1]], print, Workers(backend="daks"))
     pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
-    monkeypatch.setattr(engine, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(dask_backend, "PATIENCE_S", 0.5)
     with pytest.raises(EngineError, match="needs the address of a running scheduler"):
-        run(square, [[1]], print, Workers(backend="dask"))
+        run_tasks(square, [[1]], print, Workers(backend="dask"))
     with pytest.raises(EngineError, match="no dask scheduler answers"):
-        run(square, [[1]], print, Workers(backend="dask", scheduler="tcp://127.0.0.1:1"))
+        run_tasks(square, [[1]], print, Workers(backend="dask", scheduler="tcp://127.0.0.1:1"))
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(EngineError, match=r"pip install 'prb3r\[dask\]'"):
-        run(square, [[1]], print, Workers(backend="dask"))
+        run_tasks(square, [[1]], print, Workers(backend="dask"))
 
 
 @pytest.fixture
@@ -205,7 +207,7 @@ def test_dask_loses_only_the_guilty_and_refuses_other_sources(cluster, monkeypat
     guard = threading.Timer(60, lambda: os.kill(os.getpid(), signal.SIGINT))
     guard.start()
     try:
-        run(square, tasks, found.__setitem__, workers, single)
+        run_tasks(square, tasks, found.__setitem__, workers, single)
     finally:
         guard.cancel()
     assert_only_the_guilty_are_lost(found, tasks, "its worker died (2 times)")
@@ -215,4 +217,4 @@ def test_dask_loses_only_the_guilty_and_refuses_other_sources(cluster, monkeypat
     with pytest.raises(
         EngineError, match=r"(?m)^tcp://.*imports prb3r \w+, this machine \w+; install the same version"
     ):
-        run(square, tasks, found.__setitem__, workers)
+        run_tasks(square, tasks, found.__setitem__, workers)

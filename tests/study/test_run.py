@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from prb3r.errors import SpecError
-from prb3r.runs.engine import Piece, Workers
+from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.run import Options, plan_study, run_study, tables_of
 from prb3r.study.work import solve_chunk
 

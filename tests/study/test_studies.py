@@ -16,7 +16,7 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
     """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process."""
-    from prb3r.study.compare import comparisons
+    from prb3r.study.compare import with_comparisons
     from prb3r.study.run import straight_lengths
 
     plan = plan_study(STUDIES / f"{name}.toml")
@@ -35,7 +35,7 @@ def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
     rows, _ = solve_chunk(type(chunk)(tuple(cases), metrics, "none", None, chunk.cables))
     frame = pd.DataFrame(rows)
     assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()
-    return comparisons(frame, plan.study, straight_lengths(cases))
+    return with_comparisons(frame, plan.study, straight_lengths(cases))
 
 
 def _same(a, b) -> bool:

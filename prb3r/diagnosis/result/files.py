@@ -11,10 +11,11 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.result import tables
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import as_json, proposals
-from prb3r.model.files.toml_text import toml_text
+from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
-from prb3r.runs import store
+from prb3r.runs.files import ensure_writable, write_whole
+from prb3r.runs.store import arrow_table, write_arrow
 
 
 def default_folder(recording: Recording) -> Path:
@@ -33,7 +34,7 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
         If the disk is full.
     """
     folder = Path(folder)
-    store.ensure_writable(folder)
+    ensure_writable(folder)
     record = json.dumps(as_json(diagnosis), indent=1, allow_nan=False, ensure_ascii=False)
     texts = {"diagnosis.json": record + "\n"}
     for name, fitted in models(diagnosis).items():
@@ -42,7 +43,7 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
         if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
             old.unlink()  # of an earlier diagnosis
-    files = [store.write_whole(folder / name, text.encode()) for name, text in texts.items()]
+    files = [write_whole(folder / name, text.encode()) for name, text in texts.items()]
     made = {"recording": diagnosis.recording.name, "seed": diagnosis.seed, "verdict": diagnosis.verdict}
     for name, frame in (
         ("residuals", tables.residuals(diagnosis)),
@@ -51,7 +52,7 @@ def write(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     ):
         columns = {column: frame[column].to_numpy() for column in frame}
         files.append(folder / f"{name}.parquet")
-        store.write(store.table(columns, tables.QUANTITIES, made), files[-1])
+        write_arrow(arrow_table(columns, tables.QUANTITIES, made), files[-1])
     return files
 
 

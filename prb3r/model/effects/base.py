@@ -12,8 +12,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 Number = Annotated[int, Field(ge=1)]
 

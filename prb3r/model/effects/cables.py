@@ -5,7 +5,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, no_loads
-from prb3r.model.effects.base import Effect, Host, NonNegative, columns
+from prb3r.model.effects.base import Effect, Host, columns
+from prb3r.model.files.numbers import NonNegative
 
 
 class DeadCable(Effect):

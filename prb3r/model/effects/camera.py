@@ -4,7 +4,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from prb3r.model.effects.base import Observation, Positive
+from prb3r.model.effects.base import Observation
+from prb3r.model.files.numbers import Positive
 
 
 class CameraScale(Observation):

@@ -6,7 +6,8 @@ import numpy as np
 from pydantic import Field
 
 from prb3r.mechanics.chain import Chain
-from prb3r.model.effects.base import Effect, Efficiency, Host, NonNegative, columns
+from prb3r.model.effects.base import Effect, Efficiency, Host, columns
+from prb3r.model.files.numbers import NonNegative
 
 
 class CableFriction(Effect):

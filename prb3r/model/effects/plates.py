@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 
 from prb3r.mechanics.chain import Chain, Contact, Law
 from prb3r.mechanics.plate import with_end_hinges
-from prb3r.model.effects.base import Effect, Host, NonNegative, Number, Positive
+from prb3r.model.effects.base import Effect, Host, Number
+from prb3r.model.files.numbers import NonNegative, Positive
 
 
 class WeakenedPlate(Effect):

@@ -7,14 +7,14 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 
-SUFFIXES = (".csv", ".parquet")
+TABLE_SUFFIXES = (".csv", ".parquet")
 EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "None")
 """What an empty cell may hold in a CSV, but for names of sequences."""
 
 
 def _table_path(path: str | Path) -> Path:
     path = Path(path)
-    if path.suffix not in SUFFIXES:
+    if path.suffix not in TABLE_SUFFIXES:
         what = f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"
         raise SpecError(Problem(str(path), what))
     return path

@@ -20,12 +20,12 @@ from prb3r.mechanics.sensitivity import sensitivities as without_law
 from prb3r.model.laws.moment_law import LawPath, StateChange, law_path
 from prb3r.model.laws.self_consistent import kept, settled
 
-TOLERANCE = 1e-10
+SENSITIVITY_TOLERANCE = 1e-10
 """Of the moments' derivatives, relative; differences of what is known without solving are good to 1e-9."""
 MOST_PRODUCTS = 200
 
 
-class Sides(NamedTuple):
+class LawDirection(NamedTuple):
     """The paths a little ahead and a little behind in a parameter; see `Direction`."""
 
     ahead: LawPath
@@ -42,7 +42,7 @@ class Sides(NamedTuple):
         return (self.ahead.asked(states) - self.behind.asked(states)) / self.apart
 
 
-def sensitivities(
+def sensitivities_under_law(
     chain: Chain,
     loads: Loads,
     directions: Sequence[Direction],
@@ -57,7 +57,7 @@ def sensitivities(
     states, moment, closed = settled(along)
     closed &= np.isfinite(states.angle).all(1)
     sides = [
-        Sides(law_path(*each.ahead, from_rest, number), law_path(*each.behind, from_rest, number), each.apart)
+        LawDirection(law_path(*each.ahead, from_rest, number), law_path(*each.behind, from_rest, number), each.apart)
         for each in directions
     ]
 
@@ -85,7 +85,7 @@ def sensitivities(
     size = np.linalg.norm(start, axis=(0, 1))
     size[size == 0] = 1.0
     system = LinearOperator((start.size, start.size), matvec=left, dtype=float)
-    flat, failed = gmres(system, (start / size).ravel(), rtol=TOLERANCE, restart=MOST_PRODUCTS, maxiter=1)
+    flat, failed = gmres(system, (start / size).ravel(), rtol=SENSITIVITY_TOLERANCE, restart=MOST_PRODUCTS, maxiter=1)
     found = by_parameters(flat.reshape(start.shape) * size)
     return _after_rest(found, states, closed & (failed == 0))
 

@@ -15,13 +15,13 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
 from prb3r.model.laws.moment_law import LawPath, law_path
 
 MAX_PASSES = 60
-TOLERANCE = 1e-9
+MOMENT_TOLERANCE = 1e-9
 """Largest change of a moment that counts as none, of the largest moment."""
 ANGLE_TOLERANCE = 1e-11
 """And the bend that a moment may cause to count as none, rad: as exact as equilibria are."""
-FARTHEST = np.pi
+LARGEST_TRIED_BEND = np.pi
 """No moment larger than that which would bend a rotation of a plate so far, rad, is tried on the way."""
-SHORTEST, LONGEST = 0.02, 4.0
+SMALLEST_SHARE, LARGEST_SHARE = 0.02, 4.0
 """Share of the way to the moments that the law asks for, at most and at least."""
 NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
 
@@ -55,7 +55,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
     these."""
     chain = along.chain
     stiffest = float(chain.stiffness.max())
-    least, most = ANGLE_TOLERANCE * stiffest, FARTHEST * stiffest
+    least, most = ANGLE_TOLERANCE * stiffest, LARGEST_TRIED_BEND * stiffest
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     for done in range(MAX_PASSES):
         states = solve(*along.under(moment), from_rest=along.begins)
@@ -63,7 +63,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
         asked = np.where(too_large, moment / 2, asked)
         miss = asked - moment
-        closed = np.abs(miss).max(1) <= TOLERANCE * np.abs(asked).max() + least
+        closed = np.abs(miss).max(1) <= MOMENT_TOLERANCE * np.abs(asked).max() + least
         if closed.all():
             break
         share = _share(moment - before, miss - missed) if done else 1.0
@@ -80,7 +80,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
 def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
     """Share of the way to go: to where the secant of each plate's miss is zero, if that is forward, else all of it."""
     slope = np.divide(of_miss, change, out=np.full_like(change, -1.0), where=change != 0)
-    return np.where(slope < 0, np.clip(-1 / np.minimum(slope, -1e-3), SHORTEST, LONGEST), 1.0)
+    return np.where(slope < 0, np.clip(-1 / np.minimum(slope, -1e-3), SMALLEST_SHARE, LARGEST_SHARE), 1.0)
 
 
 def kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:

@@ -19,9 +19,9 @@ from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out, residuals
 from prb3r.present.diagnosis.shapes import misfits
 from prb3r.present.diagnosis.sheet import Evidence
-from prb3r.present.page import Table, picture, save, templates
+from prb3r.present.page import Table, picture, save_figure, templates
 from prb3r.quantities import describe
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 
 FIGURES: dict[str, tuple[Callable[[Evidence], Figure | None], str]] = {
     "shapes": (
@@ -65,7 +65,7 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
                 for kind in ("png", "svg"):
                     (folder / f"{name}.{kind}").unlink(missing_ok=True)
                 continue
-            files += save(figure, folder, name)
+            files += save_figure(figure, folder, name)
             pictures[name] = picture(folder, name, caption)
     page = templates().get_template("diagnosis.html.j2").render(content(evidence), pictures=pictures)
     return [*files, write_whole(folder / "report.html", page.encode())]
@@ -189,7 +189,7 @@ def _steps(steps: pd.DataFrame) -> Table:
     loads = [name for name in steps if name not in ("sequence", "step") and not str(name).startswith("slip_")]
     used = ["step", *(name for name in loads if (steps[name] != 0).any())]
     used += [name for name in steps if str(name).startswith("slip_") and (steps[name] != -1).any()]
-    rows = [[style.number(float(row[name])) for name in used] for row in steps.to_dict("records")]
+    rows = [[style.digits(float(row[name])) for name in used] for row in steps.to_dict("records")]
     return Table([style.shown(describe(str(name))).label for name in used], rows, ())
 
 

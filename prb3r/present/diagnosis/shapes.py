@@ -50,7 +50,7 @@ def _title(evidence: Evidence, key: tuple[str, int], part: pd.DataFrame) -> str:
     row = np.flatnonzero((steps["sequence"] == key[0]) & (steps["step"] == key[1]))[0]
     tension = recording.loads.tension[row]
     pulled = [
-        f"{name}: {style.number(float(f'{t:.3g}'))} N"
+        f"{name}: {style.digits(float(f'{t:.3g}'))} N"
         for name, t in zip(recording.manipulator.cable_names, tension, strict=True)
         if t > 0
     ]

@@ -46,7 +46,7 @@ def fit_quality(diagnosis: Diagnosis) -> str:
 
 def number(value: float | None) -> str:
     """Three significant digits."""
-    return "–" if value is None or not np.isfinite(value) else style.number(float(f"{value:.3g}"))
+    return "–" if value is None or not np.isfinite(value) else style.digits(float(f"{value:.3g}"))
 
 
 def percent(share: float) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.page import save
+from prb3r.present.page import save_figure
 from prb3r.proof.concealed.labels import CLASSES, Label
 from prb3r.proof.judging.breakdown import by_effect, confusion
 from prb3r.proof.judging.intervals import Score
@@ -19,8 +19,8 @@ from prb3r.proof.judging.methods import METHODS, Verdict
 from prb3r.proof.judging.opened import Judged, first_right, mentioned
 from prb3r.proof.judging.scores import Goal
 from prb3r.proof.prove import MAIN, Proof
-from prb3r.runs import store
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
+from prb3r.runs.store import arrow_table, write_arrow
 
 SHARES = ("clean", "right", "truth", "plate", "95", "parameter", "held-out excess", "both", "outside", "error of E")
 """How the names of scores begin that are shown in percent; the rest are shares too, or plain numbers."""
@@ -31,11 +31,11 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     """Write `proof.md`, `proof.json`, `cases.parquet` and the figure of the confusion matrix."""
     folder.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(style.RC):
-        figures = save(confusion_figure(proof), folder, "confusion")
+        figures = save_figure(confusion_figure(proof), folder, "confusion")
     text = write_whole(folder / "proof.md", markdown(proof).encode())
     numbers = write_whole(folder / "proof.json", json.dumps(plain(proof), indent=1, default=str).encode())
-    store.write(
-        store.table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
+    write_arrow(
+        arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
         folder / "cases.parquet",
     )
     return [text, numbers, folder / "cases.parquet", *figures]

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.study.sheet import FAILED, Sheet, entry, failures, ordered, pale, values_of
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, failures, ordered, pale, values_of
 
 
-def bars(sheet: Sheet) -> Figure:
+def bars_figure(sheet: Sheet) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
     handles = [*sheet.handles(patch=True, solid=True), *(entry(ink) for ink in failures(rows))]
@@ -44,11 +44,11 @@ def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink
         axes.errorbar(at, middle, whiskers, fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
     failed = at[np.isin(places, group["_x"][group["outcome"] != "converged"])]
     if len(failed):
-        axes.plot(failed, np.full(len(failed), 0.03), transform=axes.get_xaxis_transform(), **FAILED)
+        axes.plot(failed, np.full(len(failed), 0.03), transform=axes.get_xaxis_transform(), **FAILED_MARK)
 
 
 def _tick(sheet: Sheet, value: Any) -> str:
     column = sheet.plot.x or ""
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))
-    return str(value) if isinstance(value, (str, bool)) else style.number(value * sheet.shown(column).factor)
+    return str(value) if isinstance(value, (str, bool)) else style.digits(value * sheet.shown(column).factor)

@@ -7,27 +7,28 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.page import save
-from prb3r.runs import store
-from prb3r.study.designs import Comparison
+from prb3r.present.page import save_figure
+from prb3r.runs.files import ensure_writable, write_whole
+from prb3r.runs.store import arrow_table, write_arrow
+from prb3r.study.designs import DesignComparison
 
 
-def publish_comparison(comparison: Comparison, folder: Path) -> list[str]:
+def publish_comparison(comparison: DesignComparison, folder: Path) -> list[str]:
     """Write `comparison.md`, `comparison.parquet` and `comparison.png/svg`; the names written."""
-    store.ensure_writable(folder)
-    store.write_whole(folder / "comparison.md", (comparison.markdown() + "\n").encode())
+    ensure_writable(folder)
+    write_whole(folder / "comparison.md", (comparison.markdown() + "\n").encode())
     values = comparison.values
     columns = {"design": list(values.index), "on_pareto_front": comparison.front}
-    store.write(
-        store.table(columns | {name: values[name].to_numpy(float) for name in values}, comparison.quantities),
+    write_arrow(
+        arrow_table(columns | {name: values[name].to_numpy(float) for name in values}, comparison.quantities),
         folder / "comparison.parquet",
     )
     with matplotlib.rc_context(style.RC):
-        figures = save(profile(comparison), folder, "comparison")
+        figures = save_figure(worth_figure(comparison), folder, "comparison")
     return ["comparison.md", "comparison.parquet", *(path.name for path in figures)]
 
 
-def profile(comparison: Comparison) -> Figure:
+def worth_figure(comparison: DesignComparison) -> Figure:
     """Designs over the objectives, each as a share of the best design there: 1 is best."""
     figure = Figure(figsize=(style.DOUBLE / 25.4, 0.34 * len(comparison.objectives) + 0.9), layout="constrained")
     axes = figure.subplots()

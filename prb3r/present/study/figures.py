@@ -5,16 +5,16 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.study.bars import bars
-from prb3r.present.study.lines import lines
-from prb3r.present.study.loops import loops
-from prb3r.present.study.shapes import shapes
+from prb3r.present.study.bars import bars_figure
+from prb3r.present.study.lines import lines_figure
+from prb3r.present.study.loops import loops_figure
+from prb3r.present.study.shapes import shapes_figure
 from prb3r.present.study.sheet import Scene, Sheet
-from prb3r.present.study.workspace import workspace
+from prb3r.present.study.workspace import workspace_figure
 from prb3r.study.spec import Plot
 
 
-def draw(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Scene) -> Figure:
+def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Scene) -> Figure:
     """The figure that `plot` asks for; cases without equilibrium are marked or named in it.
 
     Raises
@@ -22,6 +22,12 @@ def draw(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Sc
     ValueError
         If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
     """
-    kinds = {"lines": lines, "shapes": shapes, "workspace": workspace, "bars": bars, "loops": loops}
+    kinds = {
+        "lines": lines_figure,
+        "shapes": shapes_figure,
+        "workspace": workspace_figure,
+        "bars": bars_figure,
+        "loops": loops_figure,
+    }
     with matplotlib.rc_context(style.RC):
         return kinds[plot.kind](Sheet(plot, cases, states, scene))

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from prb3r.present import style
-from prb3r.present.study.sheet import COLUMN, FAILED, Sheet, entry, failures
+from prb3r.present.study.sheet import COLUMN, FAILED_MARK, Sheet, entry, failures
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.spec import Plot
 
 
-def lines(sheet: Sheet) -> Figure:
+def lines_figure(sheet: Sheet) -> Figure:
     """Columns against a column, with published points, fits, a marked value and failed cases."""
     plot, rows = sheet.plot, sheet.rows
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
@@ -75,7 +75,7 @@ def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], 
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
     step = 1 if len(curve) <= 12 else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)
-    cross = FAILED | {"color": ink["color"]}
+    cross = FAILED_MARK | {"color": ink["color"]}
     failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna()]
     seen, edge = failed[failed["_up"].notna()], failed[failed["_up"].isna()]
     if len(seen):

@@ -15,7 +15,7 @@ from prb3r.study.metrics import last_loop
 ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
 
 
-def loops(sheet: Sheet) -> Figure:
+def loops_figure(sheet: Sheet) -> Figure:
     """Positions of disks over a tension along the path of each case: a row of panels for each position.
 
     The last fall and rise are drawn in full, with an arrow on the fall of the first, what came before thin.

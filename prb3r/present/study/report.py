@@ -13,11 +13,11 @@ from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
 from prb3r.present.study.lines import law_in_words
 from prb3r.quantities import Quantity
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
 
-WHOLE_TABLE, LISTED, FEW = 40, 20, 8
+WHOLE_TABLE, MOST_LISTED, FEW = 40, 20, 8
 """Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""
 ROUNDING = 1e-9
 """Values smaller than this share of the largest one in their column are shown as zero."""
@@ -72,7 +72,7 @@ class Source:
         shown = self.shown(column)
         noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
         value = 0.0 if abs(value) < noise else value * shown.factor
-        return style.with_unit(value, shown.unit) if unit else style.number(value)
+        return style.with_unit(value, shown.unit) if unit else style.digits(value)
 
     def named(self, column: str, value: Any) -> str:
         """A factor and its value: `Order: cable 3 first`."""
@@ -107,7 +107,7 @@ def write_report(
         "every_case": _every_case(source) if len(cases) <= WHOLE_TABLE else None,
         "fits": list(_fits(source)),
         "failed": _failed(source),
-        "more_failed": max(0, len(source.failed) - LISTED),
+        "more_failed": max(0, len(source.failed) - MOST_LISTED),
         "timing": _timing(manifest.get("timing") or ()),
         "made": _made(source),
     }
@@ -131,8 +131,8 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
     if len(values) > FEW and pd.api.types.is_numeric_dtype(values):
         ends = [source.cell(name, value, unit=True) for value in (values.min(), values.max())]
         return source.quantity(name).title, target, f"{len(values)} values from {ends[0]} to {ends[1]}"
-    listed = [source.cell(name, value, unit=True) for value in values[:LISTED]]
-    more = [f"and {len(values) - LISTED} more"] if len(values) > LISTED else []
+    listed = [source.cell(name, value, unit=True) for value in values[:MOST_LISTED]]
+    more = [f"and {len(values) - MOST_LISTED} more"] if len(values) > MOST_LISTED else []
     return source.quantity(name).title, target, "; ".join(listed + more)
 
 
@@ -181,13 +181,13 @@ def _failed(source: Source) -> Table | None:
     def case(row):
         return ", ".join(source.named(name, row[name]) for name in source.factors)
 
-    records = source.failed.head(LISTED).to_dict("records")
+    records = source.failed.head(MOST_LISTED).to_dict("records")
     rows = [[str(row["case_id"]), case(row), row["outcome"], row.get("reason") or ""] for row in records]
     return Table(["Case", "With", "Outcome", "Reason"], rows, range(4)) if rows else None
 
 
 def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:
-    lines = [[str(row["model"]), style.number(float(row["microseconds_per_equilibrium"]))] for row in rows]
+    lines = [[str(row["model"]), style.digits(float(row["microseconds_per_equilibrium"]))] for row in rows]
     return Table(["Model", "µs per equilibrium, one core, in bulk"], lines) if lines else None
 
 
@@ -196,7 +196,7 @@ def _made(source: Source) -> list[tuple[str, str]]:
     manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
     revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
     versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())
-    seconds = f"{style.number(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
+    seconds = f"{style.digits(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
     lines = {
         "Study file": manifest.get("spec", ""),
         "Manipulator": source.study.manipulator,

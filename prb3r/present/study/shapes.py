@@ -14,7 +14,7 @@ from matplotlib.patches import Polygon
 
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
-from prb3r.present.study.sheet import FAILED, Sheet, entry, pale
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, pale
 from prb3r.present.style import Look
 from prb3r.study.compare import select
 
@@ -75,7 +75,7 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
     return Body(disks, plates, tuple(cables), tuple(tensions))
 
 
-def shapes(sheet: Sheet) -> Figure:
+def shapes_figure(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
     drawn = _bodies(sheet, sheet.rows)
     behind = list(_bodies(sheet, _reference(sheet)).values())
@@ -129,7 +129,7 @@ def not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
 def notes(texts: list[str], most: int = 6) -> list[Line2D]:
     """Legend entries for what is not drawn."""
     more = [f"and {len(texts) - most} more"] if len(texts) > most else []
-    return [entry({**FAILED, "label": text}) for text in texts[:most] + more]
+    return [entry({**FAILED_MARK, "label": text}) for text in texts[:most] + more]
 
 
 def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:

@@ -17,7 +17,7 @@ from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.spec import Plot
 
-FAILED = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
+FAILED_MARK = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 
 COLUMN = "_column"
 """Key column of a plot with several y: which of them a row is about."""
@@ -180,4 +180,4 @@ def failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
         count, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
         aside = f", {lost} of them without a place" if lost else ""
         entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{aside})")
-    return [{**FAILED, "label": text} for text in entries]
+    return [{**FAILED_MARK, "label": text} for text in entries]

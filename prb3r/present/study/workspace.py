@@ -14,7 +14,7 @@ from prb3r.present.study.sheet import Sheet, pale
 from prb3r.present.style import Look
 
 
-def workspace(sheet: Sheet) -> Figure:
+def workspace_figure(sheet: Sheet) -> Figure:
     """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")

@@ -1,0 +1,134 @@
+"""Plain data to an instance of a pydantic model, or all that is wrong with it, in an engineer's words.
+
+Text and truth values never pass for numbers, nan and inf never pass.
+"""
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from prb3r.errors import did_you_mean
+from prb3r.model.files.toml_lines import Keys
+from prb3r.model.files.valid_keys import valid_keys
+from prb3r.quantities import other_unit
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Model | None, list[tuple[Keys, str]]]:
+    """An instance of `model`, or all that keeps `data` from being one: key paths and what is wrong there."""
+    instance: _Model | None = None
+    errors: list[Any] = []
+    try:
+        instance = model.model_validate(data, context=context)
+    except ValidationError as invalid:
+        errors += invalid.errors(include_url=False)
+    try:
+        model.model_validate_json(json.dumps(data, default=str), strict=True, context=context)
+    except ValidationError as invalid:
+        errors += _quiet_conversions(invalid.errors(include_url=False), data)
+    infinite = dict(_infinite(data))
+    found = {keys: [f"{value} is not allowed; write a finite number"] for keys, value in infinite.items()}
+    places = [(_within(error["loc"], data, error["type"]), error) for error in errors]
+    deepest = [keys for keys, error in places if len(keys) < len(error["loc"])]
+    for keys, error in places:
+        in_branch = len(keys) < len(error["loc"])
+        beaten = in_branch and any(len(other) > len(keys) and other[: len(keys)] == keys for other in deepest)
+        if not beaten and keys not in infinite:
+            keys, what = _explain(keys, error, model, data)
+            found.setdefault(keys, [])
+            found[keys] += [what] * (what not in found[keys])
+    return instance, [(keys, what) for keys, whats in found.items() for what in _merged(whats)]
+
+
+def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
+    """Those strict errors that say text or a truth value would pass for a number, or the reverse."""
+    wrong = {"float_type": (str, bool), "int_type": (str, bool), "bool_type": (str, int, float)}
+    places = [_within(error["loc"], data, error["type"]) for error in errors]
+    alone = [error for keys, error in zip(places, errors, strict=True) if places.count(keys) == 1]
+    return [error for error in alone if isinstance(error["input"], wrong.get(error["type"], ()))]
+
+
+def _infinite(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, float]]:
+    if isinstance(value, float) and not math.isfinite(value):
+        yield keys, value
+    for key, inner in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+        yield from _infinite(inner, (*keys, key))
+
+
+def _within(loc: Keys, data: Any, kind: str) -> Keys:
+    """The part of pydantic's `loc` that is in the file: without names of union branches and validators."""
+    keys: Keys = ()
+    for number, part in enumerate(loc, 1):
+        inside = part in data if isinstance(data, dict) else isinstance(data, list) and part in range(len(data))
+        if inside:
+            data = data[part]
+        if inside or (kind == "missing" and number == len(loc)):
+            keys = (*keys, part)
+    return keys
+
+
+def _merged(whats: list[str]) -> list[str]:
+    """What a value may be, in one sentence where the branches of a union say it in several."""
+    choices = [match for what in whats if (match := re.fullmatch(r"must be (.*?)(, not .*)", what))]
+    if len(choices) < 2:
+        return whats
+    sentence = f"must be {' or '.join(dict.fromkeys(choice[1] for choice in choices))}{choices[0][2]}"
+    return [sentence, *(what for what in whats if what not in {choice[0] for choice in choices})]
+
+
+_MUST_BE = {
+    r"float_.*|decimal_.*|complex_.*": "a number",
+    r"finite_number": "a finite number",
+    r"int_.*": "a whole number",
+    r"string_(type|sub_type|unicode)": "text",
+    r"bool_.*": "true or false",
+    r"(list|tuple|set|frozen_set|iterable|sequence)_type": "a list",
+    r"model_.*|dict_.*|mapping_.*|dataclass_.*": "a table",
+    r"greater_than": "greater than {gt}",
+    r"greater_than_equal": "at least {ge}",
+    r"less_than": "less than {lt}",
+    r"less_than_equal": "at most {le}",
+    r"multiple_of": "a multiple of {multiple_of}",
+    r"literal_error|enum": "{expected}",
+    r"too_short": "a list of at least {min_length}",
+    r"too_long": "a list of at most {max_length}",
+    r"string_too_short": "text of at least {min_length} characters",
+    r"string_too_long": "text of at most {max_length} characters",
+    r"string_pattern_mismatch": "text like {pattern}",
+}
+
+
+def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tuple[Keys, str]:
+    """Where to look, and pydantic's error in an engineer's words."""
+    kind, context, value = error["type"], error.get("ctx", {}), error["input"]
+    if kind == "missing":
+        return keys[:-1], f"{keys[-1]!r} is missing"
+    if kind == "extra_forbidden":
+        key, valid = str(keys[-1]), valid_keys(model, keys[:-1], data)
+        unit = other_unit(key, valid)
+        return keys, f"unknown key {key!r}" + (f": {unit}" if unit else did_you_mean(key, valid))
+    if kind == "union_tag_not_found":
+        return keys, f"{context['discriminator']} is missing"
+    if kind == "union_tag_invalid":
+        name = context["discriminator"].strip("'")
+        options = re.findall(r"'([^']*)'", context["expected_tags"])
+        return (*keys, name), f"unknown {name} {context['tag']!r}{did_you_mean(str(context['tag']), options)}"
+    if kind in {"value_error", "assertion_error"}:
+        return keys, str(context["error"]) or error["msg"]
+    for pattern, words in _MUST_BE.items():
+        if re.fullmatch(pattern, kind):
+            numbers = {name: f"{number:g}" for name, number in context.items() if isinstance(number, float)}
+            return keys, f"must be {words.format(**context | numbers)}, not {_shown(value)}"
+    return keys, f"{error['msg'][:1].lower()}{error['msg'][1:]}, not {_shown(value)}"
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return "a table"
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."

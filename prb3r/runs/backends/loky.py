@@ -1,0 +1,108 @@
+"""Worker processes on this machine, by joblib's loky.
+
+Every worker is a pool of its own, so a death names its task.
+"""
+
+import contextlib
+import os
+import re
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from queue import SimpleQueue
+from typing import Any
+
+from prb3r.runs.backends.shield import reason_of, shielded
+from prb3r.runs.tasks import Fate, Job, Workers
+
+ENVIRONMENT = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+) | {"PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", "")}
+"""Of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless asked for."""
+
+
+class LokyWorkers:
+    """Processes on this machine, started when first needed and replaced when dead."""
+
+    heartbeat_s = 60.0
+    strikes = 2
+
+    def __init__(self, workers: Workers, function: Callable, events: SimpleQueue) -> None:
+        self.slots, self.function, self.events = max(1, workers.jobs), function, events
+        self.idle: list[Any] = []
+        self.busy: dict[Job, Any] = {}
+
+    def __enter__(self) -> "LokyWorkers":
+        # Started along with the first worker, it would undo `_interrupt_held`.
+        with contextlib.suppress(ImportError):
+            from multiprocessing import resource_tracker
+
+            resource_tracker.ensure_running()
+        return self
+
+    def submit(self, job: Job) -> None:
+        from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
+
+        while True:
+            fresh = not self.idle
+            one = ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT) if fresh else None
+            self.busy[job] = one or self.idle.pop()
+            try:
+                with _interrupt_held():
+                    future = self.busy[job].submit(shielded, self.function, job.task)
+            except BrokenProcessPool:
+                self.free(job, "crashed")
+            else:
+                future.add_done_callback(partial(self._report, job))
+                return
+
+    def _report(self, job: Job, future: Any) -> None:
+        from joblib.externals.loky.process_executor import BrokenProcessPool
+
+        error = future.exception()
+        if isinstance(error, BrokenProcessPool):
+            code = re.search(r"\{(.+)\}", str(error))
+            self.events.put((job, "crashed", f"its worker died ({code[1]})" if code else reason_of(error)))
+        else:
+            self.events.put((job, *(("raised", reason_of(error)) if error else future.result())))
+
+    def check(self) -> None:
+        """Nothing to look after: a process that dies reports itself."""
+
+    def free(self, job: Job, fate: Fate) -> None:
+        one = self.busy.pop(job)
+        if fate == "crashed":
+            one.shutdown()
+        else:
+            self.idle.append(one)
+
+    def __exit__(self, *_: object) -> None:
+        for one in [*self.idle, *self.busy.values()]:
+            one.shutdown(kill_workers=True)
+
+
+def _obey(parent: int) -> None:
+    """In a new worker: leave interrupts to the parent, and do not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextlib.contextmanager
+def _interrupt_held() -> Iterator[None]:
+    """Keep SIGINT back while a worker starts: it inherits that, and would print a traceback before it can obey."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,81 @@
+"""Files that are whole or not there, and folders that take them."""
+
+import contextlib
+import errno
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from prb3r.errors import EngineError, Problem, SpecError
+
+
+def write_whole(path: Path, content: bytes) -> Path:
+    """Replace a file so that readers never see a part of it; its path.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take it.
+    """
+    with replaced(path) as temporary, open(temporary, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    return path
+
+
+@contextlib.contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path` that takes its place when the context is left without an error.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take it.
+    """
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        os.replace(temporary, path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise EngineError(Problem(str(path), f"cannot be written: {_words(error)}")) from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _words(error: OSError) -> str:
+    if error.errno == errno.ENOSPC:
+        return "the disk is full; what is already written is kept, free some space and run again"
+    return os.strerror(error.errno).lower() if error.errno else str(error)
+
+
+def ensure_writable(folder: Path) -> None:
+    """Make `folder` and prove that files can be made in it, before any work is done.
+
+    Raises
+    ------
+    SpecError
+        If not.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except (FileExistsError, NotADirectoryError):
+        taken = next(path for path in (folder, *folder.parents) if path.exists())
+        raise SpecError(Problem(str(folder), f"results cannot go there: {taken} is a file")) from None
+    except OSError as error:
+        raise SpecError(Problem(str(folder), f"results cannot go there: {_words(error)}")) from None
