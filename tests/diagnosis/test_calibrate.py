@@ -10,7 +10,8 @@ from scipy.optimize import least_squares
 from prb3r.diagnosis.fit.calibrate import Model, calibrate, fit
 from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.selection import left_out
 from prb3r.recording.recording import Kind, Prior
 
@@ -57,7 +58,7 @@ def test_angles_are_compared_modulo_a_turn():
 
 def test_the_jacobian_is_the_derivative_of_the_residuals():
     predict, noise = exact()
-    library = hypotheses(bench(predict.recording, predict.chain, predict.equilibria(Constants())))
+    library = hypotheses(Scope.of(predict.recording, predict.chain, predict.equilibria(Constants())))
     chosen = [each for each in library if each.name in ("weakened_plate (plate 2)", "camera_scale", "gravity")]
     model = Model(predict, noise, tuple(chosen))
     p = np.random.default_rng(3).normal(0, 0.01, model.count)
@@ -85,7 +86,7 @@ def test_a_fit_ends_where_an_independent_minimiser_ends():
     """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals."""
     recording = recorded(Case())
     predict = predictor(recording)
-    library = hypotheses(bench(recording, predict.chain, predict.equilibria(Constants())))
+    library = hypotheses(Scope.of(recording, predict.chain, predict.equilibria(Constants())))
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     model = Model(predict, noise_of(recording, tension_sensitivity(predict, Constants())), (weak,))
     start = np.array([0.3, 0.5, 0, 0, 0, 0.4])

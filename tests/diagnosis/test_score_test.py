@@ -10,7 +10,8 @@ from prb3r.diagnosis.evidence.score_test import LEVEL, chance_of_largest, direct
 from prb3r.diagnosis.fit.calibrate import calibrate
 from prb3r.diagnosis.fit.covariance import noise_of, tension_sensitivity
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.recording.recording import Kind
 
 
@@ -19,7 +20,7 @@ def tested():
     recording = recorded(Case(hidden=()))
     predict = predictor(recording)
     fitted = calibrate(predict, noise_of(recording, tension_sensitivity(predict, Constants())))
-    return fitted, directions(fitted, hypotheses(bench(recording, predict.chain, fitted.states)))
+    return fitted, directions(fitted, hypotheses(Scope.of(recording, predict.chain, fitted.states)))
 
 
 def drawn(fitted, count):

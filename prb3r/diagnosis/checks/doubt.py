@@ -10,7 +10,8 @@ from prb3r.diagnosis.evidence.score_test import scores
 from prb3r.diagnosis.fit.calibrate import Fit, Model, calibrate, fit
 from prb3r.diagnosis.fit.covariance import Noise, noise_of, tension_sensitivity
 from prb3r.diagnosis.fit.prediction import Constants, Predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.selection import Each, Search, examine, serially
 from prb3r.model.effects.base import Effect
 
@@ -65,7 +66,7 @@ def start(
     for _ in range(ROUNDS):
         trust = trust if trusting else Trust(distrust(fitted))
         fitted = renewed(fitted, trust)
-    library = tuple(hypotheses(bench(recording, predict.chain, fitted.states), without))
+    library = tuple(hypotheses(Scope.of(recording, predict.chain, fitted.states), without))
     search = Search(library, seed, each, alone)
     for _ in range(0 if trusting else MOST_WRONG_WEIGHTS):
         wrong = wrong_weight(fitted, search, trust.doubted)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.evidence.score_test import DETECTABLE, Scores
-from prb3r.diagnosis.library.hypothesis import FARTHEST, Hypothesis
+from prb3r.diagnosis.library.hypothesis import LARGEST_EXPONENT, Hypothesis
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ def detectable(judged: Scores) -> tuple[Detectable, ...]:
         free = hypothesis.free[0]
         size = abs(free.value(DETECTABLE / each.size) - free.null)
         if free.log:
-            size = abs(free.null * np.expm1(min(DETECTABLE / each.size, FARTHEST)))
+            size = abs(free.null * np.expm1(min(DETECTABLE / each.size, LARGEST_EXPONENT)))
         old = best.get(hypothesis.kind)
         if old is None or old.size is None or size < old.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)

@@ -11,6 +11,7 @@ from scipy.stats import chi2 as chi2_law
 from prb3r.diagnosis.evidence.missing_moments import law_directions, laws, mechanism
 from prb3r.diagnosis.evidence.score_test import LEVEL, NAMING_LEVEL, Direction, Scores, directions, scores
 from prb3r.diagnosis.fit.calibrate import Fit, fit
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 Each = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
@@ -184,7 +185,7 @@ def shortlist(found: Scores, residual: np.ndarray, count: int = SHORTLIST) -> li
         hypothesis = found.directions[k].subject
         strong = found.z[k] > 0.5 * found.largest and place < count
         new = hypothesis.kind not in kinds and found.z[k] > max(0.3 * found.largest, 2.0)
-        if hypothesis.kind == "slip_history" and found.z[k] < COSTLY * found.largest:
+        if SUSPECTS[hypothesis.kind].costly and found.z[k] < COSTLY * found.largest:
             continue  # a load path for every prediction
         if place < SURE or strong or (new and not hypothesis.by_degrees):
             kinds.add(hypothesis.kind)

@@ -40,6 +40,11 @@ class Effect(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
     late: ClassVar[int] = 0
     """Effects are applied in this order, then in that of the file."""
+    once: ClassVar[bool] = False
+    """Whether there is only one of the kind on a manipulator: a second in the file replaces the first.
+
+    Others add up, multiply, or sit at places of their own.
+    """
     kind: str
 
     @abstractmethod

@@ -13,6 +13,7 @@ class CableFriction(Effect):
     """Belt friction where the nominal model has none."""
 
     kind: Literal["cable_friction"]
+    once: ClassVar[bool] = True
     coefficient: NonNegative
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
@@ -36,6 +37,7 @@ class SlipHistory(Effect):
     """Slip follows from the load path instead of being declared."""
 
     kind: Literal["slip_history"]
+    once: ClassVar[bool] = True
     presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
@@ -61,6 +63,7 @@ class EdgeWrap(Effect):
     """Friction at both edges of every hole where the nominal model counts the net turn."""
 
     kind: Literal["edge_wrap"]
+    once: ClassVar[bool] = True
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(edges=True)

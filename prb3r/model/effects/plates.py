@@ -1,4 +1,4 @@
-"""Plates: their stiffness, their law of bending, and what they stand in."""
+"""Plates: their stiffness, their law of bending, what they stand in and what stiffens them."""
 
 from __future__ import annotations
 
@@ -41,6 +41,7 @@ class NonlinearPlate(Effect):
     """``M = EI k (1 + c k^2)``, or beyond the curvature `knee` a tangent stiffness of `ratio` times EI."""
 
     kind: Literal["nonlinear_plate"]
+    once: ClassVar[bool] = True
     law: Literal["cubic", "bilinear"]
     cubic_m2: NonNegative | None = None
     knee_per_m: Positive | None = None
@@ -78,6 +79,7 @@ class DiskContact(Effect):
     """Disks (or the edges of notches) touch where a plate bends further than `angle`, and help to carry."""
 
     kind: Literal["disk_contact"]
+    once: ClassVar[bool] = True
     angle_rad: Positive
     stiffness_n_m_per_rad: Positive
 
@@ -100,3 +102,16 @@ class ClampCompliance(Effect):
             rest=np.pad(chain.rest, ((0, 0), (1, 1))),
             curvature=np.pad(chain.plate.stiffness, 1),
         )
+
+
+class CableBending(Effect):
+    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it."""
+
+    kind: Literal["cable_bending"]
+    late: ClassVar[int] = 2
+    stiffness_n_m2: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        routed = (np.arange(chain.plates)[:, None] < chain.reach).sum(1)
+        added = self.stiffness_n_m2 * routed / chain.arc
+        return chain._replace(stiffness=chain.stiffness + added[:, None] * chain.plate.stiffness)
