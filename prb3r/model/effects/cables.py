@@ -33,7 +33,7 @@ class TensionOffset(Effect):
 
 
 class HoleOffset(Effect):
-    """Error of a cable's offset, added to it."""
+    """Error of a cable's offset, added to it over every plate."""
 
     kind: Literal["hole_offset"]
     cable: str
@@ -46,7 +46,8 @@ class HoleOffset(Effect):
 
 
 class HoleClearance(Effect):
-    """Cables lie against the inner (concave) side of their holes."""
+    """Cables lie against the inner (concave) side of their holes: both ends of a plate's span move by the clearance,
+    times tanh(bend / 0.005 rad) of that plate."""
 
     kind: Literal["hole_clearance"]
     clearance_m: NonNegative

@@ -10,7 +10,7 @@ from prb3r.model.effects.base import Effect, Efficiency, Host, NonNegative, colu
 
 
 class CableFriction(Effect):
-    """Belt friction where the nominal model has none."""
+    """Belt friction with this coefficient at every hole, where the nominal model has none."""
 
     kind: Literal["cable_friction"]
     once: ClassVar[bool] = True
@@ -21,7 +21,8 @@ class CableFriction(Effect):
 
 
 class PulleyFriction(Effect):
-    """A pulley before the base hole takes its share: drawn in, the tension behind it is `efficiency` times as large."""
+    """A pulley before the base hole: the tension behind it is `efficiency` times as large where the cable is drawn in,
+    and larger by the same factor where it is paid out; of all (or the named) cables."""
 
     kind: Literal["pulley_friction"]
     efficiency: Efficiency
@@ -34,7 +35,7 @@ class PulleyFriction(Effect):
 
 
 class SlipHistory(Effect):
-    """Slip follows from the load path instead of being declared."""
+    """Slip follows from the load path instead of being declared; friction builds up over `presliding_m` of travel."""
 
     kind: Literal["slip_history"]
     once: ClassVar[bool] = True
@@ -45,7 +46,7 @@ class SlipHistory(Effect):
 
 
 class WornHole(Effect):
-    """Another friction coefficient at one disk (0 is the base)."""
+    """Another friction coefficient at one disk (0 is the base), of all (or the named) cables."""
 
     kind: Literal["worn_hole"]
     late: ClassVar[int] = 1
@@ -60,7 +61,7 @@ class WornHole(Effect):
 
 
 class EdgeWrap(Effect):
-    """Friction at both edges of every hole where the nominal model counts the net turn."""
+    """Belt friction counted at both edges of every hole, where the nominal model counts the net turn."""
 
     kind: Literal["edge_wrap"]
     once: ClassVar[bool] = True
