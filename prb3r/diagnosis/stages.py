@@ -19,7 +19,8 @@ from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.calibrate import calibrate as fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.mismatch import mismatch
 from prb3r.diagnosis.result.named import Named, named_effect
@@ -152,7 +153,7 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
     predict = fitted.model.predict
-    library = hypotheses(bench(predict.recording, predict.chain, fitted.solved.states), task.without)
+    library = hypotheses(Scope.of(predict.recording, predict.chain, fitted.solved.states), task.without)
     searched = Search(tuple(library), task.seed, apply)
     fitted, doubts = without_wrong_weights(fitted, doubts, searched)
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)

@@ -12,7 +12,8 @@ from prb3r.diagnosis.fit.calibrate import calibrate, nominal_noise
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.recording.recording import Kind, Prior
 
 TRUE = Constants(0.05, -0.1, 0.004, 0.001, -0.0005)
@@ -58,7 +59,7 @@ def test_angles_are_compared_modulo_a_turn():
 
 def test_the_jacobian_is_the_derivative_of_the_residuals():
     predict, noise = exact()
-    library = hypotheses(bench(predict.recording, predict.chain, predict.equilibria(Constants())))
+    library = hypotheses(Scope.of(predict.recording, predict.chain, predict.equilibria(Constants())))
     chosen = [each for each in library if each.name in ("weakened_plate (plate 2)", "camera_scale", "gravity")]
     model = Model(predict, noise, tuple(chosen))
     p = np.random.default_rng(3).normal(0, 0.01, model.count)
@@ -85,7 +86,7 @@ def test_a_fit_ends_where_an_independent_minimiser_ends():
     """From a start far off, with an effect: `scipy.optimize.least_squares` on the same residuals."""
     recording = recorded(Case())
     predict = predictor(recording)
-    library = hypotheses(bench(recording, predict.chain, predict.equilibria(Constants())))
+    library = hypotheses(Scope.of(recording, predict.chain, predict.equilibria(Constants())))
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     model = Model(predict, nominal_noise(predict), (weak,))
     start = np.array([0.3, 0.5, 0, 0, 0, 0.4])

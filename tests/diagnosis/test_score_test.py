@@ -11,7 +11,8 @@ from prb3r.diagnosis.checks.outliers import surprise
 from prb3r.diagnosis.evidence.score_test import alternatives, chance_of_largest, scores
 from prb3r.diagnosis.fit.calibrate import calibrate
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.library.hypothesis import bench, hypotheses
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind
 
@@ -21,7 +22,7 @@ def tested():
     recording = recorded(Case(hidden=()))
     predict = predictor(recording)
     fitted = calibrate(predict)
-    return fitted, alternatives(fitted, hypotheses(bench(recording, predict.chain, fitted.solved.states)))
+    return fitted, alternatives(fitted, hypotheses(Scope.of(recording, predict.chain, fitted.solved.states)))
 
 
 def drawn(fitted, count):

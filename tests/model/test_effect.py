@@ -7,6 +7,7 @@ import pytest
 from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve
+from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve as solve_steps
 
@@ -153,6 +154,53 @@ def test_soft_clamps_add_two_hinges_to_every_plate():
     stiff, soft = (state(manipulator(*effects, model="elastica")) for effects in ([], [soft]))
     moment = 40 * 0.02
     assert np.diff(soft.angle[0] - stiff.angle[0]) == pytest.approx(2 * compliance * moment * np.ones(4), rel=0.02)
+
+
+YIELD = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "second", "both"),
+    [
+        ("pulley_friction", {"efficiency": 0.9}, {"efficiency": 0.8}, {"efficiency": 0.72}),
+        ("tension_offset", {"offset_n": 2.0}, {"offset_n": 3.0}, {"offset_n": 5.0}),
+        ("hole_clearance", {"clearance_m": 0.0005}, {"clearance_m": 0.001}, {"clearance_m": 0.0015}),
+        ("weakened_plate", {"plate": 2, "factor": 0.5}, {"plate": 2, "factor": 0.8}, {"plate": 2, "factor": 0.4}),
+        ("precurvature", {"curvature_per_m": 1.0}, {"curvature_per_m": -3.0}, {"curvature_per_m": -2.0}),
+        ("clamp_compliance", *({"compliance_rad_per_n_m": size} for size in (0.001, 0.002, 0.003))),
+        ("cable_bending", {"stiffness_n_m2": 0.01}, {"stiffness_n_m2": 0.02}, {"stiffness_n_m2": 0.03}),
+        ("tip_force", {"y_n": 1.0}, {"x_n": 0.5, "y_n": -3.0}, {"x_n": 0.5, "y_n": -2.0}),
+        ("tip_load_friction", {"efficiency": 0.5}, {"efficiency": 0.8}, {"efficiency": 0.4}),
+    ],
+)
+def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
+    """Plates that yield are there too, as the two hinges of a clamp once had no curvature to yield at."""
+    twice, summed = (
+        manipulator(YIELD, *({"kind": kind} | values for values in effects), model="elastica")
+        for effects in ([first, second], [both])
+    )
+    assert not EFFECT_KINDS[kind].once
+    assert same(state(twice, 60, 10, tip=(0, 1)), state(summed, 60, 10, tip=(0, 1)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "second"),
+    [
+        ("cable_friction", {"coefficient": 0.3}, {"coefficient": 0.1}),
+        ("slip_history", {"presliding_m": 1e-3}, {"presliding_m": 1e-4}),
+        ("edge_wrap", {}, {}),
+        ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "cubic", "cubic_m2": 0.002}),
+        ("nonlinear_plate", *({"law": "bilinear", "knee_per_m": 1.0, "ratio": ratio} for ratio in (0.5, 2.0))),
+        ("disk_contact", *({"angle_rad": angle, "stiffness_n_m_per_rad": 50.0} for angle in (0.01, 0.03))),
+    ],
+)
+def test_a_second_effect_of_a_kind_that_a_rig_has_once_replaces_the_first(kind, first, second):
+    twice, last = (
+        manipulator(*({"kind": kind} | values for values in effects), mu=0.2 * (kind != "cable_friction"))
+        for effects in ([first, second], [second])
+    )
+    assert EFFECT_KINDS[kind].once
+    assert same(state(twice, 60, 10), state(last, 60, 10))
 
 
 def test_cables_add_their_own_bending_stiffness_where_they_run():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.hypothesis import LARGEST_EXPONENT, Hypothesis
 from prb3r.diagnosis.settings import Settings
 
 
@@ -34,7 +34,7 @@ def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
                 best[hypothesis.kind] = Detectable(hypothesis, None, shown)
             continue
         free, u = hypothesis.free[0], settings.detectable / candidate.size
-        size = abs(free.null * np.expm1(min(u, settings.farthest))) if free.log else abs(free.value(u) - free.null)
+        size = abs(free.null * np.expm1(min(u, LARGEST_EXPONENT))) if free.log else abs(free.value(u) - free.null)
         if known is None or known.size is None or size < known.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
     return tuple(best.values())

@@ -1,8 +1,8 @@
 """What one recording teaches about another: constants and effects carried over, the frame fitted anew.
 
 On the same manipulator everything carries over.  Where the geometry differs only material and friction do: the factor
-on Young's modulus, the friction coefficient, the way friction works, and the plates' bending law, which carries over
-as strain (curvature times `outer_fibre_m`).  What does not is named.
+on Young's modulus, the friction coefficient, and the effects whose record in the library says so.  What does not is
+named with its reason.
 """
 
 from dataclasses import dataclass
@@ -14,15 +14,12 @@ from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import FRAME, Fit, Model
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
-
-CARRIED = frozenset({"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"})
-"""Kinds that do not depend on the geometry; a bending law depends on it through the outer fibre."""
 
 
 @dataclass(frozen=True)
@@ -41,28 +38,13 @@ def same_geometry(one: Manipulator, other: Manipulator) -> bool:
     return one.segment == other.segment and one.cable == other.cable and one.disk == other.disk
 
 
-def carry(effect: Effect, one: Manipulator, other: Manipulator) -> Effect | str:
-    """An effect on a manipulator of other geometry, or why it cannot be carried over."""
-    if effect.kind in CARRIED and not getattr(effect, "cables", None):
-        return effect
-    if not isinstance(effect, NonlinearPlate):
-        return f"{effect.kind}: depends on the geometry"
-    here, there = one.outer_fibre, other.outer_fibre
-    if not (np.isfinite(here).all() and np.isfinite(there).all()):
-        return f"{effect.kind}: carries over as strain, which needs outer_fibre_m in both manipulator files"
-    ratio = float(np.mean(there) / np.mean(here))  # the same strain is reached at a curvature so many times smaller
-    if effect.law == "cubic":
-        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
-    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
-
-
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found; before and after, as on held-out sequences."""
     one, other = diagnosis.recording.manipulator, recording.manipulator
     alike = same_geometry(one, other)
     carried, left = [], []
     for effect in diagnosis.explained.effects:
-        moved = effect if alike else carry(effect, one, other)
+        moved = effect if alike else SUSPECTS[effect.kind].transfer(effect, one, other)
         if isinstance(moved, str):
             left.append(moved)
         else:

@@ -9,6 +9,7 @@ import numpy as np
 from prb3r.diagnosis.evidence.score_test import Alternative, Scores
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 Apply = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
@@ -81,7 +82,7 @@ def shortlist(tested: Scores, base: Fit) -> list[Alternative]:
         hypothesis, z = tested.alternatives[k].subject, tested.z[k]
         strong = z > settings.shortlist_share * tested.largest and place < settings.shortlist
         new = hypothesis.kind not in kinds and z > max(settings.kind_share * tested.largest, settings.kind_score)
-        if hypothesis.kind == "slip_history" and z < settings.costly_share * tested.largest:
+        if SUSPECTS[hypothesis.kind].costly and z < settings.costly_share * tested.largest:
             continue  # a load path for every prediction
         if place < settings.always_fitted or strong or (new and not hypothesis.by_degrees):
             kinds.add(hypothesis.kind)

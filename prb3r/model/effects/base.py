@@ -38,6 +38,11 @@ class Effect(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
     late: ClassVar[int] = 0
     """Effects are applied in this order, then in that of the file."""
+    once: ClassVar[bool] = False
+    """Whether a manipulator has the kind but once: a second in the file replaces what the first has set.
+
+    Others add up, multiply, or sit at places of their own.
+    """
     kind: str
 
     @abstractmethod
@@ -47,20 +52,23 @@ class Effect(BaseModel, ABC):
     def problems(self, manipulator: Host) -> Iterator[str]:
         """What the effect names that the manipulator does not have."""
         names = manipulator.cable_names
-        for cable in [*(getattr(self, "cables", None) or ()), *filter(None, [getattr(self, "cable", None)])]:
+        for cable in self._named("cable"):
             if cable not in names:
                 yield f"effect {self.kind}: there is no cable {cable!r}{did_you_mean(cable, names)}"
-        segment, plates = (
-            getattr(self, "segment", 1),
-            [*(getattr(self, "plates", None) or ()), getattr(self, "plate", 1)],
-        )
-        if segment > len(manipulator.segment):
-            yield f"effect {self.kind}: there is no segment {segment}, only {len(manipulator.segment)}"
-        for plate in plates:
+        for segment in self._named("segment"):
+            if segment > len(manipulator.segment):
+                yield f"effect {self.kind}: there is no segment {segment}, only {len(manipulator.segment)}"
+        for plate in self._named("plate"):
             if plate > manipulator.plates:
                 yield f"effect {self.kind}: there is no plate {plate}, only {manipulator.plates}"
-        if (disk := getattr(self, "disk", 0)) >= manipulator.plates:
-            yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
+        for disk in self._named("disk"):
+            if disk >= manipulator.plates:
+                yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
+
+    def _named(self, part: str) -> list[Any]:
+        """What the fields of the name `part`, or of its plural, say; nothing where they are absent or empty."""
+        single, several = getattr(self, part, None), getattr(self, f"{part}s", None)
+        return [*([] if single is None else [single]), *(several or ())]
 
 
 class Observation(Effect):

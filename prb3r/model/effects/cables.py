@@ -1,8 +1,6 @@
-"""Cables: what they carry, where they run and how they bend."""
+"""Cables: what they carry and where they run."""
 
-from typing import ClassVar, Literal
-
-import numpy as np
+from typing import Literal
 
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Host, columns
@@ -36,7 +34,7 @@ class TensionOffset(Effect):
 
 
 class HoleOffset(Effect):
-    """Error of a cable's offset, added to it."""
+    """Error of a cable's offset, added to it over every plate."""
 
     kind: Literal["hole_offset"]
     cable: str
@@ -49,23 +47,11 @@ class HoleOffset(Effect):
 
 
 class HoleClearance(Effect):
-    """Cables lie against the inner (concave) side of their holes."""
+    """Cables lie against the inner (concave) side of their holes: both ends of a plate's span move by the clearance,
+    times tanh(bend / 0.005 rad) of that plate."""
 
     kind: Literal["hole_clearance"]
     clearance_m: NonNegative
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(clearance=chain.clearance + self.clearance_m)
-
-
-class CableBending(Effect):
-    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it."""
-
-    kind: Literal["cable_bending"]
-    late: ClassVar[int] = 2
-    stiffness_n_m2: NonNegative
-
-    def change(self, chain: Chain, manipulator: Host) -> Chain:
-        routed = (np.arange(chain.plates)[:, None] < chain.reach).sum(1)
-        added = self.stiffness_n_m2 * routed / chain.arc
-        return chain._replace(stiffness=chain.stiffness + added[:, None] * chain.plate.stiffness)

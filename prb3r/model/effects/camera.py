@@ -9,7 +9,7 @@ from prb3r.model.files.numbers import Positive
 
 
 class CameraScale(Observation):
-    """measured = scale x true, about the base origin."""
+    """Measured = scale x true, about the base origin."""
 
     kind: Literal["camera_scale"]
     scale: Positive
@@ -19,7 +19,7 @@ class CameraScale(Observation):
 
 
 class LensDistortion(Observation):
-    """measured = c + (p - c)(1 + k1 r^2), r = |p - c|."""
+    """Measured = c + (p - c)(1 + k1 r^2), r the distance of p from the image centre c."""
 
     kind: Literal["lens_distortion"]
     late: ClassVar[int] = 1

@@ -11,9 +11,10 @@ from prb3r.model.files.numbers import NonNegative
 
 
 class CableFriction(Effect):
-    """Belt friction where the nominal model has none."""
+    """Belt friction with this coefficient at every hole, where the nominal model has none."""
 
     kind: Literal["cable_friction"]
+    once: ClassVar[bool] = True
     coefficient: NonNegative
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
@@ -21,7 +22,8 @@ class CableFriction(Effect):
 
 
 class PulleyFriction(Effect):
-    """A pulley before the base hole takes its share: drawn in, the tension behind it is `efficiency` times as large."""
+    """A pulley before the base hole: the tension behind it is `efficiency` times as large where the cable is drawn in,
+    and larger by the same factor where it is paid out; of all (or the named) cables."""
 
     kind: Literal["pulley_friction"]
     efficiency: Efficiency
@@ -34,9 +36,10 @@ class PulleyFriction(Effect):
 
 
 class SlipHistory(Effect):
-    """Slip follows from the load path instead of being declared."""
+    """Slip follows from the load path instead of being declared; friction builds up over `presliding_m` of travel."""
 
     kind: Literal["slip_history"]
+    once: ClassVar[bool] = True
     presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
@@ -44,7 +47,7 @@ class SlipHistory(Effect):
 
 
 class WornHole(Effect):
-    """Another friction coefficient at one disk (0 is the base)."""
+    """Another friction coefficient at one disk (0 is the base), of all (or the named) cables."""
 
     kind: Literal["worn_hole"]
     late: ClassVar[int] = 1
@@ -59,9 +62,10 @@ class WornHole(Effect):
 
 
 class EdgeWrap(Effect):
-    """Friction at both edges of every hole where the nominal model counts the net turn."""
+    """Belt friction counted at both edges of every hole, where the nominal model counts the net turn."""
 
     kind: Literal["edge_wrap"]
+    once: ClassVar[bool] = True
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(edges=True)

@@ -9,7 +9,7 @@ from prb3r.model.effects.base import Effect, Efficiency, Host
 
 
 class Gravity(Effect):
-    """In-plane gravity on every disk's mass."""
+    """In-plane part of gravity on every disk's mass."""
 
     kind: Literal["gravity"]
     x_m_s2: float = 0.0
@@ -34,7 +34,7 @@ class TipForce(Effect):
 
 
 class TipLoadFriction(Effect):
-    """The recorded tip load arrives times `efficiency`."""
+    """Of the recorded tip load this share arrives."""
 
     kind: Literal["tip_load_friction"]
     efficiency: Efficiency

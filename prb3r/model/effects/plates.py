@@ -1,4 +1,4 @@
-"""Plates: their stiffness, their law of bending, and what they stand in."""
+"""Plates: their stiffness, their law of bending, what they stand in and what stiffens them."""
 
 from __future__ import annotations
 
@@ -39,9 +39,11 @@ class SegmentStiffness(Effect):
 
 
 class NonlinearPlate(Effect):
-    """``M = EI k (1 + c k^2)``, or beyond the curvature `knee` a tangent stiffness of `ratio` times EI."""
+    """The law `cubic` takes `cubic_m2` (c): M = EI k (1 + c k^2); `bilinear` takes `knee_per_m` and `ratio`: beyond the
+    curvature of the knee the tangent stiffness is `ratio` times EI."""
 
     kind: Literal["nonlinear_plate"]
+    once: ClassVar[bool] = True
     law: Literal["cubic", "bilinear"]
     cubic_m2: NonNegative | None = None
     knee_per_m: Positive | None = None
@@ -76,9 +78,11 @@ class Precurvature(Effect):
 
 
 class DiskContact(Effect):
-    """Disks (or the edges of notches) touch where a plate bends further than `angle`, and help to carry."""
+    """Where the bend between two disks exceeds the angle, to either side, the disks (or the edges of a notch) touch and
+    carry the stiffness times the excess."""
 
     kind: Literal["disk_contact"]
+    once: ClassVar[bool] = True
     angle_rad: Positive
     stiffness_n_m_per_rad: Positive
 
@@ -87,7 +91,7 @@ class DiskContact(Effect):
 
 
 class ClampCompliance(Effect):
-    """A hinge at each end of the arc."""
+    """A hinge at each end of the arc of every plate."""
 
     kind: Literal["clamp_compliance"]
     late: ClassVar[int] = 3
@@ -95,9 +99,23 @@ class ClampCompliance(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         hinge = np.full((chain.plates, 1), 1 / self.compliance_rad_per_n_m)
+        curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
         return chain._replace(
             plate=with_end_hinges(chain.plate),
             stiffness=np.hstack([hinge, chain.stiffness, hinge]),
             rest=np.pad(chain.rest, ((0, 0), (1, 1))),
-            curvature=np.pad(chain.plate.stiffness, 1),
+            curvature=np.pad(curvature, 1),
         )
+
+
+class CableBending(Effect):
+    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it."""
+
+    kind: Literal["cable_bending"]
+    late: ClassVar[int] = 2
+    stiffness_n_m2: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        routed = (np.arange(chain.plates)[:, None] < chain.reach).sum(1)
+        added = self.stiffness_n_m2 * routed / chain.arc
+        return chain._replace(stiffness=chain.stiffness + added[:, None] * chain.plate.stiffness)

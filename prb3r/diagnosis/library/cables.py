@@ -1,0 +1,63 @@
+"""Suspects among the cables: what they carry and where they run."""
+
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, OF_THE_SETUP, Suspect
+
+
+def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half of the largest tension: a force sensor farther off its zero is seen without a model."""
+    span = 0.5 * scope.pull
+    return (Free("offset_n", 0.0, -span, span, scale=scope.pull),)
+
+
+def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half of the cable's lever arm: a hole farther off its place is seen by eye."""
+    arm = scope.arm_of(place["cable"])
+    return (Free("offset_m", 0.0, -0.5 * arm, 0.5 * arm, scale=arm),)
+
+
+def _clearance(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half of the largest lever arm, as of a hole's place."""
+    return (Free("clearance_m", 0.0, 0.0, 0.5 * scope.arm, scale=scope.arm),)
+
+
+SUSPECTS = (
+    Suspect(
+        "dead_cable",
+        sentence=lambda fitted: f"Cable {fitted.place['cable']} transmits nothing: broken, slipped off or never tied.",
+        transfer=OF_A_PART,
+        places=pulled_cables,
+    ),
+    Suspect(
+        "tension_offset",
+        sentence=lambda fitted: (
+            f"The tension of {fitted.of_cables} is off by {fitted.size} N at every step: "
+            "check the zero of the force sensor."
+        ),
+        transfer=OF_THE_SETUP,
+        places=together_and_alone,
+        free=_zero,
+        kinked=True,  # idle cables feel only what is added
+    ),
+    Suspect(
+        "hole_offset",
+        sentence=lambda fitted: (
+            f"Cable {fitted.place['cable']} runs {fitted.size.times(1e3)} mm off its nominal offset "
+            "(added to the signed offset)."
+        ),
+        transfer=OF_A_PART,
+        places=pulled_cables,
+        free=_offset,
+    ),
+    Suspect(
+        "hole_clearance",
+        sentence=lambda fitted: (
+            f"The cables have play in their holes and lie {fitted.size.times(1e3)} mm "
+            "toward the inner side of the bend."
+        ),
+        transfer=OF_THE_GEOMETRY,
+        places=lambda scope: whole_rig_if(scope.arm > 0),
+        free=_clearance,
+    ),
+)

@@ -1,0 +1,103 @@
+"""Suspects among friction: of all holes, of one, of a pulley before the base, and how it remembers."""
+
+from collections.abc import Iterator
+
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
+from prb3r.diagnosis.library.suspect import OF_A_PART, Occurrence, Suspect, as_it_is
+
+
+def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to 2: dry metal on metal stays below 1, a cable that cuts into its hole may exceed it."""
+    return (Free("coefficient", 0.0, 0.0, 2.0),)
+
+
+def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Down to 0.2, what a cable keeps of its tension over half a turn with a coefficient of 0.5."""
+    return (Free("efficiency", 1.0, 0.2, 1.0, log=True),)
+
+
+def _pulley_sentence(fitted: Occurrence) -> str:
+    loss = fitted.size.less(1.0).times(100)
+    return f"The pulley (or sheath) of {fitted.of_cables} takes {loss:.3g} % of the tension before it reaches the base."
+
+
+PRESLIDING = (3e-5, 3e-4)
+"""Travels that slip along the load path is tried with, m: what manipulator files have unless they say more, and a cable
+ten times as soft in its holes."""
+
+
+def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre."""
+    return (Free("presliding_m", PRESLIDING[0], 1e-6, 1e-2, log=True, limit=True),)
+
+
+def _declared_slip(scope: Scope) -> list[Place]:
+    friction = scope.manipulator.friction
+    return whole_rig_if(friction.coefficient > 0 and friction.direction == "declared")
+
+
+def _slip_sentence(fitted: Occurrence) -> str:
+    travel = fitted.size.times(1e6)
+    return (
+        "The cables stick and slip with the load history: friction builds up over "
+        f"{travel:.3g} micrometres of travel instead of turning at once as declared."
+    )
+
+
+def _holes(scope: Scope) -> Iterator[Place]:
+    """Of every disk that cables rub at: all its holes together, then that of each pulled cable alone."""
+    for disk in range(scope.chain.plates):
+        for place in together_and_alone(scope):
+            if all(disk < scope.reach(cable) for cable in place.get("cables", ())):
+                yield {"disk": disk, **place}
+
+
+def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to 5, where half a turn already holds any tension; below the others down to no friction at all."""
+    return (Free("coefficient", 0.0, 0.0, 5.0, above=True),)
+
+
+def _worn_sentence(fitted: Occurrence) -> str:
+    disk, more = fitted.place["disk"], "more" if fitted.size.value > fitted.friction else "less"
+    where = f"disk {disk}" if disk else "the base disk"
+    whose = f" for {fitted.of_cables}" if fitted.place.get("cables") else ""
+    return f"The holes of {where} rub {more} than the others{whose}: friction coefficient {fitted.size}."
+
+
+def _net_turns(scope: Scope) -> list[Place]:
+    friction = scope.manipulator.friction
+    return whole_rig_if(friction.coefficient > 0 and friction.wrap == "net")
+
+
+SUSPECTS = (
+    Suspect(
+        "cable_friction",
+        sentence=lambda fitted: (
+            f"The cables rub in their holes with a coefficient of {fitted.size}, "
+            "where the nominal model has no friction."
+        ),
+        transfer=as_it_is,
+        places=lambda scope: whole_rig_if(scope.manipulator.friction.coefficient == 0),
+        free=_coefficient,
+    ),
+    Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
+    Suspect(
+        "slip_history",
+        _slip_sentence,
+        as_it_is,
+        places=_declared_slip,
+        free=_presliding,
+        probes=lambda scope, place: tuple((travel,) for travel in PRESLIDING),
+        costly=True,
+    ),
+    Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
+    Suspect(
+        "edge_wrap",
+        sentence=lambda fitted: (
+            "The cables rub at both edges of every hole, by the turn at each, not by the net turn of the cable."
+        ),
+        transfer=as_it_is,
+        places=_net_turns,
+    ),
+)

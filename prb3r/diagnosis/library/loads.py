@@ -1,0 +1,51 @@
+"""Suspects among the loads: those that nobody applied, or that do not arrive whole."""
+
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is
+
+
+def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to twice that of the earth, as the mass of disks is seldom known well."""
+    return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0) for axis in "xy")
+
+
+def _gravity_sentence(fitted: Occurrence) -> str:
+    x, y = fitted.estimates["x_m_s2"], fitted.estimates["y_m_s2"]
+    return f"Gravity acts in the plane: ({x}, {y}) m/s^2 on every disk's mass."
+
+
+def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to five times the force that bends the whole length as much as the cables do."""
+    size = scope.moment / scope.chain.length
+    return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size) for axis in "xy")
+
+
+def _force_sentence(fitted: Occurrence) -> str:
+    return f"An unrecorded force of ({fitted.estimates['x_n']}, {fitted.estimates['y_n']}) N acts at the tip."
+
+
+def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Down to a twentieth: of a weight that hardly arrives nothing is learnt."""
+    return (Free("efficiency", 1.0, 0.05, 1.0, log=True),)
+
+
+SUSPECTS = (
+    Suspect(
+        "gravity",
+        _gravity_sentence,
+        OF_THE_SETUP,
+        places=lambda scope: whole_rig_if(scope.manipulator.disk.mass_kg > 0),
+        free=_gravity,
+    ),
+    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force),
+    Suspect(
+        "tip_load_friction",
+        sentence=lambda fitted: (
+            f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley."
+        ),
+        transfer=as_it_is,
+        places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),
+        free=_share,
+    ),
+)

@@ -1,0 +1,162 @@
+"""Suspects among the plates: their stiffness, their law of bending, what they stand in and what stiffens them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, Occurrence, Suspect
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.model.manipulator import Manipulator
+
+
+def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """From a twentieth, a plate cracked nearly through, to twentyfold, a plate 2.7 times as thick."""
+    return (Free("factor", 1.0, 0.05, 20.0, log=True),)
+
+
+def _law(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """In units of the largest curvature K: a law is felt within it.
+
+    The cubic term reaches 100 times the linear one at K; a knee lies between K / 50, where the law is linear in all but
+    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.
+    """
+    k = scope.curvature
+    if place["law"] == "cubic":
+        return (Free("cubic_m2", 0.0, 0.0, 100 / k**2, scale=1 / k**2),)
+    return (Free("knee_per_m", k / 2, k / 50, k, log=True), Free("ratio", 1.0, 0.02, 10.0, log=True))
+
+
+def _law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Knees at the ends and in the middle of where a rig's own would show, with plates that soften or stiffen there."""
+    if place["law"] == "cubic":
+        return ()
+    return tuple((share * scope.curvature, ratio) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
+
+
+def _law_sentence(fitted: Occurrence) -> str:
+    if fitted.place["law"] == "cubic":
+        return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {fitted.size} m^2."
+    knee, ratio = fitted.estimates["knee_per_m"], fitted.estimates["ratio"]
+    how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
+    return f"The plates {how} beyond a curvature of {knee} 1/m, to {ratio} of their stiffness."
+
+
+def _as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """A bending law carries over as strain: curvature times the outermost fibre."""
+    fibre, other = here.outer_fibre, there.outer_fibre
+    if not (np.isfinite(fibre).all() and np.isfinite(other).all()):
+        return f"{effect.kind}: carries over as strain, which needs outer_fibre_m in both manipulator files"
+    assert isinstance(effect, NonlinearPlate)
+    ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
+    if effect.law == "cubic":
+        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
+    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
+
+
+def _bent_plates(scope: Scope) -> Iterator[Place]:
+    """All plates, those of each segment, each alone."""
+    yield {}
+    yield from ({"plates": plates} for _, plates in scope.segments)
+    if scope.chain.plates > 1:
+        yield from ({"plates": (plate,)} for plate in scope.plates)
+
+
+def _rest(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to the largest curvature under load: what is bent more at rest is seen by eye."""
+    k = scope.curvature
+    return (Free("curvature_per_m", 0.0, -k, k, scale=k),)
+
+
+def _rest_sentence(fitted: Occurrence) -> str:
+    plates = fitted.place.get("plates")
+    which = "All plates are"
+    if plates:
+        which = f"Plate {plates[0]} is" if len(plates) == 1 else f"Plates {plates[0]} to {plates[-1]} are"
+    return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m."
+
+
+def _plate_stiffness(scope: Scope) -> float:
+    """Stiffness of a plate against the bend between its disks, N m/rad: 1.1 EI / l on the elastica."""
+    return float(np.median(scope.chain.stiffness.sum(1) / scope.chain.stiffness.shape[1] ** 2))
+
+
+def _contact(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Disks touch within the largest bend, and are from softer than felt to as hard as rigid beside the plate."""
+    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
+    return (
+        Free("angle_rad", bend / 2, bend / 50, bend, log=True),
+        Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
+    )
+
+
+def _contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Angles across the range of bends, of disks that help a little and of disks that carry most."""
+    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
+    return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
+
+
+def _contact_sentence(fitted: Occurrence) -> str:
+    angle, stiffness = fitted.estimates["angle_rad"], fitted.estimates["stiffness_n_m_per_rad"]
+    return f"Neighbouring disks touch beyond a bend of {angle} rad and then add {stiffness} N m/rad."
+
+
+def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """In units of a node's own compliance, up to ten nodes; a rigid clamp is one of a millionth."""
+    soft = float(np.median(scope.chain.arc / scope.node_rigidity))
+    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft),)
+
+
+def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """In units of the plates' own nodes, up to ten: cables are thinner than plates are wide."""
+    rigid = float(np.median(scope.node_rigidity))
+    return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid),)
+
+
+SUSPECTS = (
+    Suspect(
+        "weakened_plate",
+        sentence=lambda fitted: (
+            f"Plate {fitted.place['plate']} bends as if its stiffness were {fitted.size} of nominal: "
+            "look for a crack, a loose clamp, a wrong plate."
+        ),
+        transfer=OF_A_PART,
+        places=lambda scope: ({"plate": plate} for plate in scope.plates),
+        free=_factor,
+    ),
+    Suspect(
+        "segment_stiffness",
+        sentence=lambda fitted: (
+            f"The plates of segment {fitted.place['segment']} are {fitted.size} times as stiff "
+            "as those of the others suggest."
+        ),
+        transfer=OF_A_PART,
+        places=lambda scope: ({"segment": number} for number, _ in scope.segments),
+        free=_factor,
+    ),
+    Suspect(
+        "nonlinear_plate",
+        _law_sentence,
+        _as_strain,
+        places=lambda scope: ({"law": law} for law in ("cubic", "bilinear")),
+        free=_law,
+        probes=_law_probes,
+    ),
+    Suspect("precurvature", _rest_sentence, OF_A_PART, places=_bent_plates, free=_rest),
+    Suspect("disk_contact", _contact_sentence, OF_THE_GEOMETRY, free=_contact, probes=_contact_probes),
+    Suspect(
+        "clamp_compliance",
+        sentence=lambda fitted: f"The clamps give way: a hinge of {fitted.size} rad/(N m) at each end of every plate.",
+        transfer=OF_THE_GEOMETRY,
+        free=_hinge,
+    ),
+    Suspect(
+        "cable_bending",
+        sentence=lambda fitted: f"The cables themselves resist bending, each with {fitted.size} N m^2.",
+        transfer=OF_THE_GEOMETRY,
+        places=lambda scope: whole_rig_if(bool(scope.manipulator.cable_names)),
+        free=_cable_stiffness,
+    ),
+)

@@ -1,0 +1,125 @@
+"""What a recording makes suspicious and how large it could be: all that the library asks of a recording."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Recording
+
+Place = Mapping[str, Any]
+"""Parameters of an effect that say where it sits; several cables or plates as a tuple."""
+
+
+class Scope(NamedTuple):
+    """A recording, and the chain and the bends of its calibrated model: places and scales of what may be missing.
+
+    A scale of a recording without any load or bend is 1, as its effects cannot be seen anyway.
+    """
+
+    recording: Recording
+    chain: Chain
+    """Nominal, without effects."""
+    bend: np.ndarray
+    """(s, n) bends of the plates in the calibrated model, rad; NaN where a step has no equilibrium."""
+
+    @classmethod
+    def of(cls, recording: Recording, chain: Chain, states: Equilibria) -> "Scope":
+        """The scope of a recording with the calibrated `states` of its steps."""
+        return cls(recording, chain, np.diff(states.angle, axis=1))
+
+    @property
+    def manipulator(self) -> Manipulator:
+        """The nominal one."""
+        return self.recording.manipulator
+
+    @property
+    def plates(self) -> range:
+        """Numbers of the plates, from 1."""
+        return range(1, self.chain.plates + 1)
+
+    @property
+    def segments(self) -> Iterator[tuple[int, tuple[int, ...]]]:
+        """Number and plates of every segment that is neither the only one nor of a single plate.
+
+        The only segment is the whole rig, and one of a single plate is that plate.
+        """
+        begin = 1
+        for number, segment in enumerate(self.manipulator.segment, 1):
+            if segment.plates > 1 and len(self.manipulator.segment) > 1:
+                yield number, tuple(range(begin, begin + segment.plates))
+            begin += segment.plates
+
+    @property
+    def pulled(self) -> list[str]:
+        """Names of the cables that are ever loaded."""
+        names = self.manipulator.cable_names
+        return [names[j] for j in np.flatnonzero((self.recording.loads.tension > 0).any(0))]
+
+    def reach(self, cable: str) -> int:
+        """Number of plates that a cable crosses, which is that of the holes where it rubs."""
+        return int(self.chain.reach[self.manipulator.cable_names.index(cable)])
+
+    @property
+    def pull(self) -> float:
+        """Largest tension, N."""
+        return float(self.recording.loads.tension.max(initial=0.0)) or 1.0
+
+    @property
+    def arm(self) -> float:
+        """Largest offset of a cable, m; 0 without cables."""
+        return float(np.abs(self.chain.offset).max(initial=0.0))
+
+    def arm_of(self, cable: str) -> float:
+        """Largest offset of one cable, m."""
+        return float(np.abs(self.chain.offset[:, self.manipulator.cable_names.index(cable)]).max())
+
+    @property
+    def moment(self) -> float:
+        """Typical largest bending moment, N m."""
+        return self.pull * self.arm or 1.0
+
+    @property
+    def largest_bend(self) -> float:
+        """Of a plate, rad."""
+        return float(np.nanmax(np.abs(self.bend))) or 1.0
+
+    @property
+    def curvature(self) -> float:
+        """Largest curvature of a plate, 1/m."""
+        return float(np.nanmax(np.abs(self.bend) / self.chain.arc)) or 1.0
+
+    @property
+    def node_rigidity(self) -> np.ndarray:
+        """(n,) mean stiffness of each plate's nodes times its arc, N m^2: 4.4 EI on the elastica with its four."""
+        return (self.chain.stiffness * self.chain.arc[:, None]).mean(1)
+
+
+def whole_rig_if(sensible: bool) -> list[Place]:
+    """The one place of an effect of the whole rig, or none where the effect makes no sense."""
+    return [{}] if sensible else []
+
+
+def whole_rig(scope: Scope) -> list[Place]:
+    """The one place of an effect of the whole rig."""
+    return whole_rig_if(True)
+
+
+def pulled_cables(scope: Scope) -> Iterator[Place]:
+    """Every cable that is pulled."""
+    return ({"cable": name} for name in scope.pulled)
+
+
+def together_and_alone(scope: Scope) -> Iterator[Place]:
+    """All cables together, then, where there are several, every pulled one alone."""
+    yield {}
+    if len(scope.manipulator.cable_names) > 1:
+        yield from ({"cables": (name,)} for name in scope.pulled)
+
+
+def structure(chain: Chain) -> tuple[Any, ...]:
+    """What two chains share if one is a small change of the other: nodes, routing, rules of friction and of slip."""
+    return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0

@@ -1,0 +1,123 @@
+"""What is known of one effect as a suspect: where it could sit, how large it could be, what it means, what it teaches.
+
+The families (`friction`, `cables`, `plates`, `loads`, `camera`) each have one record for each effect of the family of
+the same name in `prb3r.model.effects`.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
+from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects.base import Effect
+from prb3r.model.manipulator import Manipulator
+
+
+class Estimate(NamedTuple):
+    """A fitted parameter; without an interval where the fit does not deserve one."""
+
+    value: float
+    low: float | None = None
+    high: float | None = None
+
+    def __format__(self, form: str) -> str:
+        """With the format of a number (default `.3g`): value (low to high)."""
+        form = form or ".3g"
+        if self.low is None or self.high is None:
+            return f"{self.value:{form}}"
+        return f"{self.value:{form}} ({self.low:{form}} to {self.high:{form}})"
+
+    def times(self, factor: float) -> "Estimate":
+        """The estimate in another unit; `factor` is positive."""
+        return Estimate(*(None if number is None else factor * number for number in self))  # type: ignore[arg-type]
+
+    def less(self, whole: float) -> "Estimate":
+        """The estimate of whole - value."""
+        low, high = (None if end is None else whole - end for end in (self.high, self.low))
+        return Estimate(whole - self.value, low, high)
+
+
+class Occurrence(NamedTuple):
+    """An effect as it was fitted."""
+
+    place: Place
+    estimates: Mapping[str, Estimate]
+    friction: float = 0.0
+    """The calibrated coefficient beside it."""
+
+    @property
+    def size(self) -> Estimate:
+        """Its first parameter."""
+        return next(iter(self.estimates.values()))
+
+    @property
+    def of_cables(self) -> str:
+        """The cables that it concerns."""
+        cables = self.place.get("cables")
+        return f"cable {', '.join(cables)}" if cables else "all cables"
+
+
+Transfer = Callable[[Effect, Manipulator, Manipulator], Effect | str]
+"""An effect of a manipulator on one of another geometry, or why it cannot be carried over."""
+
+
+def left_behind(reason: str) -> Transfer:
+    """What does not carry over to another geometry."""
+    return lambda effect, here, there: f"{effect.kind}: {reason}"
+
+
+def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """What carries over unchanged, unless it sits on some cables only."""
+    if getattr(effect, "cables", None):
+        return f"{effect.kind}: sits on a cable of this rig"
+    return effect
+
+
+OF_THE_GEOMETRY = left_behind("depends on the geometry")
+OF_A_PART = left_behind("is a fault of one part of this rig")
+OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """An effect that could have been left out.
+
+    Places, free parameters and probes depend on what is recorded; the last two on the place too.
+    """
+
+    kind: str
+    sentence: Callable[[Occurrence], str]
+    """What it means, in one sentence that a mechanical engineer can act upon."""
+    transfer: Transfer
+    places: Callable[[Scope], Iterable[Place]] = whole_rig
+    free: Callable[[Scope, Place], tuple[Free, ...]] = lambda scope, place: ()
+    """Parameters that are fitted, with their bounds and scales."""
+    probes: Callable[[Scope, Place], tuple[tuple[float, ...], ...]] = lambda scope, place: ()
+    """Values of the free parameters to begin from, for an effect that does not vanish by degrees."""
+    kinked: bool = False
+    """As in `Hypothesis`."""
+    costly: bool = False
+    """Whether every prediction with it is slow, as loads must be followed from rest where else each step suffices."""
+
+    @property
+    def once(self) -> bool:
+        """Whether there is only one of it on a rig, as the effect itself says."""
+        return EFFECT_KINDS[self.kind].once
+
+    def hypotheses(self, scope: Scope) -> Iterator[Hypothesis]:
+        """The effect at every place where it makes sense."""
+        if self.once and self.kind in {effect.kind for effect in scope.manipulator.effect}:
+            return
+        for place in self.places(scope):
+            free, probes = self.free(scope, place), self.probes(scope, place)
+            plain = Hypothesis(self.kind, tuple(place.items()), free, probes, self.kinked)
+            yield replace(plain, structural=_is_structural(plain, scope))
+
+
+def _is_structural(hypothesis: Hypothesis, scope: Scope) -> bool:
+    """Whether the chain with the effect at its start is of another structure than without."""
+    friction = scope.manipulator.friction.coefficient
+    effect: Any = hypothesis.effect(hypothesis.starts(friction)[0], friction)
+    return structure(effect.change(scope.chain, scope.manipulator)) != structure(scope.chain)

@@ -1,0 +1,58 @@
+"""One record of every effect on each side of the wall: physics, suspect and rig say the same of names."""
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+from prb3r.diagnosis.library import FAMILIES as FAMILIES_OF_SUSPECTS
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects import FAMILIES as FAMILIES_OF_EFFECTS
+from prb3r.proof.rig import effects as rig
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+NEVER_SUSPECTED = {"empirical_moment"}
+"""A fitted law without a mechanism: what the diagnosis says when no suspect explains a recording."""
+RIG = {effect.__name__: parameters for effect, parameters in rig.EFFECTS.items()}
+
+
+def parameters(kind):
+    """Names of an effect's parameters in their order, and whether each must be given."""
+    fields = EFFECT_KINDS[kind].model_fields
+    return {name: field.is_required() for name, field in fields.items() if name != "kind"}
+
+
+def row(kind):
+    """What the README says of an effect."""
+    names = ", ".join(f"`{name}`" + "?" * (not needed) for name, needed in parameters(kind).items())
+    return f"| `{kind}` | {names} | {' '.join(inspect.getdoc(EFFECT_KINDS[kind]).split())} |"
+
+
+def test_every_effect_has_one_suspect_in_the_family_of_its_physics():
+    assert [kind for kind in EFFECT_KINDS if kind not in NEVER_SUSPECTED] == list(SUSPECTS)
+    suspects = [(suspect.kind, family) for family in FAMILIES_OF_SUSPECTS for suspect in family.SUSPECTS]
+    assert len(suspects) == len(SUSPECTS)
+    of_effect = {family.__name__.rsplit(".")[-1]: family for family in FAMILIES_OF_EFFECTS}
+    for kind, family in suspects:
+        assert EFFECT_KINDS[kind].__module__ == of_effect[family.__name__.rsplit(".")[-1]].__name__
+
+
+def test_every_effect_has_one_record_in_the_rig():
+    assert set(RIG) == set(EFFECT_KINDS)
+
+
+@pytest.mark.parametrize("kind", EFFECT_KINDS)
+def test_both_sides_take_the_same_parameters(kind):
+    assert set(RIG[kind]) == set(parameters(kind))
+
+
+def test_the_readme_describes_every_effect_as_its_class_does():
+    said = README.split("<!-- effects -->")[1].split("<!-- /effects -->")[0].strip().splitlines()
+    assert said == ["| kind | parameters | meaning |", "|---|---|---|", *map(row, EFFECT_KINDS)]
+
+
+def test_the_readme_lists_what_a_manipulator_has_but_once():
+    said = README.split("adds to the first; of")[1].split("which a manipulator has but once")[0]
+    assert re.findall(r"`(\w+)`", said) == [kind for kind, effect in EFFECT_KINDS.items() if effect.once]
