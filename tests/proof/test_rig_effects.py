@@ -139,6 +139,8 @@ def test_effects_that_another_description_says():
     wide, shifted = (simulate(prototype(*each), PULLS[:1]) for each in ([effect("hole_clearance", clearance_m=1e-3)],
                      [effect("hole_offset", cable=name, offset_m=1e-3) for name in "1234"]))  # fmt: skip
     same(wide, shifted, atol=1e-5)
+    twice = [effect("hole_clearance", clearance_m=c) for c in (4e-4, 6e-4)]
+    same(simulate(prototype(*twice), PULLS[:1]), wide)
 
 
 @pytest.mark.parametrize(("slip", "factor"), [(-1, 0.9), (0, 1), (1, 1 / 0.9)])

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from prb3r.proof.concealed.candidates import kinds
+from prb3r.proof.concealed.candidates import concealable, kinds
 from prb3r.proof.concealed.designs import HISTORY, LOADING, PLAIN, POOR, Design, design_of
 from prb3r.proof.concealed.drawing import label_of
 from prb3r.proof.concealed.foreign import LAWS, possible
 from prb3r.proof.concealed.labels import Label, Request
 from prb3r.proof.concealed.responses import Bench
+from prb3r.proof.rig.effects import RECORDS
 
 FULL = 1200
 SHARES = {
@@ -23,29 +24,9 @@ SHARES = {
     "hidden": 64,
 }
 """Recordings of each class in a full run."""
-KINDS = (
-    "weakened_plate",
-    "pulley_friction",
-    "worn_hole",
-    "precurvature",
-    "tension_offset",
-    "hole_offset",
-    "segment_stiffness",
-    "nonlinear_plate",
-    "disk_contact",
-    "clamp_compliance",
-    "cable_bending",
-    "hole_clearance",
-    "gravity",
-    "tip_force",
-    "tip_load_friction",
-    "camera_scale",
-    "lens_distortion",
-    "cable_friction",
-    "slip_history",
-    "edge_wrap",
-    "dead_cable",
-)
+KINDS = concealable()
+TWINS = tuple(kind for kind, record in RECORDS.items() if record.twins is not None)
+"""Kinds that are asked for, the commonest first; those that another kind may be the same as."""
 MULTIPLES = (1.0, 2.0, 5.0)
 HISTORY_SHARE = 0.03
 """Of clean and single recordings, those with friction along the load path."""
@@ -84,7 +65,7 @@ def requests(seed: int, cases: int, designs: Sequence[Design]) -> list[Request]:
             elif cls == "decoy":
                 kind = "frame" if i % 4 == 3 else "weight"
             elif cls == "confusable":
-                kind, multiple = (("disk_contact", "nonlinear_plate")[i % 2] if i % 5 == 4 else "", 5.0)
+                kind, multiple = (TWINS[i % len(TWINS)] if i % 5 == 4 else "", 5.0)
             elif cls == "hidden":
                 kind = ("pulley_friction", "tension_offset", "", "worn_hole", "hole_offset")[i % 5]
             asked.append((cls, kind, multiple))

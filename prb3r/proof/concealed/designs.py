@@ -58,6 +58,11 @@ class Design:
         return self.manipulator["friction"]["coefficient"]
 
     @property
+    def pull(self) -> float:
+        """Largest noted tension, N."""
+        return max(step[f"cable_{name}_n"] for steps in self.program for step in steps for name in self.cables)
+
+    @property
     def image_centre(self) -> tuple[float, float]:
         """m."""
         return (self.length / 2, 0.0)

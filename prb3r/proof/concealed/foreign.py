@@ -27,15 +27,11 @@ Change = Callable[[Moment, float, Mapping[str, float]], tuple[list[dict[str, Any
 """Of a moment, a size and a step: effects, changes of the step, and ln of a factor on stiffness."""
 
 
-def _largest(design: Design) -> float:
-    return max(step[f"cable_{name}_n"] for steps in design.program for step in steps for name in design.cables)
-
-
 def friction_grows(at: Moment, u: float, step: Mapping[str, float]):
     """A friction coefficient that grows with the tension."""
     mu, effects = at.design.friction, []
     for name in at.design.cables:
-        grown = mu * (1 + u * step[f"cable_{name}_n"] / _largest(at.design))
+        grown = mu * (1 + u * step[f"cable_{name}_n"] / at.design.pull)
         effects += [
             {"kind": "worn_hole", "disk": disk, "coefficient": grown, "cables": [name]}
             for disk in range(at.design.plates)
@@ -78,13 +74,13 @@ def yielding(at: Moment, u: float, step: Mapping[str, float]):
 def dead_zone(at: Moment, u: float, step: Mapping[str, float]):
     """A cable that a clutch lets go below some tension."""
     name = f"cable_{at.design.cables[at.design.number % len(at.design.cables)]}_n"
-    return [], {name: step[name] if step[name] > u * _largest(at.design) else 0.0}, 0.0
+    return [], {name: step[name] if step[name] > u * at.design.pull else 0.0}, 0.0
 
 
 def saturation(at: Moment, u: float, step: Mapping[str, float]):
     """Tensions that fall behind the more, the higher they are."""
     names = [f"cable_{name}_n" for name in at.design.cables]
-    return [], {name: step[name] * (1 - u * (step[name] / _largest(at.design)) ** 2) for name in names}, 0.0
+    return [], {name: step[name] * (1 - u * (step[name] / at.design.pull) ** 2) for name in names}, 0.0
 
 
 def leak(at: Moment, u: float, step: Mapping[str, float]):

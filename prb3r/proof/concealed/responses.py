@@ -15,8 +15,9 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from prb3r.proof.concealed.camera import read, truth
-from prb3r.proof.concealed.candidates import Candidate, candidates
+from prb3r.proof.concealed.candidates import candidates
 from prb3r.proof.concealed.designs import ANGLE, BEND, Design, Steps, Y, followed
+from prb3r.proof.rig.effects.candidate import Candidate
 
 CHANGE = 1e-3
 """Relative change of constants and tensions for derivatives."""

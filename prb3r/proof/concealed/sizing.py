@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.candidates import Candidate, shaped, twins
+from prb3r.proof.concealed.candidates import shaped, twins
 from prb3r.proof.concealed.responses import APART, NEAR, NORM, Bench, Response, nearest
+from prb3r.proof.rig.effects.candidate import Candidate
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,9 @@ def of_kind(bench: Bench, kind: str, rng: np.random.Generator) -> Candidate | No
     kinds = sorted({each.kind for each in own})
     kind = kinds[int(rng.integers(len(kinds)))]
     group = [each for each in own if each.kind == kind]
-    laws = sorted({str(dict(each.group[0].place).get("law")) for each in group})
-    law = laws[int(rng.integers(len(laws)))]
-    group = [each for each in group if str(dict(each.group[0].place).get("law")) == law]
+    variants = sorted({each.group[0].variant for each in group})
+    variant = variants[int(rng.integers(len(variants)))]
+    group = [each for each in group if each.group[0].variant == variant]
     return shaped(bench.design, group[int(rng.integers(len(group)))].group[0], rng)
 
 

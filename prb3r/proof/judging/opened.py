@@ -8,6 +8,7 @@ import numpy as np
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.responses import NORM
 from prb3r.proof.judging.methods import Claim, Verdict
+from prb3r.proof.rig.effects import RECORDS
 
 
 class Judged(NamedTuple):
@@ -53,12 +54,11 @@ def own_claim(case: Judged) -> Claim | None:
     """The claim that is of the true kind, at the true place."""
     true = case.label.effects[0]
     for claim in confident(case.verdict):
-        if claim.kind == true["kind"] and all(_same(claim.place.get(key), true.get(key)) for key in PLACES):
+        if claim.kind == true["kind"] and all(
+            _same(claim.place.get(name), true.get(name)) for name in RECORDS[claim.kind].places
+        ):
             return claim
     return None
-
-
-PLACES = ("plate", "plates", "disk", "cable", "cables", "segment", "law")
 
 
 def _same(one: Any, other: Any) -> bool:
@@ -66,31 +66,22 @@ def _same(one: Any, other: Any) -> bool:
     return listed(one) == listed(other)
 
 
-def plate_of(place: Mapping[str, Any]) -> int | None:
-    """The one plate, or disk, of an effect that sits at one."""
-    plates = place.get("plates")
-    if plates is not None:
-        return int(plates[0]) if len(plates) == 1 else None
-    found = place.get("plate", place.get("disk"))
-    return None if found is None else int(found)
+def plate_of(kind: str, place: Mapping[str, Any]) -> int | None:
+    """The one plate, or disk, of an effect that sits at one; the place may hold other parameters too."""
+    for name, counted in RECORDS[kind].places.items():
+        if counted in ("plates", "disks") and place.get(name) is not None:
+            numbers = np.atleast_1d(place[name])
+            return int(numbers[0]) if len(numbers) == 1 else None
+    return None
 
 
 def plate_error(case: Judged) -> float:
     """By how many plates the place is missed; infinite where the kind is."""
-    true = plate_of(case.label.effects[0])
-    named = [each for each in confident(case.verdict) if each.kind == case.label.kinds[0]]
-    found = plate_of(named[0].place) if named else None
-    return np.inf if true is None or found is None else abs(found - true)
-
-
-LOGARITHMIC = {"factor", "efficiency", "scale", "ratio", "presliding_m"}
-
-
-def _deviation(name: str, value: float, friction: float) -> float:
-    """How far a parameter is from no effect."""
-    if name in LOGARITHMIC:
-        return float(np.log(value))
-    return value - friction if name == "coefficient" else value
+    kind = case.label.kinds[0]
+    true = plate_of(kind, case.label.effects[0])
+    named = [claim for claim in confident(case.verdict) if claim.kind == kind]
+    said = plate_of(kind, named[0].place) if named else None
+    return np.inf if true is None or said is None else abs(said - true)
 
 
 def parameters(case: Judged) -> list[tuple[float, bool | None]]:
@@ -100,13 +91,13 @@ def parameters(case: Judged) -> list[tuple[float, bool | None]]:
         return [(np.inf, False)]
     if claim is None:
         return []
-    friction = case.friction if true["kind"] == "worn_hole" else 0.0
-    deviations, covered = [], []
+    record = RECORDS[claim.kind]
+    errors, sizes, covered = [], [], []
     for name, (value, low, high) in claim.parameters.items():
-        there, here = (_deviation(name, v, friction) for v in (true[name], value))
-        deviations.append((here - there, there))
+        deviation = record.scales[name].deviation
+        sizes.append(deviation(true[name], case.friction))
+        errors.append(deviation(value, case.friction) - sizes[-1])
         covered.append(None if low is None or high is None else bool(low <= true[name] <= high))
-    if true["kind"] in ("gravity", "tip_force"):
-        away, whole = np.array(deviations).T
-        return [(float(np.linalg.norm(away) / np.linalg.norm(whole)), one) for one in covered]
-    return [(abs(d / w), one) for (d, w), one in zip(deviations, covered, strict=True)]
+    if record.vector:
+        return [(float(np.linalg.norm(errors) / np.linalg.norm(sizes)), hit) for hit in covered]
+    return [(abs(error / whole), hit) for error, whole, hit in zip(errors, sizes, covered, strict=True)]

@@ -65,8 +65,9 @@ def _first(size: float) -> Callable[[Sequence[Judged]], Score]:
 
 
 def _placed(case: Judged) -> bool:
-    label = case.label
-    return _of("single", 2.0, 5.0)(case) and label.distinguishable and plate_of(label.effects[0]) is not None
+    if not (_of("single", 2.0, 5.0)(case) and case.label.distinguishable):
+        return False
+    return plate_of(case.label.kinds[0], case.label.effects[0]) is not None
 
 
 def _covering(cases: Sequence[Judged]) -> Score:

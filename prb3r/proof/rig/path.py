@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.proof.rig.build import Bench
+from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import Forces, Rig, imbalance, lengths_beyond, poses
 
 RESIDUAL, ROUNDED = 1e-11, 1e-8
@@ -68,7 +68,7 @@ class Way(NamedTuple):
         return Load(*((1 - share) * a + share * b for a, b in zip(*self, strict=True)))
 
 
-def forces_of(setup: Bench, load: Load, constant: float = 1.0) -> Forces:
+def forces_of(setup: BuiltRig, load: Load, constant: float = 1.0) -> Forces:
     """What arrives at the rig: `constant` is the share of the constant effects."""
     return Forces(
         np.maximum(load.tension + constant * setup.tension_offset, 0),
@@ -121,7 +121,7 @@ def _iterate(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, element
     return None
 
 
-def rest(setup: Bench, nothing: Load, elements: int) -> State | None:
+def rest(setup: BuiltRig, nothing: Load, elements: int) -> State | None:
     """No applied load, the constant effects raised from nothing, no slip at any hole."""
     rig = setup.rig._replace(presliding=np.inf)
     zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
@@ -143,7 +143,7 @@ def rest(setup: Bench, nothing: Load, elements: int) -> State | None:
 class Path:
     """Follows the loads of one sequence."""
 
-    def __init__(self, setup: Bench, elements: int, tolerance: float) -> None:
+    def __init__(self, setup: BuiltRig, elements: int, tolerance: float) -> None:
         self.setup, self.elements, self.tolerance = setup, elements, tolerance
         self.length = (setup.rig.arc + 2 * setup.rig.clamp + setup.rig.disk).sum()
         self.history = np.isfinite(setup.rig.presliding)

@@ -1,8 +1,8 @@
 """An independent simulator of cable-driven continuum manipulators: checks the engine, makes concealed recordings.
 
 It shares no code and no method with the statics engine.  Plates are stepped along their arcs and shot at their end
-poses (`rig_kernels`), all balanced together.  Loads are followed from rest in sub-steps (`rig_path`), each converged or
-made shorter.  What the file of a manipulator means is in `rig_bench` and `rig_effects`.
+poses (`kernels`), all balanced together.  Loads are followed from rest in sub-steps (`path`), each converged or
+made shorter.  What the file of a manipulator means is in `draft`, `effects` and `build`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.proof.rig.build import Bench, bench
+from prb3r.proof.rig.build import BuiltRig, build_rig
 from prb3r.proof.rig.kernels import poses
 from prb3r.proof.rig.path import Load, Path, Way, rest
 
@@ -37,7 +37,7 @@ class RigStates:
     """(s, n, m) slip state at the hole before each plate."""
 
 
-def _loads(setup: Bench, steps: Sequence[Mapping[str, float]]) -> list[Load]:
+def _loads(setup: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[Load]:
     """Read the steps.  Absent and empty loads are zero, absent and empty slips -1."""
     n, m = setup.rig.offset.shape
     weight = setup.gravity
@@ -88,7 +88,7 @@ def simulate(
     SpecError
         Effects or load columns that make no sense.
     """
-    setup = bench(manipulator)
+    setup = build_rig(manipulator)
     loads, (n, m) = _loads(setup, steps), setup.rig.offset.shape
     path = Path(setup, elements, tolerance)
     before = Load(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
@@ -120,7 +120,7 @@ def observe(
     image_centre : c, m
     frame : rotation in rad, and shift d in m
     """
-    setup, (rotation, shift_x, shift_y) = bench(manipulator), frame
+    setup, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
     cos, sin = np.cos(rotation), np.sin(rotation)
     x = setup.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
     y = setup.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]

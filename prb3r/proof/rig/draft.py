@@ -1,0 +1,121 @@
+"""A rig while it is put together: the manipulator of a file, every array at full length, for effects to change."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from prb3r.proof.rig.kernels import LINEAR
+
+
+@dataclass
+class Draft:
+    """A manipulator of `n` plates and `m` cables before and while effects act on it.  SI units."""
+
+    arc: np.ndarray
+    """(n,) flexible length of each plate."""
+    clamp: np.ndarray
+    """(n,)"""
+    disk: float
+    """Thickness."""
+    mass: float | None
+    """Of a disk, kg; None: unknown."""
+    rigidity: np.ndarray
+    """(n,) EI, N m^2."""
+    offset: np.ndarray
+    """(n, m) of each plate's span."""
+    reach: np.ndarray
+    """(m,) plates that a cable crosses; 0 if dead."""
+    friction: np.ndarray
+    """(n, m) coefficient at the hole before each plate."""
+    edges: bool
+    """Turning counted at both edges of a hole."""
+    presliding: float
+    """Infinite: declared slip."""
+    cables: tuple[str, ...]
+    segment_of: np.ndarray
+    """(n,) number of each plate's segment, from 1."""
+    law: tuple[int, float, float] = (LINEAR, 0.0, 1.0)
+    """Which, and its two numbers."""
+    compliance: float = 0.0
+    """Of a hinge at each end of each arc, rad/(N m)."""
+    contact: tuple[float, float] = (np.inf, 0.0)
+    """Angle and stiffness."""
+    clearance: float = 0.0
+    tip_efficiency: float = 1.0
+    scale: float = 1.0
+    lens: float = 0.0
+    """1/m^2."""
+    rest: np.ndarray = field(init=False)
+    """(n,) stress-free curvature."""
+    moment: np.ndarray = field(init=False)
+    """(n,) extra bending moment along an arc."""
+    moment_per_bend: np.ndarray = field(init=False)
+    pulley: np.ndarray = field(init=False)
+    """(m,) -ln(efficiency)."""
+    tension_offset: np.ndarray = field(init=False)
+    """(m,)"""
+    disk_force: np.ndarray = field(init=False)
+    """(n, 2)"""
+    tip_force: np.ndarray = field(init=False)
+    """(2,)"""
+
+    def __post_init__(self) -> None:
+        n, m = self.offset.shape
+        self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
+        self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
+
+    @property
+    def plates(self) -> range:
+        """Their numbers, from 1."""
+        return range(1, len(self.arc) + 1)
+
+    @property
+    def disks(self) -> range:
+        """Numbers of the disks at which cables rub, from the base's 0."""
+        return range(len(self.arc))
+
+    @property
+    def segments(self) -> range:
+        """Their numbers, from 1."""
+        return range(1, int(self.segment_of[-1]) + 1)
+
+    def columns(self, names: Sequence[str] | None) -> list[int]:
+        """Numbers of the named cables, of all where none is named."""
+        return [j for j, name in enumerate(self.cables) if names is None or name in names]
+
+
+def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
+    """The manipulator of a file before any effect."""
+    segments, cables = manipulator["segment"], manipulator.get("cable", [])
+    friction, disk = manipulator.get("friction", {}), manipulator.get("disk", {})
+    number = np.repeat(np.arange(1, len(segments) + 1), [segment["plates"] for segment in segments])
+    n, m = len(number), len(cables)
+    clamp = np.array([float(segment.get("clamp_m", 0)) for segment in segments])
+    history = friction.get("direction", "declared") == "history"
+
+    def rigidity(segment):
+        if "bending_stiffness_n_m2" in segment:
+            return float(segment["bending_stiffness_n_m2"])
+        return manipulator["youngs_modulus_pa"] * segment["width_m"] * segment["thickness_m"] ** 3 / 12
+
+    def offset(cable, plate):
+        value, last = cable["offset_m"], cable["ends_at_segment"]
+        return float(value[min(number[plate], last) - 1] if isinstance(value, Sequence) else value)
+
+    return Draft(
+        arc=(np.array([float(segment["length_m"]) for segment in segments]) - 2 * clamp)[number - 1],
+        clamp=clamp[number - 1],
+        disk=float(disk.get("thickness_m", 0)),
+        mass=disk.get("mass_kg"),
+        rigidity=np.array([rigidity(segment) for segment in segments])[number - 1],
+        offset=np.array([[offset(cable, i) for cable in cables] for i in range(n)]).reshape(n, m),
+        reach=np.array([(number <= cable["ends_at_segment"]).sum() for cable in cables], int),
+        friction=np.full((n, m), float(friction.get("coefficient", 0))),
+        edges=friction.get("wrap", "net") == "edges",
+        presliding=friction["presliding_m"] if history else np.inf,
+        cables=tuple(str(cable["name"]) for cable in cables),
+        segment_of=number,
+    )

@@ -1,0 +1,68 @@
+"""Cables: what they carry, where they run and how they bend.
+
+`hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
+positive; angles and lengths are those of the shifted spans; what happens inside a disk is free of friction.
+`cable_bending` adds to a plate for each live cable that crosses it.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.proof.rig.draft import Draft
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions
+from prb3r.proof.rig.effects.record import FROM_ZERO, Record, one_of, several, size
+
+
+def _kill(draft: Draft, cable):
+    draft.reach[draft.cables.index(cable)] = 0
+
+
+def _dead(given: Conditions) -> Iterator[Candidate]:
+    return (Candidate((("cable", name),)) for name in given.reach)
+
+
+def _preload(draft: Draft, offset_n, cables=None):
+    draft.tension_offset[draft.columns(cables)] += offset_n
+
+
+def _preloaded(given: Conditions) -> Iterator[Candidate]:
+    for place in given.of_cables():
+        for low, high in ((0.0, 0.3), (-0.3, 0.0)):  # of an idle cable nothing can be taken away
+            yield Candidate(place, lambda u: {"offset_n": u * given.pull}, low, high)  # a hanger left out
+
+
+def _shift(draft: Draft, cable, offset_m):
+    draft.offset[:, draft.cables.index(cable)] += offset_m
+
+
+def _shifted(given: Conditions) -> Iterator[Candidate]:
+    for name in given.reach:
+        # 8 mm on the prototype, whose rows of holes are 4.5 mm apart
+        yield Candidate((("cable", name),), lambda u: {"offset_m": u * given.arm}, -0.3, 0.3)
+
+
+def _loosen(draft: Draft, clearance_m):
+    draft.clearance += clearance_m
+
+
+def _loose(given: Conditions) -> Iterator[Candidate]:
+    yield Candidate((), lambda u: {"clearance_m": u * given.arm}, 0, 0.25)  # 6 mm of play on the prototype
+
+
+def _add_stiffness(draft: Draft, stiffness_n_m2):
+    draft.rigidity += stiffness_n_m2 * (np.arange(len(draft.rigidity))[:, None] < draft.reach).sum(1)
+
+
+def _stiff(given: Conditions) -> Iterator[Candidate]:
+    # of one cable: two in a segment more than double its plates
+    yield Candidate((), lambda u: {"stiffness_n_m2": u * given.rigidity}, 0, 0.6)
+
+
+CABLE_RECORDS = (
+    Record("dead_cable", _kill, (one_of("cable", "cables"),), _dead, turn=20),
+    Record("tension_offset", _preload, (size("offset_n"), several("cables", "cables")), _preloaded, turn=4),
+    Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
+    Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11),
+    Record("cable_bending", _add_stiffness, (size("stiffness_n_m2", FROM_ZERO),), _stiff, turn=10),
+)

@@ -1,0 +1,105 @@
+"""Friction of holes and pulleys.
+
+`pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
+coefficient of every hole, `worn_hole` what then stands at one disk.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.proof.rig.draft import Draft
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions
+from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, SHARE, Record, Scale, one_of, several, size
+
+SLIPS = 4e-5, 2e-4
+"""Presliding lengths at which `slip_history` is tried, m: in the lower and upper part of `SLIP_RANGE`."""
+SLIP_RANGE = -4.5, -3.7
+"""Decimal logarithms of the presliding lengths that are drawn, 30 to 200 micrometres."""
+
+
+def _rub(draft: Draft, coefficient):
+    draft.friction[:] = coefficient
+
+
+def _rubbing(given: Conditions) -> Iterator[Candidate]:
+    if given.friction == 0:
+        yield Candidate((), lambda u: {"coefficient": u}, 0, 0.6)  # dry steel on steel
+
+
+def _follow(draft: Draft, presliding_m):
+    draft.presliding = presliding_m
+
+
+def _following(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0 and given.declared:
+        yield from map(_slipping, SLIPS)
+
+
+def _slipping(presliding: float) -> Candidate:
+    return Candidate((), lambda u: {"presliding_m": presliding}, shape=(presliding,))
+
+
+def _slipping_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _slipping(10 ** rng.uniform(*SLIP_RANGE))
+
+
+def _count_edges(draft: Draft):
+    draft.edges = True
+
+
+def _counting_edges(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0 and given.declared:
+        yield Candidate()
+
+
+def _wear(draft: Draft, disk, coefficient, cables=None):
+    draft.friction[disk, draft.columns(cables)] = coefficient
+
+
+def _worn(given: Conditions) -> Iterator[Candidate]:
+    mu = given.friction
+    for disk in range(given.plates):
+        for place in given.of_cables():
+            if disk < min((given.reach[name] for _, names in place for name in names), default=given.plates):
+                # from a hole that does not rub at all to one that is cut by its cable
+                yield Candidate((("disk", disk), *place), lambda u: {"coefficient": mu + u}, -mu, 2.0)
+
+
+def _lose(draft: Draft, efficiency, cables=None):
+    draft.pulley[draft.columns(cables)] -= np.log(efficiency)
+
+
+def _losing(given: Conditions) -> Iterator[Candidate]:
+    for place in given.of_cables():
+        # half is lost: a rope around a post for a third of a turn at mu 0.3
+        yield Candidate(place, lambda u: {"efficiency": float(np.exp(-u))}, 0, 0.6)
+
+
+FRICTION_RECORDS = (
+    Record("cable_friction", _rub, (size("coefficient", FROM_ZERO),), _rubbing, turn=17, once=True),
+    Record(
+        "slip_history",
+        _follow,
+        (size("presliding_m", POSITIVE, Scale.LOGARITHM),),
+        _following,
+        turn=18,
+        once=True,
+        reshaped=_slipping_anew,
+    ),
+    Record("edge_wrap", _count_edges, (), _counting_edges, turn=19, once=True),
+    Record(
+        "worn_hole",
+        _wear,
+        (one_of("disk", "disks"), size("coefficient", FROM_ZERO, Scale.EXCESS), several("cables", "cables")),
+        _worn,
+        turn=2,
+    ),
+    Record(
+        "pulley_friction",
+        _lose,
+        (size("efficiency", SHARE, Scale.LOGARITHM), several("cables", "cables")),
+        _losing,
+        turn=1,
+    ),
+)

@@ -1,0 +1,88 @@
+"""Loads that nobody applied, or that do not arrive whole.
+
+`gravity` pulls at the centres of disks 1..n; `tip_load_friction` spares the constant `tip_force`.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.proof.rig.draft import Draft
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions
+from prb3r.proof.rig.effects.record import ANY, SHARE, Record, Scale, size
+
+GRAVITY = 12.0
+"""Largest that is concealed, m/s^2: all of it in the plane, and a fifth for disks heavier than noted."""
+
+
+def _weigh(draft: Draft, x_m_s2=0.0, y_m_s2=0.0):
+    if draft.mass is None:
+        raise ValueError("needs mass_kg in [disk]")
+    draft.disk_force += draft.mass * np.array([x_m_s2, y_m_s2])
+
+
+def _weighing(given: Conditions) -> Iterator[Candidate]:
+    return (_gravity(angle) for angle in (0.0, np.pi / 2))
+
+
+def _gravity(angle: float) -> Candidate:
+    return _directed("x_m_s2", "y_m_s2", GRAVITY, angle)
+
+
+def _gravity_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _gravity(rng.uniform(0, 2 * np.pi))
+
+
+def _push(draft: Draft, x_n=0.0, y_n=0.0):
+    draft.tip_force += [x_n, y_n]
+
+
+def _pushing(given: Conditions) -> Iterator[Candidate]:
+    return (_tip_force(given, angle) for angle in (0.0, np.pi / 2))
+
+
+def _tip_force(given: Conditions, angle: float) -> Candidate:
+    return _directed("x_n", "y_n", given.tip, angle)
+
+
+def _tip_force_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _tip_force(given, rng.uniform(0, 2 * np.pi))
+
+
+def _directed(x: str, y: str, largest: float, angle: float) -> Candidate:
+    """A vector in one direction (rad), its size in units of the largest."""
+    cos, sin = float(np.cos(angle)), float(np.sin(angle))
+    return Candidate((), lambda u: {x: u * largest * cos, y: u * largest * sin}, 0, 1.0, (angle,))
+
+
+def _hold_back(draft: Draft, efficiency):
+    draft.tip_efficiency *= efficiency
+
+
+def _held_back(given: Conditions) -> Iterator[Candidate]:
+    if given.tip_loaded:
+        # a third arrives: a weight hung over a seized pulley
+        yield Candidate((), lambda u: {"efficiency": float(np.exp(-u))}, 0, 1.2)
+
+
+LOAD_RECORDS = (
+    Record(
+        "gravity",
+        _weigh,
+        (size("x_m_s2", ANY, optional=True), size("y_m_s2", ANY, optional=True)),
+        _weighing,
+        turn=12,
+        vector=True,
+        reshaped=_gravity_anew,
+    ),
+    Record(
+        "tip_force",
+        _push,
+        (size("x_n", ANY, optional=True), size("y_n", ANY, optional=True)),
+        _pushing,
+        turn=13,
+        vector=True,
+        reshaped=_tip_force_anew,
+    ),
+    Record("tip_load_friction", _hold_back, (size("efficiency", SHARE, Scale.LOGARITHM),), _held_back, turn=14),
+)

@@ -1,0 +1,171 @@
+"""Plates: their stiffness, their law of bending, and what they stand in.
+
+Bending stiffness of a plate: nominal, times every `weakened_plate` and `segment_stiffness`, plus `cable_bending`.
+`nonlinear_plate` acts on this sum, k being curvature less stress-free curvature.  `disk_contact` compares the bend
+between the disks, hinges of `clamp_compliance` included; its moment passes beside plate and hinges.  A hinge turns by
+compliance times the moment that the plate carries there.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.proof.rig.draft import Draft
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions, Place
+from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
+from prb3r.proof.rig.kernels import BILINEAR, CUBIC
+
+THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
+"""Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
+THRESHOLD_RANGE = 0.25, 0.7
+"""In which knees and contact angles are drawn: passed by several steps, and not by all."""
+
+
+def _factor(u: float) -> dict[str, float]:
+    return {"factor": float(np.exp(u))}
+
+
+def _weaken(draft: Draft, plate, factor):
+    draft.rigidity[plate - 1] *= factor
+
+
+def _weakened(given: Conditions) -> Iterator[Candidate]:
+    for plate in range(1, given.plates + 1):
+        yield Candidate((("plate", plate),), _factor, -1.4, 1.1)  # cracked to a quarter; three for one
+
+
+def _stiffen(draft: Draft, segment, factor):
+    draft.rigidity[draft.segment_of == segment] *= factor
+
+
+def _stiffened(given: Conditions) -> Iterator[Candidate]:
+    if len(given.segments) > 1:
+        for number in range(1, len(given.segments) + 1):
+            yield Candidate((("segment", number),), _factor, -1.0, 1.0)  # e = 1.4^3: a thickness wrong by 40 %
+
+
+def _curve(draft: Draft, curvature_per_m, plates=None):
+    draft.rest[slice(None) if plates is None else np.unique(plates) - 1] += curvature_per_m
+
+
+def _curved(given: Conditions) -> Iterator[Candidate]:
+    """Each plate alone, all together, each of several segments."""
+    ends = np.cumsum(given.segments).tolist()
+    places: list[Place] = [(("plates", (plate,)),) for plate in range(1, given.plates + 1)]
+    places.append(())
+    if len(ends) > 1:
+        for count, end in zip(given.segments, ends, strict=True):
+            places.append((("plates", tuple(range(end - count + 1, end + 1))),))
+    for place in places:
+        # beyond, the rest shape alone would be seen to be no straight arm
+        yield Candidate(place, lambda u: {"curvature_per_m": u * given.curvature}, -0.6, 0.6)
+
+
+def _touch(draft: Draft, angle_rad, stiffness_n_m_per_rad):
+    draft.contact = (angle_rad, stiffness_n_m_per_rad)
+
+
+def _touching(given: Conditions) -> Iterator[Candidate]:
+    return (_contact(given, share * given.bend) for share in THRESHOLDS)
+
+
+def _contact(given: Conditions, angle: float) -> Candidate:
+    """Disks that touch at an angle (rad); the size is in units of the plates' own stiffness."""
+    law = lambda u: {"angle_rad": angle, "stiffness_n_m_per_rad": u * given.stiffness}  # noqa: E731
+    return Candidate((), law, 0, 30.0, (angle,))  # thirty times a plate: beyond, a stop is hard
+
+
+def _contact_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _contact(given, rng.uniform(*THRESHOLD_RANGE) * given.bend)
+
+
+def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
+    yield replace(_knee(form.shape[0] / given.arc), kind="nonlinear_plate")
+
+
+def _follow_law(draft: Draft, law, cubic_m2=None, knee_per_m=None, ratio=None):
+    cubic, bilinear = cubic_m2 is not None, knee_per_m is not None and ratio is not None
+    if law == "cubic" and cubic and knee_per_m is None and ratio is None:
+        draft.law = (CUBIC, cubic_m2, 1.0)
+    elif law == "bilinear" and bilinear and not cubic:
+        draft.law = (BILINEAR, knee_per_m, ratio)
+    else:
+        raise ValueError("law 'cubic' takes cubic_m2, law 'bilinear' takes knee_per_m and ratio")
+
+
+def _nonlinear(given: Conditions) -> Iterator[Candidate]:
+    cubic = lambda u: {"cubic_m2": u / given.curvature**2}  # noqa: E731
+    yield Candidate((("law", "cubic"),), cubic, 0, 3.0, variant="cubic")  # four times the moment at the largest bend
+    yield from (_knee(share * given.curvature) for share in THRESHOLDS)
+
+
+def _knee(curvature: float) -> Candidate:
+    """Bilinear plates with a knee at a curvature (1/m); the size is ln(ratio)."""
+    law = lambda u: {"knee_per_m": curvature, "ratio": float(np.exp(u))}  # noqa: E731
+    # below a third of EI few designs keep their equilibria; beyond four times it the knee is a stop
+    return Candidate((("law", "bilinear"),), law, -1.2, 1.5, (curvature,), "bilinear")
+
+
+def _knee_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _knee(given.curvature * rng.uniform(*THRESHOLD_RANGE)) if form.variant == "bilinear" else form
+
+
+def _contact_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
+    """Contact stiffens, as plates do beyond a knee whose `size` is positive."""
+    if form.variant == "bilinear" and size > 0:
+        yield replace(_contact(given, form.shape[0] * given.arc), kind="disk_contact")
+
+
+def _give(draft: Draft, compliance_rad_per_n_m):
+    draft.compliance += compliance_rad_per_n_m
+
+
+def _giving(given: Conditions) -> Iterator[Candidate]:
+    # hinges as soft as the plate between them
+    yield Candidate((), lambda u: {"compliance_rad_per_n_m": u * given.arc / given.rigidity}, 0, 1.0)
+
+
+PLATE_RECORDS = (
+    Record(
+        "weakened_plate",
+        _weaken,
+        (one_of("plate", "plates"), size("factor", POSITIVE, Scale.LOGARITHM)),
+        _weakened,
+        turn=0,
+    ),
+    Record(
+        "segment_stiffness",
+        _stiffen,
+        (one_of("segment", "segments"), size("factor", POSITIVE, Scale.LOGARITHM)),
+        _stiffened,
+        turn=6,
+    ),
+    Record("precurvature", _curve, (size("curvature_per_m"), several("plates", "plates")), _curved, turn=3),
+    Record(
+        "disk_contact",
+        _touch,
+        (size("angle_rad", FROM_ZERO), size("stiffness_n_m_per_rad", FROM_ZERO)),
+        _touching,
+        turn=8,
+        once=True,
+        reshaped=_contact_anew,
+        twins=_knee_there,
+    ),
+    Record(
+        "nonlinear_plate",
+        _follow_law,
+        (
+            one_of("law", ("cubic", "bilinear")),
+            size("cubic_m2", ANY, optional=True),
+            size("knee_per_m", POSITIVE, optional=True),
+            size("ratio", POSITIVE, Scale.LOGARITHM, optional=True),
+        ),
+        _nonlinear,
+        turn=7,
+        once=True,
+        reshaped=_knee_anew,
+        twins=_contact_there,
+    ),
+    Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9),
+)
