@@ -6,22 +6,23 @@ from pathlib import Path
 
 import numpy as np
 
-from prb3r.diagnosis import stages as core
+from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
 from prb3r.runs.engine import together
 
 
-def diagnose(
+def diagnosis_of(
     recording: Recording | str | Path,
     *,
     holdout: Sequence[Recording | str | Path] = (),
     seed: int = 0,
     jobs: int = 1,
-    report: core.Report = lambda step: None,
-) -> core.Diagnosis:
+    report: stages.Report = lambda step: None,
+) -> Diagnosis:
     """Diagnose a recording, given as its folder or read already.
 
     Parameters
@@ -36,14 +37,14 @@ def diagnose(
     RecordingError
         With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
     """
-    whole, *others = [one if isinstance(one, Recording) else load_recording(one) for one in (recording, *holdout)]
-    with together(jobs) as each:
-        found = core.diagnose(whole, seed=seed, report=report, hold_out=not others, each=each)
+    whole, *others = [each if isinstance(each, Recording) else load_recording(each) for each in (recording, *holdout)]
+    with together(jobs) as in_workers:
+        diagnosis = stages.diagnose(whole, seed=seed, report=report, hold_out=not others, each=in_workers)
     if not others:
-        return found
-    carried = {other.name: (other, on_other(found, other)) for other in others}
-    remarks = [f"{name}: {text}" for name, (_, one) in carried.items() for text in one.left_behind]
-    return replace(found, heldout=pooled(list(carried.values())), remarks=(*found.remarks, *remarks))
+        return diagnosis
+    carried = {other.name: (other, on_other(diagnosis, other)) for other in others}
+    remarks = [f"{name}: {text}" for name, (_, prediction) in carried.items() for text in prediction.left_behind]
+    return replace(diagnosis, heldout=pooled(list(carried.values())), remarks=(*diagnosis.remarks, *remarks))
 
 
 def pooled(judged: Sequence[tuple[Recording, Carried]]) -> HeldOut:

@@ -2,22 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-
-import numpy as np
+from typing import Any
 
 from prb3r.diagnosis.checks.doubt import renewed, start
 from prb3r.diagnosis.checks.heldout import Unseen, set_aside, unseen
 from prb3r.diagnosis.checks.repeats import scatter
-from prb3r.diagnosis.evidence.constants_by_part import clues
-from prb3r.diagnosis.evidence.detectable import detectable
 from prb3r.diagnosis.fit.calibrate import Fit
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.mismatch import mismatch
+from prb3r.diagnosis.result.diagnosis import Diagnosis, Separation
+from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import Named, named_effect
 from prb3r.diagnosis.result.remarks import refusals, scattered, weighed, wrong_weights
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.empirical_law import Closure, close
-from prb3r.diagnosis.search.experiment import Experiment, best_experiments
+from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.selection import (
     MOST_EFFECTS,
     Choice,
@@ -41,7 +39,12 @@ Report = Callable[[str], None]
 """Hears which step is under way."""
 
 
-def diagnose(
+def diagnose(recording: Recording, **options: Any) -> Diagnosis:
+    """What a recording tells, as plain data; `options` and errors are those of `investigate`."""
+    return tell(investigate(recording, **options))
+
+
+def investigate(
     recording: Recording,
     *,
     seed: int = 0,
@@ -51,8 +54,8 @@ def diagnose(
     each: Each = serially,
     trusting: bool = False,
     alone: bool = False,
-) -> Diagnosis:
-    """Diagnose a recording.
+) -> Investigation:
+    """Find what a recording tells.
 
     Parameters
     ----------
@@ -113,25 +116,21 @@ def diagnose(
         closure, closure_gain = _closure(fresh, calibrated, choice.fitted, seed)
     report("next experiment")
     experiments = _experiments(choice, named) if verdict == "ambiguous" else ()
-    return Diagnosis(
+    return Investigation(
         recording=recording,
         seed=seed,
         verdict=verdict,
         why=why,
         training=training,
-        nominal_chi2=_nominal_chi2(calibrated),
+        fresh=fresh,
         calibrated=calibrated,
-        explained=choice.fitted,
-        trust=trust,
-        choice=choice,
         before=before,
+        choice=choice,
+        trust=trust,
         named=named,
-        mismatch=mismatch(calibrated, choice, before, named),
         closure=closure,
         closure_gain=closure_gain,
         heldout=held,
-        clues=tuple(clues(calibrated)),
-        detectable=detectable(choice.scores),
         experiments=experiments,
         remarks=(
             *recording.remarks,
@@ -158,16 +157,6 @@ def _unexplained(choice: Choice, doubted: Sequence[str]) -> str:
     return ""
 
 
-def _nominal_chi2(calibrated: Fit) -> float | None:
-    """Reduced chi-square of the nominal constants in the calibrated frame."""
-    model, constants = calibrated.model, calibrated.constants
-    predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
-    if not np.isfinite(predicted).all():
-        return None
-    misfit = model.noise.whiten(model.predict.misfit(predicted))
-    return float(misfit @ misfit / len(misfit))
-
-
 def _closure(fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int) -> tuple[Closure | None, float | None]:
     """The empirical law that describes the recording best, if better than what is named, and its gain on held-out
     sequences, which must not fall."""
@@ -182,10 +171,10 @@ def _closure(fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int) -
     return best, None if held is None else held.gain
 
 
-def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
-    out: list[tuple[str, str, Experiment]] = []
+def _experiments(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...]:
+    out: list[Separation] = []
     for each in named:
         near = each.rivals[:MOST_RIVALS]
         best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
-        out += [(each.hypothesis.name, r.hypothesis.name, one) for r, one in zip(near, best, strict=True)]
+        out += [Separation(each.hypothesis.name, r.hypothesis.name, one) for r, one in zip(near, best, strict=True)]
     return tuple(out)

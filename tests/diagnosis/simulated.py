@@ -9,7 +9,9 @@ import numpy as np
 import pandas as pd
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.stages import investigate
 from prb3r.model.files.toml_text import toml_text
 from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.reading import load_recording
@@ -113,5 +115,10 @@ def recorded(case: Case = Case()) -> Recording:
 
 
 @cache
+def investigated(case: Case = Case()) -> Investigation:
+    return investigate(recorded(case), without=case.without)
+
+
+@cache
 def diagnosed(case: Case = Case()) -> Diagnosis:
-    return diagnose(recorded(case), without=case.without)
+    return tell(investigated(case))

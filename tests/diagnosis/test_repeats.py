@@ -10,7 +10,7 @@ from diagnosis.simulated import Case, recorded
 from prb3r.diagnosis.checks.repeats import FEWEST, matches, scatter
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
-from prb3r.diagnosis.stages import diagnose
+from prb3r.diagnosis.stages import diagnose, investigate
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind
@@ -73,7 +73,7 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
 
 
 def test_readings_that_scatter_more_than_stated_are_no_effect():
-    found = diagnose(pulled_again(2.0))
+    found = investigate(pulled_again(2.0))
     assert found.verdict == "adequate"
     assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
     assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut, judge, noise_under
-from prb3r.diagnosis.fit.calibrate import Fit
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
-from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.manipulator import Manipulator
@@ -56,7 +55,7 @@ def carry(effect: Effect, one: Manipulator, other: Manipulator) -> Effect | str:
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found; before and after, as on held-out sequences."""
-    one, other = diagnosis.recording.manipulator, recording.manipulator
+    one, other = diagnosis.nominal, recording.manipulator
     alike = same_geometry(one, other)
     carried, left = [], []
     for effect in diagnosis.explained.effects:
@@ -75,7 +74,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     return Carried(heldout, alike, tuple(carried), tuple(left))
 
 
-def _constants(predict: Predictor, fitted: Fit, one: Manipulator, other: Manipulator) -> Constants:
+def _constants(predict: Predictor, fitted: FittedModel, one: Manipulator, other: Manipulator) -> Constants:
     """Calibrated constants as factors on the other manipulator's nominal ones; the frame not yet."""
     stiffness = fitted.constants.log_stiffness + np.log(one.youngs_modulus_pa / other.youngs_modulus_pa)
     friction = 0.0
