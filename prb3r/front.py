@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.run import diagnosis_of
-from prb3r.present.diagnosis.report import FIGURES, brief, draw, publish_diagnosis
+from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
 from prb3r.recording.recording import Recording
 
@@ -28,7 +28,7 @@ class DiagnosisReport(Diagnosis):
         """
         if kind not in FIGURES:
             raise ValueError(f"no plot {kind!r}: the kinds are {', '.join(FIGURES)}")
-        figure = draw(self, kind)
+        figure = figure_of(self, kind)
         if figure is None:
             raise ValueError(f"nothing to plot: this diagnosis has no {kind.replace('-', ' ')}")
         return figure

@@ -12,7 +12,7 @@ ROOT = Path(prb3r.__file__).parent
 ORDER = {
     "": "errors quantities mechanics model runs study recording diagnosis proof present front bench progress check cli",
     "model": "files laws effects manipulator steps",
-    "diagnosis": "settings library fit evidence search checks result stages run",
+    "diagnosis": "confidence settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
     "present": "style framing page study diagnosis proof",
 }

@@ -58,7 +58,7 @@ def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
     return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}")
 
 
-def save(figure: Figure, folder: str | Path, name: str) -> list[Path]:
+def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     """Write `name.png` (200 dpi) and `name.svg` whole or not at all; the same figure gives the same bytes."""
     paths = []
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):

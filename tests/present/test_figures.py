@@ -12,7 +12,7 @@ from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve
 from prb3r.present import style
-from prb3r.present.page import save
+from prb3r.present.page import save_figure
 from prb3r.present.study.figures import draw
 from prb3r.present.study.shapes import body, straight
 from prb3r.present.study.sheet import Scene
@@ -184,7 +184,7 @@ def test_workspaces_are_told_apart_and_small(tmp_path):
     assert len({patch.get_hatch() for patch in overlaid.legends[0].get_patches()}) == 3
     assert len(panels.axes) == 3
     for name, figure in (("overlaid", overlaid), ("panels", panels)):
-        assert save(figure, tmp_path, name)[1].stat().st_size < 400_000
+        assert save_figure(figure, tmp_path, name)[1].stat().st_size < 400_000
 
 
 def test_bars_have_a_panel_and_a_unit_for_each_metric():
@@ -230,8 +230,8 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
 
 def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
     plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
-    first = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
-    again = [path.read_bytes() for path in save(draw(plot, coupling, None, SCENE), tmp_path, "a")]
+    first = [path.read_bytes() for path in save_figure(draw(plot, coupling, None, SCENE), tmp_path, "a")]
+    again = [path.read_bytes() for path in save_figure(draw(plot, coupling, None, SCENE), tmp_path, "a")]
     assert first == again
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
 
@@ -265,4 +265,4 @@ def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
     plot = Plot(name="a", kind=kind, x="cable_1_n", y=[y], by="cable_1_n", vertical="limit_n")
     figure = draw(plot, cases, states, SCENE)
     assert any("crashed" in text for text in texts(figure))
-    assert len(save(figure, tmp_path, "a")) == 2
+    assert len(save_figure(figure, tmp_path, "a")) == 2

@@ -65,7 +65,7 @@ class CalibratedConstant(NamedTuple):
     high: float
 
 
-class Frame(NamedTuple):
+class CameraFrame(NamedTuple):
     """Where the camera stood: measured positions are turned and shifted against the manipulator's by this much."""
 
     rotation_rad: float
@@ -177,7 +177,7 @@ class Diagnosis:
     score_explained: LargestScore
     constants: Mapping[str, CalibratedConstant]
     """`youngs_modulus_pa` and `friction_coefficient`."""
-    frame: Frame
+    frame: CameraFrame
     """Of the explained model."""
     effects: tuple[NamedEffect, ...]
     mismatch: Mismatch

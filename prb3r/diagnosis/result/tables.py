@@ -43,7 +43,7 @@ QUANTITIES = (
 )
 
 
-def tables_of(investigation: Investigation) -> dict[str, pd.DataFrame]:
+def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
     """All tables by name; the whole recording is solved once with each model."""
     models = {"calibrated": investigation.calibrated, "explained": investigation.explained}
     states = {name: _solved(investigation.recording, fitted) for name, fitted in models.items()}

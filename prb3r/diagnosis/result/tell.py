@@ -5,19 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.constants_by_part import clues
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.calibrate import Fit
 from prb3r.diagnosis.fit.prediction import Constants
-from prb3r.diagnosis.fit.profile import RISE, Profile
+from prb3r.diagnosis.fit.profile import Profile
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.result.diagnosis import (
     CalibratedConstant,
+    CameraFrame,
     ChiSquare,
     Diagnosis,
     FittedLaw,
     FittedModel,
-    Frame,
     LargestScore,
     NamedEffect,
     ProfileCurve,
@@ -26,11 +27,10 @@ from prb3r.diagnosis.result.diagnosis import (
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.named import FAR_FROM_ONE, Named
-from prb3r.diagnosis.result.tables import tables_of
+from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
-NORMAL_95 = 1.96
 SHOWN_RISE = 4.0
 """Profiles are kept up to so many times the rise at the ends of an interval."""
 FINE = 101
@@ -68,7 +68,7 @@ def tell(investigation: Investigation) -> Diagnosis:
             "youngs_modulus_pa": _constant(nominal.youngs_modulus_pa, "log_stiffness", calibrated, explained),
             "friction_coefficient": _constant(nominal.friction.coefficient, "log_friction", calibrated, explained),
         },
-        frame=Frame(constants.rotation, constants.x, constants.y),
+        frame=CameraFrame(constants.rotation, constants.x, constants.y),
         effects=tuple(_effect(named, explained) for named in investigation.named),
         mismatch=mismatch_of(investigation),
         closure=_closure(investigation),
@@ -76,7 +76,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         experiments=investigation.experiments,
         clues=tuple(clues(calibrated)),
         remarks=investigation.remarks,
-        tables=tables_of(investigation),
+        tables=diagnosis_tables(investigation),
         settings=investigation.settings,
     )
 
@@ -115,7 +115,7 @@ def _constant(nominal: float, name: str, calibrated: Fit, explained: Fit) -> Cal
     reach = np.nan
     if name in explained.model.varied and explained.reduced < FAR_FROM_ONE:
         number = explained.model.varied.index(name)
-        reach = NORMAL_95 * float(np.sqrt(explained.covariance[number, number]))
+        reach = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number]))
     return CalibratedConstant(nominal, alone, best, float(best * np.exp(-reach)), float(best * np.exp(reach)))
 
 
@@ -149,7 +149,7 @@ def _effect(named: Named, explained: Fit) -> NamedEffect:
 
 def profile_curve(profile: Profile, free: Free, friction: float) -> ProfileCurve:
     """A profile in the unit of its parameter, and a smooth curve through it, nearly a parabola on either side."""
-    inside = profile.rise < SHOWN_RISE * RISE
+    inside = profile.rise < SHOWN_RISE * INTERVAL_RISE
     u, rise = profile.u[inside], np.maximum(profile.rise[inside], 0.0)
     distinct = np.concatenate([[True], np.diff(u) > 1e-12 * max(1.0, np.abs(u).max())])
     u, rise = u[distinct], rise[distinct]

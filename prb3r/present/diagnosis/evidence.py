@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from scipy.stats import norm as norm_law
 
-from prb3r.diagnosis.fit.profile import RISE
+from prb3r.diagnosis.confidence import INTERVAL_RISE, TAIL
 from prb3r.diagnosis.result.diagnosis import Diagnosis, NamedEffect, ProfileCurve
 from prb3r.present import style
 from prb3r.present.diagnosis.panels import NOISE, StepAxis, panel_grid
@@ -38,7 +38,7 @@ def moment_map(diagnosis: Diagnosis) -> Figure:
     figure, grid = panel_grid(1, 1, float(np.clip(22 + 5.0 * plates, 50, 95)), handles)
     axes = grid[0, 0]
     sure = rows["moment_n_m"].abs()[rows["known"] > TOLD]
-    chance = float(norm_law.isf(0.025 / len(rows)))
+    chance = float(norm_law.isf(TAIL / len(rows)))
     largest = float((sure if len(sure) else rows["moment_n_m"].abs()).quantile(0.995))
     largest = max(largest, chance * float(rows["sd_n_m"].median()))
     factor, unit = (1e3, "mN m") if largest < 0.1 else (1.0, "N m")
@@ -109,7 +109,7 @@ def profiles(diagnosis: Diagnosis) -> Figure | None:
     columns = min(len(curves), 3)
     rows = -(-len(curves) // columns)
     handles = [
-        Line2D([], [], color=style.ALARM, ls=(0, (4, 2)), lw=0.8, label=f"95 %: a rise of {RISE:.2f}"),
+        Line2D([], [], color=style.ALARM, ls=(0, (4, 2)), lw=0.8, label=f"95 %: a rise of {INTERVAL_RISE:.2f}"),
         Patch(**NOISE, label="95 % interval"),
         Line2D([], [], color=style.PALETTE[0], marker="o", ms=3, label="chi-square, all else refitted"),
     ]
@@ -131,10 +131,10 @@ def _profile(axes, effect: NamedEffect, name: str, curve: ProfileCurve) -> None:
     axes.plot(shown.factor * curve.value, curve.rise, "o", color=style.PALETTE[0], ms=3)
     if estimate.low is not None and estimate.high is not None:
         axes.axvspan(shown.factor * estimate.low, shown.factor * estimate.high, **NOISE, zorder=0.4)
-    axes.axhline(RISE, color=style.ALARM, ls=(0, (4, 2)), lw=0.8)
+    axes.axhline(INTERVAL_RISE, color=style.ALARM, ls=(0, (4, 2)), lw=0.8)
     axes.axvline(shown.factor * estimate.value, color=style.QUIET, lw=0.7)
     axes.set_title(spaced(effect.name), pad=3)
     axes.set_xlabel(shown.label[0].lower() + shown.label[1:])
-    axes.set_ylim(0, 2.2 * RISE)
+    axes.set_ylim(0, 2.2 * INTERVAL_RISE)
     axes.margins(x=0.12)
     axes.locator_params(axis="x", nbins=5)

@@ -11,10 +11,10 @@ from matplotlib.patches import Circle, Patch
 from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm
 
+from prb3r.diagnosis.confidence import PLANE_REACH, TAIL
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
 from prb3r.present.diagnosis.panels import (
-    DISTANCE_95,
     LOOKS,
     MEASURED,
     NOISE,
@@ -74,7 +74,7 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
     """Root mean square of the residuals at each place, with what a right model shows."""
     places, number = np.unique(at, return_inverse=True)
     count = np.bincount(number)
-    low, high = (np.sqrt(chi2_law.ppf(share, count) / count) for share in (0.025, 0.975))
+    low, high = (np.sqrt(chi2_law.ppf(share, count) / count) for share in (TAIL, 1 - TAIL))
     for place, bottom, top in zip(places, low, high, strict=True):
         axes.fill_between([place - 0.5, place + 0.5], bottom, top, **NOISE, zorder=0.4)
     axes.axhline(1.0, color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
@@ -128,10 +128,10 @@ def _target(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
     last = rows[rows["disk"] == rows["disk"].max()]
     keys = ["sequence", "step"]
     sd = 1e3 * float(np.sqrt((last["sd"] ** 2).mean()))
-    axes.add_patch(Circle((0, 0), DISTANCE_95 * sd, **NOISE, zorder=0.4))
+    axes.add_patch(Circle((0, 0), PLANE_REACH * sd, **NOISE, zorder=0.4))
     axes.axhline(0, color=style.QUIET, lw=0.5, zorder=0.5)
     axes.axvline(0, color=style.QUIET, lw=0.5, zorder=0.5)
-    reach = 1.4 * DISTANCE_95 * sd
+    reach = 1.4 * PLANE_REACH * sd
     for name in models:
         off = last.assign(off=-1e3 * _off(last, name)).pivot_table(index=keys, columns="kind", values="off")
         off = off.reindex(columns=["x_m", "y_m"]).fillna(0.0)

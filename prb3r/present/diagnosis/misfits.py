@@ -7,15 +7,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from prb3r.diagnosis.confidence import NORMAL_REACH, PLANE_REACH
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
 from prb3r.present.diagnosis.panels import (
-    DISTANCE_95,
     LOOKS,
     MEASURED,
     NOISE,
     POSITIONS,
-    SPREAD_95,
     handles,
     has_positions,
     noise_patch,
@@ -100,7 +99,7 @@ def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
     part = part[part["kind"].isin(POSITIONS)]
     sure = part[~part["weighed_down"]]
     sd = 1e3 * np.sqrt((sure["sd"] ** 2).groupby(sure["disk"]).mean())
-    axes.fill_between(sd.index, 0, DISTANCE_95 * sd, **NOISE, zorder=0.5)
+    axes.fill_between(sd.index, 0, PLANE_REACH * sd, **NOISE, zorder=0.5)
     for name in models:
         away = np.sqrt(((part["measured"] - part[name]) ** 2).groupby(part["disk"]).sum())
         axes.plot(away.index, 1e3 * away, **LOOKS[name])
@@ -116,7 +115,7 @@ def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.Da
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
         above, below = axes[:, k]
         above.set_title(_title(diagnosis, key, part), pad=3)
-        sd = SPREAD_95 * np.degrees(part[~part["weighed_down"]].groupby("disk")["sd"].mean())
+        sd = NORMAL_REACH * np.degrees(part[~part["weighed_down"]].groupby("disk")["sd"].mean())
         below.fill_between(sd.index, -sd, sd, **NOISE, zorder=0.5)
         part = part.groupby("disk")[["measured", *diagnosis.models]].mean()
         for name in diagnosis.models:

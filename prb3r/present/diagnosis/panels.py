@@ -14,9 +14,6 @@ from matplotlib.patches import Patch
 
 from prb3r.present import style
 
-SPREAD_95 = 1.96
-DISTANCE_95 = 5.99**0.5
-"""Length, in standard deviations of each coordinate, that 95 % of plane errors stay within."""
 MEASURED = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
 LOOKS = {
     "calibrated": {"color": style.PALETTE[2], "ls": (0, (4, 1.4)), "marker": "s", "ms": 3.0, "lw": 1.1},

@@ -17,7 +17,7 @@ from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits
-from prb3r.present.page import Table, picture, save, templates
+from prb3r.present.page import Table, picture, save_figure, templates
 from prb3r.quantities import describe
 from prb3r.runs.store import write_whole
 
@@ -57,18 +57,18 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     """
     files, pictures = [], {}
     for name, (_, caption) in FIGURES.items():
-        figure = draw(diagnosis, name)
+        figure = figure_of(diagnosis, name)
         if figure is None:  # of an earlier diagnosis, if there is one
             for suffix in ("png", "svg"):
                 (folder / f"{name}.{suffix}").unlink(missing_ok=True)
             continue
-        files += save(figure, folder, name)
+        files += save_figure(figure, folder, name)
         pictures[name] = picture(folder, name, caption)
     page = templates().get_template("diagnosis.html.j2").render(content(diagnosis), pictures=pictures)
     return [*files, write_whole(folder / "report.html", page.encode())]
 
 
-def draw(diagnosis: Diagnosis, kind: str) -> Figure | None:
+def figure_of(diagnosis: Diagnosis, kind: str) -> Figure | None:
     """The figure of that name in `FIGURES`; None where the diagnosis has nothing to show in it."""
     drawing, _ = FIGURES[kind]
     with matplotlib.rc_context(style.RC):
@@ -114,7 +114,7 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
     for effect in diagnosis.effects:
         gain = "–" if effect.heldout_gain is None else say.percent(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:
-            texts = [say.with_unit(key, end) for end in estimate] if estimate else ["–"] * 3
+            texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
             interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"
             title = say.parameter_title(key) if key else "–"
             rows.append([say.spaced(effect.name), title, texts[0], interval, say.rounded(effect.delta_bic), gain])
@@ -133,7 +133,7 @@ def _errors(diagnosis: Diagnosis) -> Table:
             )
             if before is not None:
                 errors = (before, after if named else None, noise)
-                values = [say.with_unit(f"error_{unit}", error) for error in errors]
+                values = [say.value_text(f"error_{unit}", error) for error in errors]
                 rows.append([f"Root mean square error of {read}, held out", "–", *values])
     return Table(["", "Nominal", "E and μ refitted", "With what is named", "Noise alone"], rows)
 
@@ -145,9 +145,9 @@ def _constants(diagnosis: Diagnosis) -> Table:
     rows = []
     for name, constant in diagnosis.constants.items():
         if constant.nominal:
-            low, high = (say.with_unit(name, end) for end in (constant.low, constant.high))
+            low, high = (say.value_text(name, end) for end in (constant.low, constant.high))
             interval = f"{low} to {high}" if np.isfinite(constant.low) else "–"
-            values = [say.with_unit(name, getattr(constant, key)) for key in models]
+            values = [say.value_text(name, getattr(constant, key)) for key in models]
             rows.append([say.CONSTANTS[name], *values, interval])
     return Table(["", *models.values(), "95 % interval"], rows)
 
@@ -172,7 +172,7 @@ def _detectable(diagnosis: Diagnosis) -> Table | None:
     rows = []
     for row in diagnosis.tables["detectable"].to_dict("records"):
         if np.isfinite(row["size"]):
-            size = f"{say.parameter_title(row['parameter'])} by {say.with_unit(row['parameter'], row['size'])}"
+            size = f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'])}"
         else:
             size = "would have shown" if row["shown"] else "would not have shown at any likely size"
         rows.append([say.spaced(row["effect"]), row["place"] or "–", size])
@@ -183,7 +183,7 @@ def _outliers(diagnosis: Diagnosis) -> Table | None:
     outliers = diagnosis.tables["outliers"]
     texts = []
     for row in outliers.head(MOST_OUTLIERS).to_dict("records"):
-        values = [say.with_unit(row["kind"], row[key]) for key in ("measured", "explained")]
+        values = [say.value_text(row["kind"], row[key]) for key in ("measured", "explained")]
         symbol = describe(row["kind"]).symbol or row["kind"]
         done = "weighed down" if row["weighed_down"] else ""
         texts.append([str(row["sequence"]), str(row["step"]), str(row["disk"]), symbol, *values, done])

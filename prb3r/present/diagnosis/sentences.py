@@ -53,7 +53,7 @@ def headlines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _with_interval(name: str, estimate: Estimate) -> str:
-    value, low, high = (with_unit(name, end) for end in estimate)
+    value, low, high = (value_text(name, end) for end in estimate)
     return value if estimate.low is None else f"{value} ({low} to {high})"
 
 
@@ -79,7 +79,7 @@ def percent(share: float) -> str:
     return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
 
 
-def with_unit(name: str, value: float | None) -> str:
+def value_text(name: str, value: float | None) -> str:
     """A value with the unit that people read."""
     if value is None or not np.isfinite(value):
         return "–"
@@ -105,9 +105,9 @@ def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
         if not nominal or not explained or not diagnosis.effects:
             continue
         off = calibrated / explained - 1
-        interval = f" ({with_unit(name, low)} to {with_unit(name, high)})" if np.isfinite(low) else ""
-        said = f"Refitted alone, {symbol} came out as {with_unit(name, calibrated)}; "
-        said += f"with what is named it is {with_unit(name, explained)}{interval}"
+        interval = f" ({value_text(name, low)} to {value_text(name, high)})" if np.isfinite(low) else ""
+        said = f"Refitted alone, {symbol} came out as {value_text(name, calibrated)}; "
+        said += f"with what is named it is {value_text(name, explained)}{interval}"
         if diagnosis.verdict == "unexplained":
             yield f"{said}. Neither is to be trusted while a mismatch remains."
         elif (np.isfinite(low) and low <= calibrated <= high) or abs(off) < 0.005:

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.page import save
+from prb3r.present.page import save_figure
 from prb3r.proof.concealed.labels import CLASSES, Label
 from prb3r.proof.judging.breakdown import by_effect, confusion
 from prb3r.proof.judging.intervals import Score
@@ -31,7 +31,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     """Write `proof.md`, `proof.json`, `cases.parquet` and the figure of the confusion matrix."""
     folder.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(style.RC):
-        figures = save(confusion_figure(proof), folder, "confusion")
+        figures = save_figure(confusion_figure(proof), folder, "confusion")
     text = write_whole(folder / "proof.md", markdown(proof).encode())
     numbers = write_whole(folder / "proof.json", json.dumps(plain(proof), indent=1, default=str).encode())
     store.write(

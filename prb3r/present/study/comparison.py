@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.page import save
+from prb3r.present.page import save_figure
 from prb3r.runs import store
 from prb3r.study.designs import Comparison
 
@@ -23,7 +23,7 @@ def publish_comparison(comparison: Comparison, folder: Path) -> list[str]:
         folder / "comparison.parquet",
     )
     with matplotlib.rc_context(style.RC):
-        figures = save(profile(comparison), folder, "comparison")
+        figures = save_figure(profile(comparison), folder, "comparison")
     return ["comparison.md", "comparison.parquet", *(path.name for path in figures)]
 
 

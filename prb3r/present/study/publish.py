@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
-from prb3r.present.page import save
+from prb3r.present.page import save_figure
 from prb3r.present.study.figures import draw
 from prb3r.present.study.report import write_report
 from prb3r.present.study.sheet import Scene
@@ -23,7 +23,7 @@ def publish(result: Result) -> list[Path]:
     files, figures, problems = [], [], []
     for plot in plan.study.plot:
         try:
-            files += save(draw(plot, result.cases, states, scene), result.folder, plot.name)
+            files += save_figure(draw(plot, result.cases, states, scene), result.folder, plot.name)
             figures.append((plot.name, plot.caption))
         except ValueError as error:
             problems.append(Problem(f"{plan.path} plot {plot.name}", str(error)))
