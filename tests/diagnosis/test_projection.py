@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded
+from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded, write_recording
 
+import prb3r
 from prb3r import load_manipulator, solve
 from prb3r.diagnosis.checks.outliers import Weight
 from prb3r.diagnosis.result.diagnosis import Separation
@@ -18,7 +19,6 @@ from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
 from prb3r.diagnosis.search.rivals import Rival
-from prb3r.diagnosis.stages import diagnose
 from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {
@@ -95,7 +95,8 @@ def test_settings_are_in_the_record_where_they_are_known():
 
 
 def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
-    write_record(diagnose(recorded()), tmp_path)
+    recording = prb3r.load_recording(write_recording(tmp_path / "rig"))
+    prb3r.diagnose(recording).report(tmp_path)
     for name in ("diagnosis.json", "explained.toml", "residuals.parquet", "mismatch.parquet"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 

@@ -1,5 +1,6 @@
 """Figures and page of a diagnosis: what is drawn, for every verdict and every kind of reading."""
 
+import pickle
 import re
 from dataclasses import replace
 
@@ -175,7 +176,7 @@ def reported(case=WEAKENED):
 
 @pytest.mark.parametrize("kind", FIGURES)
 def test_every_kind_of_figure_can_be_plotted(kind):
-    figure = reported().plot(kind)
+    figure = pickle.loads(pickle.dumps(reported())).plot(kind)
     assert isinstance(figure, Figure)
     assert figure.axes
 
@@ -197,6 +198,8 @@ def test_the_report_is_all_that_the_command_writes(tmp_path):
 
 def test_a_diagnosis_shows_itself_in_a_line_or_three():
     told = repr(reported()).splitlines()
+    assert "plate 4" in repr(reported().effects)
+    assert len(repr(reported().effects)) < 1000
     assert told[0].startswith("small rig: explained; chi-square per degree of freedom ")
     assert re.fullmatch(r"weakened plate \(plate 4\), factor 0\.6\d* \(0\.\d+ to 0\.\d+\)", told[1])
     assert told[2].startswith("held-out gain ")

@@ -111,7 +111,7 @@ class NamedEffect:
     among: Mapping[str, tuple[Any, ...]]
     """All values of a place that cannot be told from the best one."""
     parameters: Mapping[str, Estimate]
-    profiles: Mapping[str, ProfileCurve]
+    profiles: Mapping[str, ProfileCurve] = field(repr=False)
     """Of the parameters that have an interval."""
     statement: str
     rivals: tuple[RivalEffect, ...]
@@ -154,7 +154,7 @@ class Separation(NamedTuple):
     experiment: Experiment
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What a recording tells."""
 
@@ -171,7 +171,8 @@ class Diagnosis:
     calibrated: FittedModel
     explained: FittedModel
     manipulators: Mapping[str, Manipulator]
-    """The nominal one `calibrated`, `explained` and, where there is one, with the empirical law of the `closure`."""
+    """The nominal one with the constants of `calibrated`, with constants and effects of `explained`, and where there is
+    a `closure` with its empirical law, on the elastica plate model."""
     chi2: ChiSquare
     score_calibrated: LargestScore
     score_explained: LargestScore
@@ -190,6 +191,9 @@ class Diagnosis:
     """`residuals`, `mismatch`, `detectable`, `ranking`, `shapes`, `loads`, `outliers`: see `tables.py`."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """What the diagnosis was made with."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.name!r}: {self.verdict}>"
 
     @property
     def models(self) -> Sequence[str]:

@@ -67,7 +67,7 @@ def moment_map(diagnosis: Diagnosis) -> Figure:
 def ranking(diagnosis: Diagnosis) -> Figure:
     """The strongest place of each kind of effect, how far it is beyond chance, who won and who rivals the winner."""
     rows, threshold = diagnosis.tables["ranking"].head(MOST_BARS), diagnosis.score_calibrated.threshold
-    roles = set(diagnosis.tables["ranking"]["role"])
+    roles = set(rows["role"])
     handles = [Line2D([], [], color=style.INK, ls=(0, (4, 2)), lw=0.8, label="by chance once in a hundred recordings")]
     looks = {
         "named": {"fc": style.PALETTE[0], "ec": style.PALETTE[0]},

@@ -20,8 +20,8 @@ from prb3r.present.diagnosis.panels import (
     NOISE,
     POSITIONS,
     StepAxis,
-    handles,
     has_positions,
+    legend_entries,
     panel_grid,
 )
 
@@ -33,7 +33,7 @@ HELD = {"fc": "#f3ead2", "ec": "none"}
 def residual_sizes(diagnosis: Diagnosis) -> Figure:
     """Whitened residuals of the fitted readings before and after, against the normal law, by disk and by step."""
     rows, models = diagnosis.tables["residuals"], diagnosis.models
-    entries = handles(
+    entries = legend_entries(
         models,
         Line2D([], [], color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)), label="a right model"),
         Patch(**NOISE, label="95 % of the marks of a right model"),
@@ -92,7 +92,7 @@ def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
     if rows.empty:
         return None
     positions = has_positions(rows)
-    entries = handles(models, Patch(**NOISE, label="the noise of the readings"), measured=not positions)
+    entries = legend_entries(models, Patch(**NOISE, label="the noise of the readings"), measured=not positions)
     figure, grid = panel_grid(1, 2, 58, entries, gridspec_kw={"width_ratios": [1, 1.25]})
     path, errors = grid[0]
     factor, unit = (1e3, "mm") if positions else (180 / np.pi, "°")

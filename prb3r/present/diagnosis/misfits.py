@@ -15,8 +15,8 @@ from prb3r.present.diagnosis.panels import (
     MEASURED,
     NOISE,
     POSITIONS,
-    handles,
     has_positions,
+    legend_entries,
     noise_patch,
     panel_grid,
 )
@@ -66,7 +66,7 @@ def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.D
     corners = np.concatenate([points.reindex(columns=[*POSITIONS]).to_numpy(float) for points in everything])
     inner = (style.DOUBLE - 16) / len(steps)
     shape_height = float(np.clip(inner * view_of(corners)[2], 22, 70))
-    entries = handles(diagnosis.models, noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
     ratios = {"height_ratios": [shape_height, 28]}
     figure, axes = panel_grid(2, len(steps), shape_height + 28 + 20, entries, gridspec_kw=ratios, sharey="row")
     unit = style.shown(describe("x_m"), corners)
@@ -109,7 +109,7 @@ def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
 
 def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
     bends = kind == "bend_rad"
-    entries = handles(diagnosis.models, noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
     shared = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}
     figure, axes = panel_grid(2, len(steps), 82, entries, **shared)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):

@@ -25,7 +25,7 @@ NOISE = {"fc": "#e4e4e4", "ec": "none"}
 POSITIONS = ("x_m", "y_m")
 
 
-def handles(models: Sequence[str], *more: Artist, measured: bool = False) -> list[Artist]:
+def legend_entries(models: Sequence[str], *more: Artist, measured: bool = False) -> list[Artist]:
     """Legend entries of what was measured, if it was drawn, of the models, and of what else there is."""
     entries: list[Artist] = [Line2D([], [], **MEASURED, label="measured")] if measured else []
     entries += [Line2D([], [], **LOOKS[name], label=SAID[name]) for name in models]
