@@ -3,11 +3,12 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from prb3r.diagnosis.run import diagnose
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
+    from prb3r.front import diagnose
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.sensitivity import sensitivities
     from prb3r.model.solve import solve
+    from prb3r.recording.reading import load_recording
     from prb3r.study.run import run_study
 
 __version__ = "0.1.0"
@@ -18,7 +19,8 @@ _WHERE = {
     "solve": "prb3r.model.solve",
     "sensitivities": "prb3r.model.sensitivity",
     "run_study": "prb3r.study.run",
-    "diagnose": "prb3r.diagnosis.run",
+    "load_recording": "prb3r.recording.reading",
+    "diagnose": "prb3r.front",
     "Prb3rError": "prb3r.errors",
     "SpecError": "prb3r.errors",
     "RecordingError": "prb3r.errors",
@@ -32,6 +34,7 @@ __all__ = [
     "SpecError",
     "diagnose",
     "load_manipulator",
+    "load_recording",
     "run_study",
     "sensitivities",
     "solve",

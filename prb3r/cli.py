@@ -193,30 +193,25 @@ def compare_command(results, output) -> None:
 @click.pass_context
 def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
-    from prb3r.diagnosis.result.files import default_folder, write
-    from prb3r.diagnosis.run import diagnose as diagnosed
-    from prb3r.present.diagnosis.report import publish_diagnosis
+    from prb3r.diagnosis.result.files import default_folder
+    from prb3r.diagnosis.result.projection import summary_lines
+    from prb3r.front import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.recording.reading import load_recording
     from prb3r.runs.files import ensure_writable
 
     loaded = load_recording(recording)
     others = [load_recording(path) for path in holdout]
-    folder = Path(output) if output else default_folder(loaded)
+    folder = Path(output) if output else default_folder(loaded.name)
     ensure_writable(folder)
     steps = ("calibrate", "locate", "explain", "rivals", "closure", "next experiment", "write")
     with stages(loaded.name, steps) as report:
         found = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
-        files = [*write(found, folder), *publish_diagnosis(found, folder)]
-    click.echo(_told_of(found, len(files), folder))
+        files = found.report(folder)
+    click.echo("\n".join(summary_lines(found)))
+    click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
     ctx.exit(ExitCode.SOME_FAILED if found.verdict == "unexplained" else ExitCode.DONE)
-
-
-def _told_of(found, files: int, folder: Path) -> str:
-    from prb3r.diagnosis.result.projection import summary
-
-    return "\n".join([*summary(found), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
 
 
 @main.command("check")

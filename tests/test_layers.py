@@ -10,14 +10,14 @@ import prb3r
 
 ROOT = Path(prb3r.__file__).parent
 ORDER = {
-    "": "errors quantities mechanics model runs study recording diagnosis proof present bench progress check cli",
+    "": "errors quantities mechanics model runs study recording diagnosis proof present front bench progress check cli",
     "model": "files laws effects manipulator steps",
     "runs": "files store parts provenance journal tasks backends engine",
     "study": "workspace metrics spec columns cases compare work manifest run designs",
     "recording": "recording findings units steps markers reading writing",
-    "diagnosis": "settings library fit evidence search checks result stages run",
+    "diagnosis": "confidence settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
-    "present": "style page study diagnosis proof",
+    "present": "style framing page study diagnosis proof",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""
 ALLOWED = {
@@ -32,6 +32,7 @@ ALLOWED = {
     "diagnosis": {"numpy", "pandas", "scipy", "pydantic"},
     "proof": {"numpy", "scipy", "numba", "pandas"},
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
+    "front": {"matplotlib"},
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "progress": {"rich"},
     "check": set(),

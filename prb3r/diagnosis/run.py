@@ -11,11 +11,11 @@ from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
 from prb3r.recording.reading import load_recording
-from prb3r.recording.recording import Recording
+from prb3r.recording.recording import Kind, Recording
 from prb3r.runs.backends.process_map import process_map
 
 
-def diagnose(
+def diagnosis_of(
     recording: Recording | str | Path,
     *,
     holdout: Sequence[Recording | str | Path] = (),
@@ -23,7 +23,7 @@ def diagnose(
     jobs: int = 1,
     report: stages.Report = lambda step: None,
 ) -> Diagnosis:
-    """Diagnose a recording, given as its folder or read already.
+    """The diagnosis of a recording, given as its folder or read already.
 
     Parameters
     ----------
@@ -37,36 +37,39 @@ def diagnose(
     RecordingError
         With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
     """
-    whole, *others = [one if isinstance(one, Recording) else load_recording(one) for one in (recording, *holdout)]
+    whole, *others = [
+        given if isinstance(given, Recording) else load_recording(given) for given in (recording, *holdout)
+    ]
     with process_map(jobs) as apply:
-        found = stages.diagnose(stages.Task(whole, seed, hold_out=not others), report, apply)
+        diagnosis = stages.diagnose(stages.Task(whole, seed, hold_out=not others), report, apply)
     if not others:
-        return found
-    carried = {other.name: (other, on_other(found, other)) for other in others}
-    remarks = [f"{name}: {text}" for name, (_, one) in carried.items() for text in one.left_behind]
-    return replace(found, heldout=pooled(list(carried.values())), remarks=(*found.remarks, *remarks))
+        return diagnosis
+    carried = [(other, on_other(diagnosis, other)) for other in others]
+    remarks = [f"{other.name}: {reason}" for other, prediction in carried for reason in prediction.left_behind]
+    return replace(diagnosis, heldout=pooled(carried), remarks=(*diagnosis.remarks, *remarks))
 
 
-def pooled(judged: Sequence[tuple[Recording, Carried]]) -> HeldOut:
+def pooled(carried: Sequence[tuple[Recording, Carried]]) -> HeldOut:
     """Several recordings as one: sequences named after their recording, mean squares over all readings."""
-    positions = [int((recording.readings.kind <= 1).sum()) for recording, _ in judged]
-    angles = [recording.readings.count - count for (recording, _), count in zip(judged, positions, strict=True)]
-    held = [carried.heldout for _, carried in judged]
+    positions = np.array([int((recording.readings.kind <= Kind.Y).sum()) for recording, _ in carried])
+    readings = np.array([recording.readings.count for recording, _ in carried])
+    errors = [prediction.heldout for _, prediction in carried]
 
     def rms(name: str) -> float | None:
-        counts = positions if name.endswith("_m") else angles
-        known = [(getattr(one, name), n) for one, n in zip(held, counts, strict=True) if getattr(one, name) is not None]
-        return float(np.sqrt(sum(v**2 * n for v, n in known) / sum(n for _, n in known))) if known else None
+        counts = positions if name.endswith("_m") else readings - positions
+        values = np.array([getattr(error, name) for error in errors], float)  # None as NaN
+        known = np.isfinite(values)
+        return float(np.sqrt(counts[known] @ values[known] ** 2 / counts[known].sum())) if known.any() else None
 
     return HeldOut(
-        sequences=tuple(f"{recording.name}: {name}" for recording, _ in judged for name in recording.sequences),
+        sequences=tuple(f"{recording.name}: {name}" for recording, _ in carried for name in recording.sequences),
         rmse_calibrated_m=rms("rmse_calibrated_m"),
         rmse_explained_m=rms("rmse_explained_m"),
         noise_m=rms("noise_m"),
         rmse_calibrated_rad=rms("rmse_calibrated_rad"),
         rmse_explained_rad=rms("rmse_explained_rad"),
         noise_rad=rms("noise_rad"),
-        chi2_calibrated=sum(one.chi2_calibrated for one in held),
-        chi2_explained=sum(one.chi2_explained for one in held),
-        readings=sum(one.readings for one in held),
+        chi2_calibrated=sum(error.chi2_calibrated for error in errors),
+        chi2_explained=sum(error.chi2_explained for error in errors),
+        readings=sum(error.readings for error in errors),
     )

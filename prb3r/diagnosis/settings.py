@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.stats import norm
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,6 @@ class Settings:
     naming_rate: float = 0.003
     """Share of right models to which an effect may be added, or that fail a check after one was.  Choice: stricter, as
     a search asks several times."""
-    interval_level: float = 0.95
-    """Coverage of printed intervals.  Convention."""
     missed_rate: float = 0.1
     """Share of recordings in which an effect of the size that is called detectable stays unnoticed.  Choice."""
     directions_assumed: float = 100.0
@@ -181,16 +179,6 @@ class Settings:
     def close_fit(self) -> float:
         """Twice the logarithm of `likelihood_ratio`: 5.99."""
         return float(2 * np.log(self.likelihood_ratio))
-
-    @cached_property
-    def interval_rise(self) -> float:
-        """Rise of chi-square at the ends of an interval of one parameter: 3.84."""
-        return float(chi2.isf(1 - self.interval_level, 1))
-
-    @cached_property
-    def interval_sd(self) -> float:
-        """Half an interval in standard deviations: 1.96."""
-        return float(norm.isf((1 - self.interval_level) / 2))
 
     @cached_property
     def farthest(self) -> float:

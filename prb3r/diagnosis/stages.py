@@ -3,18 +3,15 @@
 calibrate -> doubt -> test -> search -> check -> tell
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from prb3r.diagnosis.checks.doubt import renewed, without_outliers, without_wrong_weights
-from prb3r.diagnosis.checks.heldout import HeldOut, Unseen, set_aside, unseen
+from prb3r.diagnosis.checks.heldout import set_aside, unseen
 from prb3r.diagnosis.checks.outliers import Doubts
 from prb3r.diagnosis.checks.repeats import Scatter, scatter
-from prb3r.diagnosis.evidence.constants_by_part import clues
-from prb3r.diagnosis.evidence.detectable import detectable
-from prb3r.diagnosis.evidence.model_evidence import chi2_threshold, cost
+from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
+from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.calibrate import calibrate as fit_constants
 from prb3r.diagnosis.fit.model import Fit
@@ -22,11 +19,10 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.mismatch import mismatch
-from prb3r.diagnosis.result.named import Named, named_effect
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.diagnosis.result.named import named_effect, separations
 from prb3r.diagnosis.result.remarks import refusals, scattered, weighed, wrong_weights
-from prb3r.diagnosis.search.empirical_law import Closure, close
-from prb3r.diagnosis.search.experiment import Experiment, best_experiments
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.full_fits import Apply, serially
 from prb3r.diagnosis.search.selection import Choice, Search, choose, examine
 from prb3r.diagnosis.settings import Settings
@@ -78,37 +74,30 @@ class Doubted:
 
 
 @dataclass(frozen=True, eq=False)
-class Searched:
-    """The effects that were chosen."""
+class Tested:
+    """What calibration leaves."""
 
-    begun: Doubted
-    before: Scores
-    """Score test of what calibration leaves."""
-    choice: Choice
-    doubts: Doubts
-    """As the explanation has them."""
+    doubted: Doubted
+    scores: Scores
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
-    """The verdict, with all that it rests on."""
+class Searched:
+    """The effects that were chosen."""
 
-    searched: Searched
+    tested: Tested
     choice: Choice
-    """Without what the sequences set aside refute."""
-    refuted: tuple[str, ...]
-    fresh: Unseen | None
-    heldout: HeldOut | None
-    named: tuple[Named, ...]
-    verdict: str
-    why: str
-    closure: Closure | None
-    closure_gain: float | None
-    experiments: tuple[tuple[str, str, Experiment], ...]
 
 
 def diagnose(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
-    """Diagnose a recording.
+    """What a recording tells; see :func:`investigate`."""
+    investigation = investigate(task, report, apply)
+    report("tell")
+    return tell(investigation)
+
+
+def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Investigation:
+    """All stages but the last: what there is to tell, with the fits behind it.
 
     Parameters
     ----------
@@ -128,13 +117,11 @@ def diagnose(task: Task, report: Report = lambda stage: None, apply: Apply = ser
     except ValueError as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("test")
-    before = examine(doubted.fitted, doubted.search)
+    tested = test(doubted)
     report("search")
-    searched = search(doubted, before)
+    searched = search(tested)
     report("check")
-    checked = check(searched)
-    report("tell")
-    return tell(checked)
+    return check(searched)
 
 
 def calibrate(task: Task) -> Calibrated:
@@ -159,124 +146,67 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)
 
 
-def search(begun: Doubted, before: Scores) -> Searched:
-    """Choose effects, and renew covariance and outliers as the explanation has them."""
-    choice, doubts = choose(begun.fitted, begun.search, before), begun.doubts
+def test(doubted: Doubted) -> Tested:
+    """Score what calibration leaves."""
+    return Tested(doubted, examine(doubted.fitted, doubted.search))
+
+
+def search(tested: Tested) -> Searched:
+    """Choose effects, and renew the covariance as the explanation has it."""
+    doubted = tested.doubted
+    choice = choose(doubted.fitted, doubted.search, tested.scores)
     if choice.fitted.model.hypotheses:
-        explained = renewed(choice.fitted, doubts)
-        left = examine(explained, begun.search)
+        explained = renewed(choice.fitted, doubted.doubts)
+        left = examine(explained, doubted.search)
         choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
-    return Searched(begun, before, choice, doubts)
+    return Searched(tested, choice)
 
 
-def check(searched: Searched) -> Checked:
-    """Hold the choice against sequences that no fit has seen, and say how sure what is."""
-    begun, choice = searched.begun, searched.choice
-    calibrated, settings = begun.fitted, begun.task.settings
-    fresh = unseen(begun.recording, begun.aside, settings)
+def check(searched: Searched) -> Investigation:
+    """Hold the choice against sequences that no fit has seen, and find out how sure what is."""
+    tested, choice = searched.tested, searched.choice
+    doubted, calibrated = tested.doubted, tested.doubted.fitted
+    task, training = doubted.task, calibrated.model.predict.recording
+    fresh = unseen(doubted.recording, doubted.aside, task.settings)
     fresh = fresh.doubting(choice.fitted) if fresh else None
     heldout = fresh.judge(calibrated, choice.fitted) if fresh else None
     refuted: tuple[str, ...] = ()
-    if fresh and heldout and heldout.chi2_explained > heldout.chi2_calibrated + settings.refuted_rise:
+    if fresh and heldout and heldout.chi2_explained > heldout.chi2_calibrated + task.settings.refuted_rise:
         refuted = tuple(hypothesis.name for hypothesis in choice.fitted.model.hypotheses)
         threshold = chi2_threshold(calibrated)
-        choice = replace(choice, fitted=calibrated, scores=searched.before, chi2_threshold=threshold)
+        choice = replace(choice, fitted=calibrated, scores=tested.scores, chi2_threshold=threshold)
         heldout = fresh.judge(calibrated, calibrated)
-    doubted = (*searched.doubts.weights, *(fresh.doubted if fresh else ()))
-    why = unexplained(choice, [begun.recording.manipulator.cable_names[weight.cable] for weight in doubted])
+    wrong = (*doubted.doubts.weights, *(fresh.doubted if fresh else ()))
+    why = why_unexplained(choice, [training.manipulator.cable_names[weight.cable] for weight in wrong])
     effects = range(len(choice.fitted.model.hypotheses))
-    named = tuple(named_effect(choice, k, begun.search, fresh, partial=bool(why)) for k in effects)
+    named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
+    law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
     if why or not named:
         verdict = "unexplained" if why else "adequate"
     else:
         verdict = "ambiguous" if any(effect.rivals for effect in named) else "explained"
-    law, gain = empirical_law(fresh, calibrated, choice.fitted, begun.task.seed) if why else (None, None)
-    programs = experiments(choice, named) if verdict == "ambiguous" else ()
-    return Checked(searched, choice, refuted, fresh, heldout, named, verdict, why, law, gain, programs)
-
-
-def tell(checked: Checked) -> Diagnosis:
-    """All that is to be said."""
-    searched, fresh = checked.searched, checked.fresh
-    begun, calibrated = searched.begun, searched.begun.fitted
-    training = calibrated.model.predict.recording
-    return Diagnosis(
-        recording=begun.recording,
-        seed=begun.task.seed,
-        verdict=checked.verdict,
-        why=checked.why,
+    return Investigation(
+        recording=doubted.recording,
+        seed=task.seed,
+        verdict=verdict,
+        why=why,
         training=training,
-        nominal_chi2=nominal_chi2(calibrated),
+        fresh=fresh,
         calibrated=calibrated,
-        explained=checked.choice.fitted,
-        doubts=searched.doubts,
-        choice=checked.choice,
-        before=searched.before,
-        named=checked.named,
-        mismatch=mismatch(calibrated, checked.choice, searched.before, checked.named),
-        closure=checked.closure,
-        closure_gain=checked.closure_gain,
-        heldout=checked.heldout,
-        clues=tuple(clues(calibrated)),
-        detectable=detectable(checked.choice.scores, begun.task.settings),
-        experiments=checked.experiments,
+        before=tested.scores,
+        choice=choice,
+        doubts=doubted.doubts,
+        named=named,
+        closure=law,
+        closure_gain=gain,
+        heldout=heldout,
+        experiments=separations(choice, named) if verdict == "ambiguous" else (),
         remarks=(
-            *begun.recording.remarks,
-            *scattered(begun.repeated),
-            *wrong_weights(training, searched.doubts.weights),
+            *doubted.recording.remarks,
+            *scattered(doubted.repeated),
+            *wrong_weights(training, doubted.doubts.weights),
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
-            *weighed(searched.doubts),
-            *refusals(checked.refuted),
+            *weighed(doubted.doubts),
+            *refusals(refuted),
         ),
     )
-
-
-def unexplained(choice: Choice, doubted: Sequence[str]) -> str:
-    """Why the verdict is `unexplained`; empty if it is not.  `doubted`: the cable of every weight not believed."""
-    effects = len(choice.fitted.model.hypotheses)
-    if choice.structured:
-        return "a real mismatch remains that no effect of the library accounts for"
-    if effects >= choice.fitted.model.settings.most_effects:
-        return f"it takes {effects} effects at once, which is less likely than one that is not in the library"
-    again = sorted({name for name in doubted if doubted.count(name) > 1})
-    if again:
-        which = f"cable{'s' * (len(again) > 1)} {' and '.join(again)}"
-        return f"weights on {which} do not go with the readings at several steps, which is more than a slip of a label"
-    return ""
-
-
-def nominal_chi2(calibrated: Fit) -> float | None:
-    """Reduced chi-square of the nominal constants in the calibrated frame; None where these have no equilibrium."""
-    model, constants = calibrated.model, calibrated.constants
-    predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
-    if not np.isfinite(predicted).all():
-        return None
-    misfit = model.noise.whiten(model.predict.misfit(predicted))
-    return float(misfit @ misfit / len(misfit))
-
-
-def empirical_law(
-    fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int
-) -> tuple[Closure | None, float | None]:
-    """The empirical law that describes the recording best, if better than what is named, and its gain on held-out
-    sequences, which must not fall."""
-    bases = [calibrated, explained] if explained.model.hypotheses else [calibrated]
-    laws = [law for base in bases if (law := close(base, seed)) is not None and cost(law.fitted) < cost(explained)]
-    if not laws:
-        return None, None
-    best = min(laws, key=lambda law: cost(law.fitted))
-    heldout = fresh.judge(calibrated, best.fitted) if fresh else None
-    if heldout is not None and heldout.chi2_explained > heldout.chi2_calibrated:
-        return None, None
-    return best, None if heldout is None else heldout.gain
-
-
-def experiments(choice: Choice, named: Sequence[Named]) -> tuple[tuple[str, str, Experiment], ...]:
-    """Of every named effect and its nearest rivals: both names, and the load program that separates them."""
-    out: list[tuple[str, str, Experiment]] = []
-    for effect in named:
-        near = effect.rivals[: choice.fitted.model.settings.most_rivals]
-        best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
-        pairs = zip(near, best, strict=True)
-        out += [(effect.hypothesis.name, rival.hypothesis.name, program) for rival, program in pairs]
-    return tuple(out)

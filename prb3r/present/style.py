@@ -122,6 +122,11 @@ def looks(values: Sequence[Any]) -> dict[Any, Look]:
     return {v: Look(colours[i], pick(MARKERS, i), pick(LINES, i), pick(HATCHES, i)) for i, v in enumerate(values)}
 
 
+def pale(colour: Any, share: float = 0.25) -> tuple[float, ...]:
+    """A colour of which only `share` is left, on white."""
+    return tuple(1 - share * (1 - part) for part in matplotlib.colors.to_rgb(colour))
+
+
 def quantity_of(column: str, given: Iterable[Quantity]) -> Quantity:
     """The quantity in a column as the study describes it, with the symbol of the nomenclature if it has none."""
     known = describe(SHORT_FOR.get(column, column))

@@ -1,21 +1,24 @@
 """What a diagnosis leaves on disk: keys of the contract, files that load and run, numbers that agree."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from diagnosis.simulated import WEAK, Case, diagnosed, recorded
+from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded, write_recording
 
+import prb3r
 from prb3r import load_manipulator, solve
-from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write
-from prb3r.diagnosis.result.projection import as_json, proposals, summary
-from prb3r.diagnosis.result.tables import missing_moments, residuals, shapes
+from prb3r.diagnosis.checks.outliers import Weight
+from prb3r.diagnosis.result.diagnosis import Separation
+from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
+from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
 from prb3r.diagnosis.search.rivals import Rival
-from prb3r.diagnosis.stages import diagnose
 from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {
@@ -35,18 +38,19 @@ WEAKER = Case(without=frozenset({"weakened_plate", "segment_stiffness", "precurv
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("weak")
-    write(diagnosed(), folder)
+    write_record(diagnosed(), folder)
     return folder
 
 
 def disputed():
     """The diagnosis as if a rival could not be told from what it names."""
-    found = diagnosed()
+    found = investigated()
     other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind != "weakened_plate")
     rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
     named = replace(found.named[0], rivals=(rival,))
-    proposed = (named.hypothesis.name, rival.hypothesis.name, best_experiments(found.explained, [other])[0])
-    return replace(found, verdict="ambiguous", named=(named,), experiments=(proposed,))
+    experiment = best_experiments(found.explained, [other])[0]
+    pair = Separation(named.hypothesis.name, rival.hypothesis.name, experiment)
+    return tell(replace(found, verdict="ambiguous", named=(named,), experiments=(pair,)))
 
 
 def test_the_keys_are_those_of_the_contract(folder):
@@ -72,8 +76,27 @@ def test_the_keys_are_those_of_the_contract(folder):
     assert record["heldout"]["rmse_explained_m"] < record["heldout"]["rmse_calibrated_m"]
 
 
+@pytest.mark.parametrize("case", [Case(), WEAKER])
+def test_a_diagnosis_can_be_pickled_and_is_small(case, tmp_path):
+    """A live fit would take its predictor, whose recording and kernels' inputs are larger, and the closures of it."""
+    stored = pickle.dumps(diagnosed(case))
+    assert len(stored) < 300_000
+    again = pickle.loads(stored)
+    assert as_json(again) == as_json(diagnosed(case))
+    assert again.tables.keys() == diagnosed(case).tables.keys()
+    first, second = (write_record(found, tmp_path / name) for name, found in (("a", again), ("b", diagnosed(case))))
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+def test_settings_are_in_the_record_where_they_are_known():
+    assert "settings" not in as_json(diagnosed())
+    told = tell(replace(investigated(), settings={"level": np.float64(0.01)}))
+    assert as_json(told)["settings"] == {"level": 0.01}
+
+
 def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
-    write(diagnose(recorded()), tmp_path)
+    recording = prb3r.load_recording(write_recording(tmp_path / "rig"))
+    prb3r.diagnose(recording).report(tmp_path)
     for name in ("diagnosis.json", "explained.toml", "residuals.parquet", "mismatch.parquet"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -94,7 +117,8 @@ def test_both_manipulators_run_in_solve_and_give_the_predictions_of_the_table(fo
         for kind, rows in table.groupby("kind"):
             expected = seen[kind][pd.MultiIndex.from_frame(rows[["sequence", "step", "disk"]])]
             np.testing.assert_allclose(rows[name], expected, atol=1e-7)
-        drawn = shapes(diagnosed(), fitted).set_index(["sequence", "step", "disk"])
+        drawn = diagnosed().tables["shapes"]
+        drawn = drawn[drawn["model"] == name].set_index(["sequence", "step", "disk"])
         for kind, values in seen.items():
             np.testing.assert_allclose(drawn[kind], values.loc[drawn.index], atol=1e-7)
     (effect,) = load_manipulator(folder / "explained.toml").effect
@@ -102,7 +126,7 @@ def test_both_manipulators_run_in_solve_and_give_the_predictions_of_the_table(fo
 
 
 def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(folder):
-    table, found = pd.read_parquet(folder / "residuals.parquet"), diagnosed()
+    table, found = pd.read_parquet(folder / "residuals.parquet"), investigated()
     assert len(table) == found.recording.readings.count
     assert set(table["sequence"][table["held_out"]]) == set(found.heldout.sequences)
     assert (table["residual_explained"][table["held_out"]] ** 2).sum() == pytest.approx(found.heldout.chi2_explained)
@@ -120,16 +144,15 @@ def test_tables_say_their_units(folder):
     assert fields["mismatch"].field("moment_n_m").metadata[b"unit"] == b"N m"
     assert fields["residuals"].field("residual_explained").metadata[b"unit"] == b"1"
     assert all(field.metadata[b"description"] for schema in fields.values() for field in schema)
-    moments = missing_moments(diagnosed())
-    assert len(moments) == 6 * len(diagnosed().training.steps)
+    assert len(diagnosed().tables["mismatch"]) == 6 * len(investigated().training.steps)
     assert not list(folder.glob("*.tmp"))
 
 
 def test_gross_outliers_and_disbelieved_weights_are_flagged():
-    found = diagnosed()
+    found = investigated()
     distrust = np.where(np.arange(len(found.trust.distrust)) == 7, 9.0, 1.0)
-    weight = type("Weight", (), {"step": 5, "cable": 0})()
-    table = residuals(replace(found, trust=replace(found.trust, distrust=distrust, doubted=(weight,))))
+    trust = replace(found.trust, distrust=distrust, doubted=(Weight(step=5, cable=0),))
+    table = tell(replace(found, trust=trust)).tables["residuals"]
     fitted = table[~table["held_out"]].reset_index(drop=True)
     assert np.flatnonzero(fitted["weighed_down"]).tolist() == [7]
     row = found.training.steps.iloc[5]
@@ -141,9 +164,9 @@ def test_gross_outliers_and_disbelieved_weights_are_flagged():
 def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
     found = disputed()
     (tmp_path / "next_experiment_2.csv").write_text("of an earlier diagnosis\n")
-    write(found, tmp_path)
+    write_record(found, tmp_path)
     record = json.loads((tmp_path / "diagnosis.json").read_text())
-    assert record["effects"][0]["indistinguishable_from"] == [found.experiments[0][1]]
+    assert record["effects"][0]["indistinguishable_from"] == [found.experiments[0].second]
     (proposed,) = record["next_experiment"]
     assert list(proposed) == ["statement", "separates", "separation", "steps"]
     assert proposed["separates"] == [list(found.experiments[0][:2])]
@@ -152,7 +175,7 @@ def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
     assert len(steps) == len(proposed["steps"])
     states = solve(load_manipulator(tmp_path / "explained.toml"), tmp_path / "next_experiment.csv")
     assert (states["outcome"] == "converged").all()
-    assert "cannot be told apart" in "\n".join(summary(found))
+    assert "cannot be told apart" in "\n".join(summary_lines(found))
 
 
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
@@ -160,12 +183,13 @@ def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
     a, b, experiment = found.experiments[0]
     other = Experiment("read the shape without any load", experiment.steps[:1], 30.0)
     weaker = replace(experiment, separation=experiment.separation / 2)
-    found = replace(found, experiments=((a, b, experiment), (a, "gravity", weaker), (a, "precurvature", other)))
-    first, second = proposals(found)
+    pairs = Separation(a, b, experiment), Separation(a, "gravity", weaker), Separation(a, "precurvature", other)
+    found = replace(found, experiments=pairs)
+    first, second = proposed(found.experiments)
     assert first.separates == ((a, b), (a, "gravity"))
     assert first.separation == weaker.separation
     assert "enough to rank them rightly" in second.statement
-    write(found, tmp_path)
+    write_record(found, tmp_path)
     assert {path.name for path in tmp_path.glob("*.csv")} == {"next_experiment_1.csv", "next_experiment_2.csv"}
 
 
@@ -181,13 +205,13 @@ def test_unexplained_lists_partial_effects_without_intervals_and_a_law(tmp_path)
     closure = record["closure"]
     assert list(closure) == ["statement", "effect", "reduced_chi2", "heldout_gain"]
     assert closure["effect"]["kind"] == "empirical_moment"
-    write(diagnosed(WEAKER), tmp_path)
+    write_record(diagnosed(WEAKER), tmp_path)
     assert load_manipulator(tmp_path / "closure.toml").effect[-1] == diagnosed(WEAKER).closure.effect
     json.dumps(record, allow_nan=False)
 
 
 def test_every_effect_survives_the_file_format(tmp_path):
-    plain = diagnosed().manipulator(diagnosed().calibrated).model_dump(exclude_none=True)
+    plain = diagnosed().manipulators["calibrated"].model_dump(exclude_none=True)
     plain["effect"] = [
         {"kind": "pulley_friction", "efficiency": 0.9, "cables": ["1", "4"]},
         {"kind": "precurvature", "curvature_per_m": -1 / 3, "plates": [2, 3]},
@@ -201,5 +225,5 @@ def test_every_effect_survives_the_file_format(tmp_path):
 
 
 def test_the_folder_is_named_after_the_recording():
-    assert default_folder(recorded()).as_posix() == "results/diagnoses/small-rig"
-    assert default_folder(replace(recorded(), name="../é/x y")).as_posix() == "results/diagnoses/é-x-y"
+    assert default_folder("small rig").as_posix() == "results/diagnoses/small-rig"
+    assert default_folder("../é/x y").as_posix() == "results/diagnoses/é-x-y"

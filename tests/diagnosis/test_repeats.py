@@ -11,7 +11,7 @@ from prb3r.diagnosis.checks.repeats import matches, scatter
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Task, diagnose
+from prb3r.diagnosis.stages import Task, diagnose, investigate
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind
@@ -74,7 +74,7 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
 
 
 def test_readings_that_scatter_more_than_stated_are_no_effect():
-    found = diagnose(Task(pulled_again(2.0)))
+    found = investigate(Task(pulled_again(2.0)))
     assert found.verdict == "adequate"
     assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
     assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)

@@ -1,5 +1,6 @@
 """Figures and page of a diagnosis: what is drawn, for every verdict and every kind of reading."""
 
+import pickle
 import re
 from dataclasses import replace
 
@@ -7,18 +8,21 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import Case, diagnosed
+from diagnosis.simulated import Case, diagnosed, investigated
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from prb3r.diagnosis.fit.profile import RISE
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.rivals import Rival
+from prb3r.front import DiagnosisReport
 from prb3r.present import style
-from prb3r.present.diagnosis import words as say
+from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
-from prb3r.present.diagnosis.fits import held_out, residuals
+from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
+from prb3r.present.diagnosis.misfits import misfits, telling_steps
+from prb3r.present.diagnosis.panels import StepAxis
 from prb3r.present.diagnosis.report import FIGURES, content, publish_diagnosis
-from prb3r.present.diagnosis.shapes import misfits, telling_steps
-from prb3r.present.diagnosis.sheet import Evidence, StepAxis
 
 CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
 ANGLES = Case(read=("angle_rad",))
@@ -36,19 +40,19 @@ def legend(figure) -> list[str]:
 
 
 def disputed():
-    found = diagnosed()
+    found = investigated()
     other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind == "segment_stiffness")
     named = replace(found.named[0], rivals=(Rival(other.model.hypotheses[0], other, 3.0, 1.0),))
-    return replace(found, verdict="ambiguous", named=(named,))
+    return tell(replace(found, verdict="ambiguous", named=(named,)))
 
 
 def test_shapes_are_drawn_at_the_steps_that_calibration_misses_most():
-    evidence = Evidence(diagnosed())
-    steps = telling_steps(evidence.residuals)
+    readings = diagnosed().tables["residuals"]
+    steps = telling_steps(readings)
     assert len({name for name, _ in steps}) == len(steps) == 3
-    size = evidence.residuals.groupby(["sequence", "step"])["residual_calibrated"].apply(lambda r: (r**2).mean())
+    size = readings.groupby(["sequence", "step"])["residual_calibrated"].apply(lambda r: (r**2).mean())
     assert size.idxmax() in steps
-    figure = misfits(evidence)
+    figure = misfits(diagnosed())
     above, below = figure.axes[:3], figure.axes[3:]
     assert legend(figure)[:3] == ["measured", "constants refitted alone", "with the effects named"]
     assert all(axes.get_xlabel() == "$x$ (mm)" for axes in above)
@@ -59,25 +63,26 @@ def test_shapes_are_drawn_at_the_steps_that_calibration_misses_most():
 
 @pytest.mark.parametrize(("case", "word"), [(BENDS, "bend of the plate (°)"), (ANGLES, "angle of the disk (°)")])
 def test_where_no_positions_were_read_bends_or_angles_are_drawn(case, word):
-    figure = misfits(Evidence(diagnosed(case)))
+    figure = misfits(diagnosed(case))
     assert figure.axes[0].get_ylabel() == word
-    assert held_out(Evidence(diagnosed(case))) is not None
+    assert held_out_errors(diagnosed(case)) is not None
 
 
 def test_angles_differ_by_the_shorter_way_round():
-    evidence = Evidence(diagnosed(ANGLES))
-    evidence.residuals["measured"] += 2 * np.pi
-    for figure in (misfits(evidence).axes[3:], held_out(evidence).axes[1:]):
+    readings = diagnosed(ANGLES).tables["residuals"]
+    turned = readings.assign(measured=readings["measured"] + 2 * np.pi)
+    found = replace(diagnosed(ANGLES), tables={**diagnosed(ANGLES).tables, "residuals": turned})
+    for figure in (misfits(found).axes[3:], held_out_errors(found).axes[1:]):
         assert max(np.abs(line.get_ydata()).max() for axes in figure for line in axes.lines) < 20
 
 
 def test_the_map_has_a_cell_for_every_plate_and_step_and_fades_noise():
-    evidence = Evidence(diagnosed())
-    cells = [patch for patch in moment_map(evidence).axes[0].patches if isinstance(patch, Rectangle)]
-    assert len(cells) == len(evidence.moments)
+    moments = diagnosed().tables["mismatch"]
+    cells = [patch for patch in moment_map(diagnosed()).axes[0].patches if isinstance(patch, Rectangle)]
+    assert len(cells) == len(moments)
     darkness = pd.Series([1 - min(cell.get_facecolor()[:3]) for cell in cells])
-    assert darkness.groupby(evidence.moments["plate"]).mean().idxmax() == 4
-    clean = [cell for cell in moment_map(Evidence(diagnosed(CLEAN))).axes[0].patches if isinstance(cell, Rectangle)]
+    assert darkness.groupby(moments["plate"]).mean().idxmax() == 4
+    clean = [cell for cell in moment_map(diagnosed(CLEAN)).axes[0].patches if isinstance(cell, Rectangle)]
     assert max(1 - min(cell.get_facecolor()[:3]) for cell in clean) < 0.8 * darkness.max()
 
 
@@ -88,17 +93,17 @@ def test_sequences_are_apart_on_the_axis_of_steps():
 
 
 def test_residuals_shrink_to_the_normal_law():
-    figure = residuals(Evidence(diagnosed()))
+    figure = residual_sizes(diagnosed())
     before, after = (line.get_ydata() for line in figure.axes[1].lines[1:3])
     assert before.max() > 2 > 1.4 > after.max()
     assert "held out" in legend(figure)
     assert figure.axes[1].get_xlabel() == "disk"
-    assert residuals(Evidence(diagnosed(BENDS))).axes[1].get_xlabel() == "plate"
-    assert "with the effects named" not in legend(residuals(Evidence(diagnosed(CLEAN))))
+    assert residual_sizes(diagnosed(BENDS)).axes[1].get_xlabel() == "plate"
+    assert "with the effects named" not in legend(residual_sizes(diagnosed(CLEAN)))
 
 
 def test_the_ranking_marks_winner_rivals_and_chance():
-    figure = ranking(Evidence(disputed()))
+    figure = ranking(disputed())
     names = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
     assert names[0] == "weakened plate"
     assert {"named by the diagnosis", "cannot be told from the named one"} <= set(legend(figure))
@@ -111,19 +116,20 @@ def test_the_ranking_marks_winner_rivals_and_chance():
 
 def test_profiles_meet_the_line_at_the_interval():
     found = diagnosed()
-    (axes,) = profiles(Evidence(found)).axes
+    (axes,) = profiles(found).axes
     x, y = axes.lines[0].get_data()
-    factor = found.named[0].parameters["factor"]
+    factor = found.effects[0].parameters["factor"]
     assert np.interp(factor.low, x, y) == pytest.approx(RISE, abs=0.3)
     assert np.interp(factor.value, x, y) == pytest.approx(0, abs=0.05)
-    assert profiles(Evidence(diagnosed(UNKNOWN))) is None
-    assert profiles(Evidence(diagnosed(CLEAN))) is None
+    assert profiles(diagnosed(UNKNOWN)) is None
+    assert profiles(diagnosed(CLEAN)) is None
 
 
 def test_without_held_out_sequences_there_is_no_figure_of_them():
     found = diagnosed()
-    assert held_out(Evidence(replace(found, recording=found.training, heldout=None))) is None
-    assert say.held_out(replace(found, heldout=None)).startswith("Not confirmed on held-out data")
+    fitted = found.tables["residuals"][~found.tables["residuals"]["held_out"]]
+    assert held_out_errors(replace(found, tables={**found.tables, "residuals": fitted})) is None
+    assert say.confirmation(replace(found, heldout=None)).startswith("Not confirmed on held-out data")
 
 
 @pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNKNOWN])
@@ -146,16 +152,65 @@ def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path):
 
 
 def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
-    told = content(Evidence(diagnosed()))
+    told = content(diagnosed())
     assert told["verdict"] == "Explained: one effect, absent from the nominal model, accounts for the mismatch."
     assert any("too low" in text for text in told["hidden"])
     assert told["alternatives"] == []
-    assert content(Evidence(diagnosed(CLEAN)))["verdict"].startswith("Adequate")
-    unknown = content(Evidence(diagnosed(UNKNOWN)))
+    assert content(diagnosed(CLEAN))["verdict"].startswith("Adequate")
+    unknown = content(diagnosed(UNKNOWN))
     assert unknown["verdict"].startswith("Unexplained")
     assert all("Neither is to be trusted" in text for text in unknown["hidden"])
-    other = content(Evidence(disputed()))
+    other = content(disputed())
     assert other["alternatives"] == [
         "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)."
     ]
     assert "cannot tell apart" in other["verdict"]
+
+
+WEAKENED = Case()
+
+
+def reported(case=WEAKENED):
+    return DiagnosisReport(**vars(diagnosed(case)))
+
+
+@pytest.mark.parametrize("kind", FIGURES)
+def test_every_kind_of_figure_can_be_plotted(kind):
+    figure = pickle.loads(pickle.dumps(reported())).plot(kind)
+    assert isinstance(figure, Figure)
+    assert figure.axes
+
+
+def test_what_cannot_be_plotted_says_what_can():
+    with pytest.raises(ValueError, match="no plot 'shape': the kinds are shapes, missing-moment, ranking"):
+        reported().plot("shape")
+    with pytest.raises(ValueError, match="this diagnosis has no profiles"):
+        reported(CLEAN).plot("profiles")
+
+
+def test_the_report_is_all_that_the_command_writes(tmp_path):
+    files = reported().report(tmp_path / "new")
+    assert {path.name for path in files} == {path.name for path in (tmp_path / "new").iterdir()}
+    assert {"diagnosis.json", "explained.toml", "residuals.parquet", "report.html", "ranking.svg"} <= {
+        path.name for path in files
+    }
+
+
+def test_a_diagnosis_shows_itself_in_a_line_or_three():
+    told = repr(reported()).splitlines()
+    assert "plate 4" in repr(reported().effects)
+    assert len(repr(reported().effects)) < 1000
+    assert told[0].startswith("small rig: explained; chi-square per degree of freedom ")
+    assert re.fullmatch(r"weakened plate \(plate 4\), factor 0\.6\d* \(0\.\d+ to 0\.\d+\)", told[1])
+    assert told[2].startswith("held-out gain ")
+    assert len(told) == 3
+    assert len(repr(reported(CLEAN)).splitlines()) == 1
+    assert len(repr(reported(UNKNOWN)).splitlines()) == 3
+
+
+def test_a_notebook_shows_verdict_statements_and_numbers():
+    html = reported()._repr_html_()
+    assert "Explained: one effect" in html
+    assert "Plate 4 bends as if" in html
+    assert html.count("<table>") == html.count("</table>") == 2
+    assert "<img" not in html

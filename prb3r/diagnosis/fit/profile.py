@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 
@@ -20,7 +21,7 @@ class Profile:
     rise: np.ndarray
     """Chi-square above its minimum."""
     low: float
-    """End of the interval of `Settings.interval_level`; the bound where the interval reaches it."""
+    """End of the 95 % interval; the bound where the interval reaches it."""
     high: float
 
 
@@ -31,7 +32,7 @@ def profile(fitted: Fit, number: int) -> Profile:
     low, high = (bound[number] for bound in fitted.model.bounds(fitted.p))
     u, rise, ends = [middle], [0.0], []
     for sign, bound in ((-1, low), (1, high)):
-        most, reach, inside, crossing = abs(bound - middle), settings.interval_sd * sd, 0.0, None
+        most, reach, inside, crossing = abs(bound - middle), NORMAL_REACH * sd, 0.0, None
         start = fitted
         for _ in range(settings.profile_trials):
             away = min(reach, most)
@@ -42,15 +43,13 @@ def profile(fitted: Fit, number: int) -> Profile:
             u.append(middle + sign * away)
             rise.append(risen)
             start = trial or start
-            if abs(risen - settings.interval_rise) < settings.profile_error or (
-                away < reach and risen < settings.interval_rise
-            ):
+            if abs(risen - INTERVAL_RISE) < settings.profile_error or (away < reach and risen < INTERVAL_RISE):
                 crossing = away
                 break
             guess = (inside + away) / 2
             if np.isfinite(risen):
-                guess = away * np.sqrt(settings.interval_rise / max(risen, 0.05))
-            if risen < settings.interval_rise:
+                guess = away * np.sqrt(INTERVAL_RISE / max(risen, 0.05))
+            if risen < INTERVAL_RISE:
                 inside = away
             reach, crossing = float(np.clip(guess, max(SHORTEST * away, inside), LONGEST * away)), guess
         ends.append(middle + sign * min(crossing or reach, most))

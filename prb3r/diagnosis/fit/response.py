@@ -12,7 +12,7 @@ import numpy as np
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.sensitivity import Direction, Sensitivities, derivatives
-from prb3r.model.laws.derivatives import sensitivities as derivatives_with_law
+from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.recording.recording import Kind
 
 CHANGE = 1e-5
@@ -53,7 +53,7 @@ def response(predict: Predictor, solved: Solution, directions: Sequence[Directio
         return np.zeros((count, 0))
     if solved.path is None:
         begins = predict.recording.begins
-        found = derivatives_with_law(solved.chain, solved.loads, directions, from_rest=begins, number=predict.number)
+        found = sensitivities_under_law(solved.chain, solved.loads, directions, from_rest=begins, number=predict.number)
     else:
         found = derivatives(solved.path, directions)
     return np.nan_to_num(seen_change(predict, solved, found))

@@ -1,78 +1,201 @@
-"""What a recording tells, whole."""
+"""What a recording tells, as plain data: every number, table and sentence made once.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+Nothing here holds a fit or can be solved again.  A diagnosis can be pickled, and files, page, figures, scores of the
+benchmark and the transfer to other recordings read nothing else.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.checks.outliers import Doubts, far_off
 from prb3r.diagnosis.evidence.constants_by_part import Clue
-from prb3r.diagnosis.evidence.detectable import Detectable
-from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Constants
-from prb3r.diagnosis.result.mismatch import Mismatch
-from prb3r.diagnosis.result.named import Named
-from prb3r.diagnosis.search.empirical_law import Closure
+from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.experiment import Experiment
-from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.empirical import EmpiricalMoment
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import Recording
+
+
+class FittedModel(NamedTuple):
+    """A fitted model without the means to fit it again."""
+
+    constants: Constants
+    effects: tuple[Effect, ...]
+    """Beside those of the nominal manipulator."""
+
+
+class ChiSquare(NamedTuple):
+    """Squared whitened residuals of the fitted sequences, priors included."""
+
+    nominal: float | None
+    """Per degree of freedom, of the nominal constants in the calibrated frame; None where they have no equilibrium."""
+    calibrated: float
+    """Per degree of freedom."""
+    explained: float
+    """Per degree of freedom."""
+    total: float
+    """Of the explanation, their plain sum."""
+    threshold: float
+    """What the sum exceeds only by chance if the explanation is right."""
+
+
+class LargestScore(NamedTuple):
+    """The maximum of a score test."""
+
+    z: float
+    threshold: float
+    """What it exceeds only by chance if nothing is left."""
+
+
+class CalibratedConstant(NamedTuple):
+    """A constant of the manipulator, in its unit."""
+
+    nominal: float
+    calibrated: float
+    """Refitted alone."""
+    explained: float
+    """Refitted with the effects that are named."""
+    low: float
+    """95 % interval of `explained`; NaN where none is deserved."""
+    high: float
+
+
+class CameraFrame(NamedTuple):
+    """Where the camera stood: measured positions are turned and shifted against the manipulator's by this much."""
+
+    rotation_rad: float
+    x_m: float
+    y_m: float
+
+
+class ProfileCurve(NamedTuple):
+    """Rise of chi-square as a parameter leaves its best value, all others refitted."""
+
+    value: np.ndarray
+    """(k,) of the parameter, in its unit."""
+    rise: np.ndarray
+    """(k,) at `value`."""
+    fine_value: np.ndarray
+    """(m,) values between; empty where only the best value is known."""
+    fine_rise: np.ndarray
+    """(m,) interpolated at `fine_value`."""
+
+
+@dataclass(frozen=True)
+class RivalEffect:
+    """An effect of another kind that cannot be told from a named one."""
+
+    name: str
+    kind: str
+    place: Mapping[str, Any]
+    distance: float
+    """Squared whitened distance from the explanation's prediction to the nearest of the rival's."""
+    behind: float
+    """How much worse it fits: chi-square with its penalty."""
 
 
 @dataclass(frozen=True, eq=False)
+class NamedEffect:
+    """An effect that a diagnosis names."""
+
+    name: str
+    """Kind and place as one text."""
+    kind: str
+    place: Mapping[str, Any]
+    """Parameters that are not fitted: plate, cable, law."""
+    among: Mapping[str, tuple[Any, ...]]
+    """All values of a place that cannot be told from the best one."""
+    parameters: Mapping[str, Estimate]
+    profiles: Mapping[str, ProfileCurve] = field(repr=False)
+    """Of the parameters that have an interval."""
+    statement: str
+    rivals: tuple[RivalEffect, ...]
+    delta_bic: float
+    """Negative: better with the effect than without."""
+    heldout_gain: float | None
+    """Share of the excess squared error on held-out sequences that this effect removes."""
+    partial: bool
+    """Whether it helps without explaining all."""
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Where the calibrated model misses, and what that depends on."""
+
+    plates: tuple[int, ...]
+    sequences: tuple[str, ...]
+    depends_on: tuple[str, ...]
+    statement: str
+
+
+@dataclass(frozen=True)
+class FittedLaw:
+    """An empirical law that describes what no effect explains."""
+
+    effect: EmpiricalMoment
+    statement: str
+    reduced_chi2: float
+    heldout_gain: float | None
+    """Share of the excess squared error on held-out sequences that it removes."""
+    beside_named: bool
+    """Whether the named effects are kept beside it."""
+
+
+class Separation(NamedTuple):
+    """Two rival explanations by name, and the load program that tells them apart best."""
+
+    first: str
+    second: str
+    experiment: Experiment
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What a recording tells."""
 
-    recording: Recording
+    name: str
+    """Of the recording."""
     seed: int
     verdict: str
+    """adequate, explained, ambiguous or unexplained."""
     why: str
     """Of `unexplained`: what no effect of the library accounts for."""
-    training: Recording
-    """The sequences that were fitted."""
-    nominal_chi2: float | None
-    """Reduced, of the nominal model; None where it has no equilibrium."""
-    calibrated: Fit
-    explained: Fit
-    doubts: Doubts
-    choice: Choice
-    before: Scores
-    """Score test of what calibration leaves."""
-    named: tuple[Named, ...]
+    structured: bool
+    """Whether the explanation leaves something that chance does not explain."""
+    nominal: Manipulator
+    calibrated: FittedModel
+    explained: FittedModel
+    manipulators: Mapping[str, Manipulator]
+    """The nominal one with the constants of `calibrated`, with constants and effects of `explained`, and where there is
+    a `closure` with its empirical law, on the elastica plate model."""
+    chi2: ChiSquare
+    score_calibrated: LargestScore
+    score_explained: LargestScore
+    constants: Mapping[str, CalibratedConstant]
+    """`youngs_modulus_pa` and `friction_coefficient`."""
+    frame: CameraFrame
+    """Of the explained model."""
+    effects: tuple[NamedEffect, ...]
     mismatch: Mismatch
-    closure: Closure | None
-    """An empirical law of the unexplained."""
-    closure_gain: float | None
-    """Share of the excess squared error on held-out sequences that it removes."""
+    closure: FittedLaw | None
     heldout: HeldOut | None
+    experiments: tuple[Separation, ...]
     clues: tuple[Clue, ...]
-    detectable: tuple[Detectable, ...]
-    experiments: tuple[tuple[str, str, Experiment], ...]
-    """Two rivals by name, and the load program that separates them."""
     remarks: tuple[str, ...]
+    tables: Mapping[str, pd.DataFrame]
+    """`residuals`, `mismatch`, `detectable`, `ranking`, `shapes`, `loads`, `outliers`: see `tables.py`."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """What the diagnosis was made with."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.name!r}: {self.verdict}>"
 
     @property
-    def outliers(self) -> list[int]:
-        """Readings of the training part beyond 4 sd of the explained model."""
-        return far_off(self.explained, self.doubts)
-
-    def manipulator(self, fitted: Fit) -> Manipulator:
-        """The recorded manipulator with the constants and effects of a fitted model."""
-        return adjusted(self.recording.manipulator, fitted.constants, fitted.effects)
-
-
-def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effect]) -> Manipulator:
-    """A manipulator with calibrated constants and more effects, on the elastica plate model."""
-    plain = nominal.model_dump(exclude_none=True)
-    stiffer = float(np.exp(constants.log_stiffness))
-    plain["model"] = "elastica"
-    plain["youngs_modulus_pa"] *= stiffer
-    for segment in plain["segment"]:
-        if "bending_stiffness_n_m2" in segment:
-            segment["bending_stiffness_n_m2"] *= stiffer
-    plain["friction"]["coefficient"] *= float(np.exp(constants.log_friction))
-    plain["effect"] = [*plain.get("effect", []), *(effect.model_dump(exclude_none=True) for effect in effects)]
-    return Manipulator.model_validate(plain)
+    def models(self) -> Sequence[str]:
+        """Columns of the tables that hold predictions worth showing: both models, or one where nothing was added."""
+        return ("calibrated", "explained") if self.explained.effects else ("calibrated",)

@@ -1,26 +1,27 @@
-"""Everything that is said of an effect that the diagnosis names."""
+"""Everything that is found out of an effect that the diagnosis names."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from prb3r.diagnosis.checks.heldout import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.result.diagnosis import Separation
 from prb3r.diagnosis.result.statements import Estimate, sentence
+from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.full_fits import without_effect
 from prb3r.diagnosis.search.rivals import Rival, rivals
 from prb3r.diagnosis.search.selection import Choice, Search
-from prb3r.model.effects.base import Effect
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """An effect that the diagnosis names."""
+    """An effect that the diagnosis names, with the fits that were made for it."""
 
     hypothesis: Hypothesis
-    effect: Effect
     parameters: Mapping[str, Estimate]
     places: Mapping[str, tuple[Any, tuple[Any, ...]]]
     """Where: the best place, and all that cannot be told from it."""
@@ -36,52 +37,70 @@ class Named:
 
 
 def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | None, *, partial: bool) -> Named:
-    """Everything that is said of one chosen effect."""
+    """All about the chosen effect `number`; `fresh` are the sequences set aside, if any were."""
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
-    friction = fitted.model.friction(fitted.p)
-    found = rivals(choice, number, search)
-    near = [rival for rival in found if rival.indistinguishable]
-    places, others = {}, []
-    same = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
-    for key, value in hypothesis.place:
-        if key != "law":
-            values = {value, *(dict(rival.hypothesis.place)[key] for rival in same)}
-            places[key] = (value, tuple(sorted(values, key=str if isinstance(value, str) else None)))
-    others = [rival for rival in near if rival not in same]
-    first = len(fitted.model.varied) + sum(len(each.free) for each in fitted.model.hypotheses[:number])
-    sure = fitted.reduced < fitted.model.settings.far_from_one
-    parameters, profiles = {}, {}
-    for k, free in enumerate(hypothesis.free):
-        u = fitted.p[first + k]
-        if sure:
-            profiles[free.name] = profile(fitted, first + k)
-            ends = sorted(free.value(end, friction) for end in (profiles[free.name].low, profiles[free.name].high))
-            parameters[free.name] = Estimate(free.value(u, friction), *ends)
-        else:
-            parameters[free.name] = Estimate(free.value(u, friction))
+    near = [rival for rival in rivals(choice, number, search) if rival.indistinguishable]
+    elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
+    places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
+    parameters, profiles = _estimates(fitted, number)
     simpler = without_effect(fitted, number)
-    gain = fresh.judge(simpler, fitted).gain if fresh and simpler else None
-    statement = sentence(hypothesis, parameters, friction)
+    statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
         if len(among) > 1:
-            listed = ", ".join(str(each) for each in among)
+            listed = ", ".join(map(str, among))
             statement += f" These recordings cannot tell {key} {value} from {key} {listed}."
     return Named(
-        hypothesis,
-        fitted.effects[number],
-        parameters,
-        places,
-        statement,
-        tuple(others),
-        bic(fitted) - bic(simpler) if simpler is not None else float("nan"),
-        gain,
-        partial,
-        profiles,
+        hypothesis=hypothesis,
+        parameters=parameters,
+        places=places,
+        statement=statement,
+        rivals=tuple(rival for rival in near if rival not in elsewhere),
+        delta_bic=bic(fitted) - bic(simpler) if simpler is not None else float("nan"),
+        heldout_gain=fresh.judge(simpler, fitted).gain if fresh and simpler else None,
+        partial=partial,
+        profiles=profiles,
     )
 
 
-def _same_but_place(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two hypotheses are the same effect elsewhere."""
-    a, b = dict(one.place), dict(other.place)
-    return one.kind == other.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
+def _same_but_place(first: Hypothesis, second: Hypothesis) -> bool:
+    """Whether two hypotheses are the same effect at two places."""
+    a, b = dict(first.place), dict(second.place)
+    return first.kind == second.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
+
+
+def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tuple[Any, tuple[Any, ...]]]:
+    """The place of a hypothesis and, sorted, those of the same effect `elsewhere`; a law is no place."""
+    places = {}
+    for key, value in hypothesis.place:
+        if key != "law":
+            values = {value, *(dict(other.place)[key] for other in elsewhere)}
+            places[key] = (value, tuple(sorted(values, key=str if isinstance(value, str) else None)))
+    return places
+
+
+def _estimates(fitted: Fit, number: int) -> tuple[dict[str, Estimate], dict[str, Profile]]:
+    """The parameters of effect `number` of a model and, where the fit is good enough for intervals, their profiles."""
+    model, hypotheses = fitted.model, fitted.model.hypotheses
+    friction = model.friction(fitted.p)
+    first = len(model.varied) + sum(len(hypothesis.free) for hypothesis in hypotheses[:number])
+    estimates, profiles = {}, {}
+    for k, free in enumerate(hypotheses[number].free, first):
+        value = free.value(fitted.p[k], friction)
+        estimates[free.name] = Estimate(value)
+        if fitted.reduced < model.settings.far_from_one:
+            curve = profiles[free.name] = profile(fitted, k)
+            low, high = sorted(free.value(end, friction) for end in (curve.low, curve.high))
+            estimates[free.name] = Estimate(value, low, high)
+    return estimates, profiles
+
+
+def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...]:
+    """For every named effect and each of its nearest rivals the load program that tells them apart best."""
+    out: list[Separation] = []
+    for effect in named:
+        near = effect.rivals[: choice.fitted.model.settings.most_rivals]
+        best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
+        pairs = zip(near, best, strict=True)
+        out += [Separation(effect.hypothesis.name, rival.hypothesis.name, program) for rival, program in pairs]
+    return tuple(out)

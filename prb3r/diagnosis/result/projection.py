@@ -6,70 +6,74 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.named import Named
-from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedLaw, NamedEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
 
 SCHEMA = 1
 
 
-class Proposal(NamedTuple):
+class ProposedExperiment(NamedTuple):
     """A load program that is proposed, and which explanations it tells apart."""
 
     experiment: Experiment
     separates: tuple[tuple[str, str], ...]
     separation: float
     """Squared whitened distance of the pair that it separates least."""
-    asked: float
-    """Distance that is enough to rank two explanations rightly."""
 
     @property
     def statement(self) -> str:
+        """What to do and what that brings, in a sentence."""
         rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
-        enough = "enough to rank them rightly" if self.experiment.resolves else "still too little to rank them surely"
+        resolved = self.separation >= self.experiment.asked
+        enough = "enough to rank them rightly" if resolved else "still too little to rank them surely"
         title = self.experiment.title[0].upper() + self.experiment.title[1:]
         return (
             f"{title}: together with what is recorded, that separates {rivals} by a squared distance of "
-            f"{self.separation:.3g} in units of the noise ({self.asked:.3g} is asked), {enough}."
+            f"{self.separation:.3g} in units of the noise ({self.experiment.asked:.3g} is asked), {enough}."
         )
 
 
-def proposals(diagnosis: Diagnosis) -> list[Proposal]:
+def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:
     """The proposed experiments, each load program once."""
-    asked = diagnosis.explained.model.settings.resolved
-    by_title: dict[str, list[tuple[str, str, Experiment]]] = {}
-    for each in diagnosis.experiments:
-        by_title.setdefault(each[2].title, []).append(each)
+    by_title: dict[str, list[Separation]] = {}
+    for pair in experiments:
+        by_title.setdefault(pair.experiment.title, []).append(pair)
     return [
-        Proposal(own[0][2], tuple((a, b) for a, b, _ in own), min(each.separation for _, _, each in own), asked)
-        for own in by_title.values()
+        ProposedExperiment(
+            pairs[0].experiment,
+            tuple((pair.first, pair.second) for pair in pairs),
+            min(pair.experiment.separation for pair in pairs),
+        )
+        for pairs in by_title.values()
     ]
 
 
-def summary(diagnosis: Diagnosis) -> list[str]:
-    """A few lines: the verdict, what was found, how much better the sequences set aside are predicted."""
-    before, after = diagnosis.calibrated.reduced, diagnosis.explained.reduced
-    fits = f"chi-square per degree of freedom {before:.3g}"
-    if diagnosis.named:
-        fits += f" with refitted constants alone, {after:.3g} with what is named"
-    lines = [f"{diagnosis.recording.name}: {diagnosis.verdict}; {fits}"]
-    for each in diagnosis.named:
-        lines.append(f"- {'in part: ' if each.partial else ''}{each.statement}")
-        lines += [f"  cannot be told apart: {name}" for name in dict.fromkeys(r.hypothesis.name for r in each.rivals)]
+def summary_lines(diagnosis: Diagnosis) -> list[str]:
+    """A few lines: the verdict, what is named, how much better the sequences set aside are predicted."""
+    fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
+    if diagnosis.effects:
+        fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
+    lines = [f"{diagnosis.name}: {diagnosis.verdict}; {fits}"]
+    for effect in diagnosis.effects:
+        lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
+        lines += [f"  cannot be told apart: {name}" for name in rival_names(effect)]
     if diagnosis.verdict == "unexplained":
         lines.append(f"- {diagnosis.mismatch.statement}")
         if diagnosis.closure:
             lines.append(f"- {diagnosis.closure.statement}")
     held = diagnosis.heldout
-    for factor, unit, errors in _held_errors(held) if held and diagnosis.named else ():
-        calibrated, explained, noise = (f"{factor * each:.3g}" for each in errors)
+    for factor, unit, errors in _held_errors(held) if held and diagnosis.effects else ():
+        calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
         where = few(held.sequences) if held else ""
         lines.append(f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}")
     if held is None:
         lines.append("not confirmed on held-out data")
     return lines
+
+
+def rival_names(effect: NamedEffect) -> list[str]:
+    """Names of the rivals of an effect, each once."""
+    return list(dict.fromkeys(rival.name for rival in effect.rivals))
 
 
 def few(names: Sequence[str], most: int = 3) -> str:
@@ -90,24 +94,25 @@ def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The diagnosis as plain numbers, texts, lists and mappings; what is not known is None."""
-    mismatch, held = diagnosis.mismatch, diagnosis.heldout
-    plain = {
+    mismatch, held, chi2 = diagnosis.mismatch, diagnosis.heldout, diagnosis.chi2
+    record = {
         "schema": SCHEMA,
         "verdict": diagnosis.verdict,
         "noise": {
-            "reduced_chi2_nominal": diagnosis.nominal_chi2,
-            "reduced_chi2_calibrated": diagnosis.calibrated.reduced,
-            "reduced_chi2_explained": diagnosis.explained.reduced,
+            "reduced_chi2_nominal": chi2.nominal,
+            "reduced_chi2_calibrated": chi2.calibrated,
+            "reduced_chi2_explained": chi2.explained,
         },
-        "calibration": calibration(diagnosis),
-        "effects": [_effect(each) for each in diagnosis.named],
+        "calibration": {name: constant._asdict() for name, constant in diagnosis.constants.items()}
+        | {"frame": diagnosis.frame._asdict()},
+        "effects": [_effect(effect) for effect in diagnosis.effects],
         "mismatch": {
             "plates": mismatch.plates,
             "sequences": mismatch.sequences,
             "depends_on": mismatch.depends_on,
             "statement": mismatch.statement,
         },
-        "closure": _closure(diagnosis),
+        "closure": _closure(diagnosis.closure),
         "heldout": None
         if held is None
         else {
@@ -121,85 +126,53 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "next_experiment": [
             {
-                "statement": each.statement,
-                "separates": each.separates,
-                "separation": each.separation,
-                "steps": each.experiment.steps.to_dict("records"),
+                "statement": proposal.statement,
+                "separates": proposal.separates,
+                "separation": proposal.separation,
+                "steps": proposal.experiment.steps.to_dict("records"),
             }
-            for each in proposals(diagnosis)
+            for proposal in proposed(diagnosis.experiments)
         ],
     }
-    return _plain(plain)
+    if diagnosis.settings:
+        record["settings"] = diagnosis.settings
+    return _plain(record)
 
 
-def calibration(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The constants: nominal, calibrated alone, and with the effects; a 95 % interval where one is deserved."""
-    nominal = diagnosis.recording.manipulator
-    constants = diagnosis.explained.constants
-    return {
-        "youngs_modulus_pa": _constant(diagnosis, nominal.youngs_modulus_pa, "log_stiffness"),
-        "friction_coefficient": _constant(diagnosis, nominal.friction.coefficient, "log_friction"),
-        "frame": {"rotation_rad": constants.rotation, "x_m": constants.x, "y_m": constants.y},
+def _effect(effect: NamedEffect) -> dict[str, Any]:
+    parameters: dict[str, Any] = {
+        key: {"value": value, "set": effect.among.get(key, (value,))} for key, value in effect.place.items()
     }
-
-
-def _constant(diagnosis: Diagnosis, nominal: float, name: str) -> dict[str, Any]:
-    explained = diagnosis.explained
-    found = {"nominal": nominal}
-    for key, fitted in (("calibrated", diagnosis.calibrated), ("explained", explained)):
-        found[key] = nominal * float(np.exp(getattr(fitted.constants, name)))
-    reach = _reach(explained, name)
-    return found | {"low": found["explained"] * np.exp(-reach), "high": found["explained"] * np.exp(reach)}
-
-
-def _reach(fitted: Fit, name: str) -> float:
-    """Half the 95 % interval of a constant by the linearised covariance; NaN where none is deserved."""
-    if name not in fitted.model.varied or fitted.reduced >= fitted.model.settings.far_from_one:
-        return np.nan
-    number = fitted.model.varied.index(name)
-    return fitted.model.settings.interval_sd * float(np.sqrt(fitted.covariance[number, number]))
-
-
-def _effect(named: Named) -> dict[str, Any]:
-    parameters: dict[str, Any] = {}
-    for key, value in named.hypothesis.place:  # a law has no other place
-        best, among = named.places.get(key, (value, (value,)))
-        parameters[key] = {"value": best, "set": among}
-    parameters |= {key: _estimate(each) for key, each in named.parameters.items()}
-    plain = {
-        "effect": named.hypothesis.kind,
+    parameters |= {key: estimate._asdict() for key, estimate in effect.parameters.items()}
+    record = {
+        "effect": effect.kind,
         "parameters": parameters,
-        "statement": named.statement,
-        "indistinguishable_from": list(dict.fromkeys(rival.hypothesis.name for rival in named.rivals)),
-        "delta_bic": named.delta_bic,
-        "heldout_gain": named.heldout_gain,
+        "statement": effect.statement,
+        "indistinguishable_from": rival_names(effect),
+        "delta_bic": effect.delta_bic,
+        "heldout_gain": effect.heldout_gain,
     }
-    return plain | ({"partial": True} if named.partial else {})
+    return record | ({"partial": True} if effect.partial else {})
 
 
-def _estimate(each: Estimate) -> dict[str, Any]:
-    return {"value": each.value, "low": each.low, "high": each.high}
-
-
-def _closure(diagnosis: Diagnosis) -> dict[str, Any] | None:
+def _closure(law: FittedLaw | None) -> dict[str, Any] | None:
     """The fitted empirical law of an unexplained diagnosis."""
-    closure = diagnosis.closure
-    if closure is None:
+    if law is None:
         return None
     return {
-        "statement": closure.statement,
-        "effect": closure.effect.model_dump(exclude_none=True),
-        "reduced_chi2": closure.fitted.reduced,
-        "heldout_gain": diagnosis.closure_gain,
+        "statement": law.statement,
+        "effect": law.effect.model_dump(exclude_none=True),
+        "reduced_chi2": law.reduced_chi2,
+        "heldout_gain": law.heldout_gain,
     }
 
 
 def _plain(value: Any) -> Any:
     """Numbers of numpy as Python's, tuples as lists, nan and inf as None."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
+        return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
+        return [_plain(part) for part in value]
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):

@@ -8,6 +8,7 @@ from prb3r.recording.recording import Recording
 
 
 def scattered(repeated: Scatter | None) -> list[str]:
+    """How much repeated sequences scatter beside what the recording states; nothing where none repeats another."""
     if repeated is None:
         return []
     taken = (
@@ -20,11 +21,13 @@ def scattered(repeated: Scatter | None) -> list[str]:
 
 
 def refusals(refuted: Sequence[str]) -> list[str]:
+    """Effects, by name, that held-out sequences refuted."""
     which = " and ".join(refuted)
     return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
+    """The weights of a recording that are not believed, a sentence each."""
     remarks = []
     for step, cable in doubted:
         row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
@@ -37,6 +40,7 @@ def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[
 
 
 def weighed(doubts: Doubts) -> list[str]:
-    weighed = int((doubts.inflation > 1).sum())
-    far, down = ("reading is", "it was") if weighed == 1 else ("readings are", "they were")
-    return [f"{weighed} {far} far from what the neighbours show; {down} weighed down"] if weighed else []
+    """How many readings were weighed down as gross outliers, if any were."""
+    count = int((doubts.inflation > 1).sum())
+    far, down = ("reading is", "it was") if count == 1 else ("readings are", "they were")
+    return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []

@@ -1,14 +1,19 @@
 """The tables of a diagnosis: every reading before and after, missing moments, shapes, what would have been seen."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from prb3r.diagnosis.checks.heldout import Unseen
+from prb3r.diagnosis.checks.outliers import far_off
+from prb3r.diagnosis.evidence.detectable import detectable
+from prb3r.diagnosis.evidence.missing_moments import mechanism, missing_moments
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.quantities import Quantity
 from prb3r.recording.recording import Kind, Readings, Recording
 
@@ -38,29 +43,53 @@ QUANTITIES = (
 )
 
 
-def residuals(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every reading, fitted or held out, with both predictions and what they leave."""
-    whole = diagnosis.recording
-    of_reading = whole.of_sequence[whole.readings.step]
-    fitted = np.isin(of_reading, [whole.sequences.index(name) for name in diagnosis.training.sequences])
+def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
+    """All tables by name; the whole recording is solved once with each model."""
+    models = {"calibrated": investigation.calibrated, "explained": investigation.explained}
+    states = {name: _solved(investigation.recording, fitted) for name, fitted in models.items()}
+    readings = residual_table(investigation, models, states)
+    fitted = readings[~readings["held_out"]]
+    return {
+        "residuals": readings,
+        "mismatch": moment_table(investigation),
+        "detectable": detectable_table(investigation),
+        "ranking": ranking_table(investigation),
+        "shapes": shape_table(investigation.recording, models, states),
+        "loads": load_table(investigation.recording),
+        "outliers": fitted.iloc[far_off(investigation.explained, investigation.doubts)],
+    }
+
+
+def _solved(recording: Recording, fitted: Fit) -> Equilibria:
+    """States of all steps of a recording, held-out sequences included."""
+    return predictor(recording).equilibria(fitted.constants, fitted.effects)
+
+
+def residual_table(
+    investigation: Investigation, models: Mapping[str, Fit], states: Mapping[str, Equilibria]
+) -> pd.DataFrame:
+    """Every reading, fitted or held out, with the predictions of `models` and what they leave.
+
+    `states` are those of the whole recording by model.
+    """
+    whole, training, fresh = investigation.recording, investigation.training, investigation.fresh
     predict = predictor(whole)
-    fits = {"calibrated": diagnosis.calibrated, "explained": diagnosis.explained}
-    predicted = {name: predict(each.constants, each.effects) for name, each in fits.items()}
-    white = {name: np.full(len(fitted), np.nan) for name in fits}
-    sd, believed = np.full(len(fitted), np.nan), np.ones(len(fitted), bool)
-    for name, each in fits.items():
-        white[name][fitted] = each.residual[: fitted.sum()]
-    sd[fitted], believed[fitted] = diagnosis.explained.model.noise.total_sd, diagnosis.doubts.inflation == 1
-    if not fitted.all():
-        aside = predictor(whole.only(set(of_reading[~fitted].tolist())))
-        fresh = Unseen(aside, diagnosis.explained.model.settings)
-        noise = fresh.noise(fresh.solved(diagnosis.explained))
-        for name in fits:
-            white[name][~fitted] = noise.whiten(aside.misfit(predicted[name][~fitted]))
-        sd[~fitted], believed[~fitted] = noise.total_sd, noise.believed
+    predicted = {name: predict.read(states[name], fitted.constants, fitted.effects) for name, fitted in models.items()}
+    of_reading = whole.of_sequence[whole.readings.step]
+    seen = np.isin(of_reading, [whole.sequences.index(name) for name in training.sequences])
+    sd, believed = np.full(len(seen), np.nan), np.ones(len(seen), bool)
     doubted = np.zeros(len(whole.of_sequence), bool)
-    rows = np.flatnonzero(np.isin(whole.of_sequence, of_reading[fitted]))
-    doubted[rows[[weight.step for weight in diagnosis.doubts.weights]]] = True
+    white = {name: np.full(len(seen), np.nan) for name in models}
+    for name, fitted in models.items():
+        white[name][seen] = fitted.residual[: seen.sum()]
+    sd[seen], believed[seen] = investigation.explained.model.noise.total_sd, investigation.doubts.inflation == 1
+    doubted[_rows_of(whole, training)[[weight.step for weight in investigation.doubts.weights]]] = True
+    if fresh is not None:
+        noise = fresh.noise(fresh.solved(investigation.explained))
+        for name in models:
+            white[name][~seen] = noise.whiten(fresh.predict.misfit(predicted[name][~seen]))
+        sd[~seen], believed[~seen] = noise.total_sd, noise.believed
+        doubted[_rows_of(whole, fresh.predict.recording)[[weight.step for weight in fresh.doubted]]] = True
     return pd.DataFrame(
         {
             **_places(whole, whole.readings),
@@ -68,17 +97,23 @@ def residuals(diagnosis: Diagnosis) -> pd.DataFrame:
             "measured": whole.readings.value,
             **predicted,
             "sd": sd,
-            **{f"residual_{name}": white[name] for name in fits},
+            **{f"residual_{name}": white[name] for name in models},
             "weighed_down": ~believed,
             "weight_doubted": doubted[whole.readings.step],
-            "held_out": ~fitted,
+            "held_out": ~seen,
         }
     )
 
 
-def missing_moments(diagnosis: Diagnosis) -> pd.DataFrame:
+def _rows_of(whole: Recording, part: Recording) -> np.ndarray:
+    """Rows of the steps of `whole` that are those of `part`."""
+    return np.flatnonzero(np.isin(whole.of_sequence, [whole.sequences.index(name) for name in part.sequences]))
+
+
+def moment_table(investigation: Investigation) -> pd.DataFrame:
     """The missing moment of every plate at every fitted step."""
-    moments, steps = diagnosis.mismatch.moments, diagnosis.training.steps
+    _, fitted = investigation.unmet
+    moments, steps = missing_moments(fitted, mechanism(fitted)), investigation.training.steps
     count, plates = moments.moment.shape
     return pd.DataFrame(
         {
@@ -92,32 +127,73 @@ def missing_moments(diagnosis: Diagnosis) -> pd.DataFrame:
     )
 
 
-def shapes(diagnosis: Diagnosis, fitted: Fit) -> pd.DataFrame:
-    """`sequence, step, disk, x_m, y_m, angle_rad` of all disks of all steps as the camera would see a fitted model."""
-    whole = diagnosis.recording
-    steps, disks = len(whole.of_sequence), whole.manipulator.plates + 1
-    step, disk = np.repeat(np.arange(steps), disks), np.tile(np.arange(disks), steps)
+def shape_table(recording: Recording, models: Mapping[str, Fit], states: Mapping[str, Equilibria]) -> pd.DataFrame:
+    """`model, sequence, step, disk, x_m, y_m, angle_rad` of all disks of all steps as the camera would see them."""
+    steps, disks = len(recording.of_sequence), recording.manipulator.plates + 1
     kinds = (Kind.X, Kind.Y, Kind.ANGLE)
-    readings = [Readings(step, disk, np.full(len(step), kind), np.zeros(len(step))) for kind in kinds]
-    seen = [predictor(replace(whole, readings=each))(fitted.constants, fitted.effects) for each in readings]
-    return pd.DataFrame(_places(whole, readings[0]) | {k.column: v for k, v in zip(kinds, seen, strict=True)})
+    kind = np.repeat(kinds, steps * disks)
+    step = np.tile(np.repeat(np.arange(steps), disks), len(kinds))
+    everything = Readings(step, np.tile(np.arange(disks), steps * len(kinds)), kind, np.zeros(len(kind)))
+    predict = predictor(replace(recording, readings=everything))
+    place = _places(recording, everything.where(kind == Kind.X))
+    parts = []
+    for name, fitted in models.items():
+        seen = predict.read(states[name], fitted.constants, fitted.effects)
+        parts.append(pd.DataFrame({"model": name, **place} | {k.column: seen[kind == k] for k in kinds}))
+    return pd.concat(parts, ignore_index=True)
 
 
-def detectable(diagnosis: Diagnosis) -> pd.DataFrame:
+def load_table(recording: Recording) -> pd.DataFrame:
+    """`sequence, step` and the applied tension of every cable, `cable_<name>_n`."""
+    tension = {
+        f"cable_{name}_n": recording.loads.tension[:, cable]
+        for cable, name in enumerate(recording.manipulator.cable_names)
+    }
+    return recording.steps[["sequence", "step"]].assign(**tension)
+
+
+def ranking_table(investigation: Investigation) -> pd.DataFrame:
+    """The strongest place of each kind of effect by score on what calibration leaves, the highest first.
+
+    `effect, place, z, role`, where the role is `named`, `rival` or `other`, and `winner`: the kind that a rival cannot
+    be told from, else empty.
+    """
+    best: dict[str, tuple[float, Hypothesis]] = {}
+    for z, alternative in zip(investigation.before.z, investigation.before.alternatives, strict=True):
+        subject = alternative.subject
+        if isinstance(subject, Hypothesis) and alternative.freedom and z > best.get(subject.kind, (-1.0,))[0]:
+            best[subject.kind] = float(z), subject
+    named = {effect.hypothesis.kind for effect in investigation.named}
+    winner = {
+        rival.hypothesis.kind: effect.hypothesis.kind for effect in investigation.named for rival in effect.rivals
+    }
+    rows = []
+    for kind, (z, subject) in sorted(best.items(), key=lambda item: -item[1][0]):
+        role = "named" if kind in named else "rival" if kind in winner else "other"
+        rows.append((kind, _place(subject), z, role, winner[kind] if role == "rival" else ""))
+    return pd.DataFrame(rows, columns=["effect", "place", "z", "role", "winner"])
+
+
+def detectable_table(investigation: Investigation) -> pd.DataFrame:
     """The smallest effect of each kind that these recordings would have shown, where they would have shown it best.
 
     A size beyond what a fit of the effect would allow is none: the effect would not have been seen.
     """
     rows = []
-    for each in diagnosis.detectable:
-        place = each.hypothesis.name.removeprefix(each.hypothesis.kind).strip(" ()")
-        row = {"effect": each.hypothesis.kind, "place": place, "parameter": "", "size": np.nan, "shown": each.shown}
-        if each.size is not None:
-            free = each.hypothesis.free[0]
-            within = each.size < 0.999 * max(free.high - free.null, free.null - free.low)
-            row |= {"parameter": free.name, "size": each.size if within else np.nan, "shown": each.shown and within}
+    for smallest in detectable(investigation.choice.scores, investigation.explained.model.settings):
+        hypothesis, size, shown = smallest.hypothesis, smallest.size, smallest.shown
+        row = {"effect": hypothesis.kind, "place": _place(hypothesis), "parameter": "", "size": np.nan, "shown": shown}
+        if size is not None:
+            free = hypothesis.free[0]
+            within = size < 0.999 * max(free.high - free.null, free.null - free.low)
+            row |= {"parameter": free.name, "size": size if within else np.nan, "shown": shown and within}
         rows.append(row)
     return pd.DataFrame(rows, columns=["effect", "place", "parameter", "size", "shown"])
+
+
+def _place(hypothesis: Hypothesis) -> str:
+    """`plate 4` of `weakened_plate (plate 4)`."""
+    return hypothesis.name.removeprefix(hypothesis.kind).strip(" ()")
 
 
 def _places(recording: Recording, readings: Readings) -> dict[str, np.ndarray]:

@@ -12,11 +12,12 @@ import numpy as np
 from prb3r.diagnosis.checks.heldout import HeldOut, compared, noise_under
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import FRAME, Fit, Model
+from prb3r.diagnosis.fit.model import FRAME, Model
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
@@ -40,7 +41,7 @@ def same_geometry(one: Manipulator, other: Manipulator) -> bool:
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found; before and after, as on held-out sequences."""
-    one, other = diagnosis.recording.manipulator, recording.manipulator
+    one, other = diagnosis.nominal, recording.manipulator
     alike = same_geometry(one, other)
     carried, left = [], []
     for effect in diagnosis.explained.effects:
@@ -49,7 +50,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
             left.append(moved)
         else:
             carried.append(moved)
-    predict, settings = predictor(recording), diagnosis.explained.model.settings
+    predict, settings = predictor(recording), Settings(**diagnosis.settings)
     after = predict.solve(_constants(predict, diagnosis.explained, one, other), carried)
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, _constants(predict, diagnosis.calibrated, one, other), [])
@@ -57,7 +58,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     return Carried(compared(predict, noise, calibrated, explained), alike, tuple(carried), tuple(left))
 
 
-def _constants(predict: Predictor, fitted: Fit, one: Manipulator, other: Manipulator) -> Constants:
+def _constants(predict: Predictor, fitted: FittedModel, one: Manipulator, other: Manipulator) -> Constants:
     """Calibrated constants as factors on the other manipulator's nominal ones; the frame not yet."""
     stiffness = fitted.constants.log_stiffness + np.log(one.youngs_modulus_pa / other.youngs_modulus_pa)
     friction = 0.0

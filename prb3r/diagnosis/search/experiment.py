@@ -29,8 +29,13 @@ class Experiment:
     steps: pd.DataFrame
     separation: float
     """Squared whitened distance."""
-    resolves: bool
-    """Whether that is enough to rank them rightly."""
+    asked: float
+    """Distance that is enough to rank them rightly."""
+
+    @property
+    def resolves(self) -> bool:
+        """Whether it is enough."""
+        return self.separation >= self.asked
 
 
 def programs(recording: Recording, harder: float) -> Iterator[tuple[str, pd.DataFrame]]:
@@ -111,7 +116,7 @@ def best_experiments(one: Fit, others: Sequence[Fit]) -> list[Experiment]:
     settings, trials = one.model.settings, []
     for title, steps in programs(one.model.predict.recording, settings.harder):
         apart = [separation(one, other, steps) for other in others]
-        trials.append([Experiment(title, steps, distance, distance >= settings.resolved) for distance in apart])
+        trials.append([Experiment(title, steps, distance, settings.resolved) for distance in apart])
     common = max(trials, key=lambda row: min(trial.separation for trial in row))
     best = [max(column, key=lambda trial: trial.separation) for column in zip(*trials, strict=True)]
     return [shared if shared.resolves else single for shared, single in zip(common, best, strict=True)]

@@ -1,5 +1,7 @@
 """How much better it fits: residuals in units of the noise, and the sequences that no fit has seen."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -9,28 +11,40 @@ from matplotlib.patches import Circle, Patch
 from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm
 
+from prb3r.diagnosis.confidence import PLANE_REACH, TAIL
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
-from prb3r.present.diagnosis.sheet import DISTANCE_95, LOOKS, MEASURED, NOISE, Evidence, StepAxis, sheet
+from prb3r.present.diagnosis.panels import (
+    LOOKS,
+    MEASURED,
+    NOISE,
+    POSITIONS,
+    StepAxis,
+    has_positions,
+    legend_entries,
+    panel_grid,
+)
 
-FARTHEST = 6.0
+OUTERMOST = 6.0
 """Residuals beyond so many sd are counted in the outermost bars."""
 HELD = {"fc": "#f3ead2", "ec": "none"}
 
 
-def residuals(evidence: Evidence) -> Figure:
+def residual_sizes(diagnosis: Diagnosis) -> Figure:
     """Whitened residuals of the fitted readings before and after, against the normal law, by disk and by step."""
-    rows = evidence.residuals
-    handles = evidence.handles(
+    rows, models = diagnosis.tables["residuals"], diagnosis.models
+    entries = legend_entries(
+        models,
         Line2D([], [], color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)), label="a right model"),
         Patch(**NOISE, label="95 % of the marks of a right model"),
         *([Patch(**HELD, label="held out")] if rows["held_out"].any() else []),
     )
-    figure, grid = sheet(1, 3, 56, handles, gridspec_kw={"width_ratios": [1, 1, 1.5]})
+    figure, grid = panel_grid(1, 3, 56, entries, gridspec_kw={"width_ratios": [1, 1, 1.5]})
     histogram, by_disk, by_step = grid[0]
     fitted = rows[~rows["held_out"]]
-    _histogram(evidence, histogram, fitted)
+    _histogram(histogram, fitted, models)
     disk = fitted["disk"].to_numpy(float)
-    _size(evidence, by_disk, fitted, disk)
+    _size(by_disk, fitted, models, disk)
     bends = set(rows["kind"]) == {"bend_rad"}
     by_disk.set(xlabel="plate" if bends else "disk", ylabel="r.m.s. residual (sd)")
     by_disk.locator_params(axis="x", integer=True)
@@ -38,63 +52,63 @@ def residuals(evidence: Evidence) -> Figure:
     for name, (first, last) in axis.sequences.items():
         if rows["held_out"][rows["sequence"] == name].any():
             by_step.axvspan(first - 0.5, last + 0.5, **HELD, zorder=0.2)
-    _size(evidence, by_step, rows, axis.at(rows))
+    _size(by_step, rows, models, axis.at(rows))
     axis.name_sequences(by_step, 0.4 * style.DOUBLE)
     for axes in (by_disk, by_step):
         axes.set_ylim(bottom=0)
     return figure
 
 
-def _histogram(evidence: Evidence, axes: Axes, rows: pd.DataFrame) -> None:
-    edges = np.linspace(-FARTHEST, FARTHEST, 25)
-    for name in evidence.models:
-        values = np.clip(rows[f"residual_{name}"].dropna(), -FARTHEST, FARTHEST)
+def _histogram(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
+    edges = np.linspace(-OUTERMOST, OUTERMOST, 25)
+    for name in models:
+        values = np.clip(rows[f"residual_{name}"].dropna(), -OUTERMOST, OUTERMOST)
         look = {key: value for key, value in LOOKS[name].items() if key in ("color", "ls", "lw")}
         axes.stairs(np.histogram(values, edges, density=True)[0], edges, **look)
-    at = np.linspace(-FARTHEST, FARTHEST, 121)
+    at = np.linspace(-OUTERMOST, OUTERMOST, 121)
     axes.plot(at, norm.pdf(at), color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
-    axes.set(xlabel="residual (sd of the noise)", ylabel="density", xlim=(-FARTHEST, FARTHEST))
+    axes.set(xlabel="residual (sd of the noise)", ylabel="density", xlim=(-OUTERMOST, OUTERMOST))
 
 
-def _size(evidence: Evidence, axes: Axes, rows: pd.DataFrame, at: np.ndarray) -> None:
+def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray) -> None:
     """Root mean square of the residuals at each place, with what a right model shows."""
     places, number = np.unique(at, return_inverse=True)
     count = np.bincount(number)
-    low, high = (np.sqrt(chi2_law.ppf(share, count) / count) for share in (0.025, 0.975))
+    low, high = (np.sqrt(chi2_law.ppf(share, count) / count) for share in (TAIL, 1 - TAIL))
     for place, bottom, top in zip(places, low, high, strict=True):
         axes.fill_between([place - 0.5, place + 0.5], bottom, top, **NOISE, zorder=0.4)
     axes.axhline(1.0, color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
     breaks = np.flatnonzero(np.diff(places) > 1) + 1
-    for name in evidence.models:
+    for name in models:
         size = np.sqrt(np.bincount(number, rows[f"residual_{name}"].to_numpy() ** 2) / count)
-        for own in np.split(np.arange(len(places)), breaks):
-            axes.plot(places[own], size[own], **LOOKS[name])
+        for run in np.split(np.arange(len(places)), breaks):
+            axes.plot(places[run], size[run], **LOOKS[name])
 
 
-def held_out(evidence: Evidence) -> Figure | None:
+def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
     """The sequences set aside: what was measured and predicted at the tip, and the error of all readings by step."""
-    rows = evidence.residuals[evidence.residuals["held_out"] & ~evidence.residuals["weighed_down"]]
+    models, rows = diagnosis.models, diagnosis.tables["residuals"]
+    rows = rows[rows["held_out"] & ~rows["weighed_down"]]
     if rows.empty:
         return None
-    angles = not rows["kind"].isin(["x_m", "y_m"]).any()
-    handles = evidence.handles(Patch(**NOISE, label="the noise of the readings"), measured=angles)
-    figure, grid = sheet(1, 2, 58, handles, gridspec_kw={"width_ratios": [1, 1.25]})
+    positions = has_positions(rows)
+    entries = legend_entries(models, Patch(**NOISE, label="the noise of the readings"), measured=not positions)
+    figure, grid = panel_grid(1, 2, 58, entries, gridspec_kw={"width_ratios": [1, 1.25]})
     path, errors = grid[0]
-    positions = rows["kind"].isin(["x_m", "y_m"])
-    own = rows[positions] if positions.any() else rows
-    factor, unit = (1e3, "mm") if positions.any() else (180 / np.pi, "°")
-    axis = StepAxis.of(own)
-    if positions.any():
-        _target(evidence, path, own)
+    factor, unit = (1e3, "mm") if positions else (180 / np.pi, "°")
+    rows = rows[rows["kind"].isin(POSITIONS)] if positions else rows
+    axis = StepAxis.of(rows)
+    if positions:
+        _target(path, rows, models)
     else:
-        _angles(evidence, path, own, axis)
-    steps = own.assign(at=axis.at(own)).groupby("at")
+        _angles(path, rows, models, axis)
+    steps = rows.assign(at=axis.at(rows)).groupby("at")
     noise = np.sqrt(steps["sd"].apply(lambda sd: (sd**2).mean()))
     for place, sd in noise.items():
         errors.fill_between([place - 0.5, place + 0.5], 0, factor * sd, **NOISE, zorder=0.4)
     breaks = np.flatnonzero(np.diff(noise.index) > 1) + 1
-    for name in evidence.models:
-        size = own.assign(at=axis.at(own), off=_off(own, name) ** 2).groupby("at")["off"].mean() ** 0.5
+    for name in models:
+        size = rows.assign(at=axis.at(rows), off=_off(rows, name) ** 2).groupby("at")["off"].mean() ** 0.5
         for part in np.split(np.arange(len(size)), breaks):
             errors.plot(size.index[part], factor * size.to_numpy()[part], **LOOKS[name])
     axis.name_sequences(errors, 0.5 * style.DOUBLE)
@@ -109,16 +123,16 @@ def _off(rows: pd.DataFrame, name: str) -> pd.Series:
     return away.where(rows["kind"] != "angle_rad", away - 2 * np.pi * np.round(away / (2 * np.pi)))
 
 
-def _target(evidence: Evidence, axes: Axes, rows: pd.DataFrame) -> None:
+def _target(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
     """Where the models have the last disk, seen from where it was measured."""
     last = rows[rows["disk"] == rows["disk"].max()]
     keys = ["sequence", "step"]
     sd = 1e3 * float(np.sqrt((last["sd"] ** 2).mean()))
-    axes.add_patch(Circle((0, 0), DISTANCE_95 * sd, **NOISE, zorder=0.4))
+    axes.add_patch(Circle((0, 0), PLANE_REACH * sd, **NOISE, zorder=0.4))
     axes.axhline(0, color=style.QUIET, lw=0.5, zorder=0.5)
     axes.axvline(0, color=style.QUIET, lw=0.5, zorder=0.5)
-    reach = 1.4 * DISTANCE_95 * sd
-    for name in evidence.models:
+    reach = 1.4 * PLANE_REACH * sd
+    for name in models:
         off = last.assign(off=-1e3 * _off(last, name)).pivot_table(index=keys, columns="kind", values="off")
         off = off.reindex(columns=["x_m", "y_m"]).fillna(0.0)
         axes.plot(off["x_m"], off["y_m"], **{**LOOKS[name], "ls": "", "ms": 4.2})
@@ -129,15 +143,15 @@ def _target(evidence: Evidence, axes: Axes, rows: pd.DataFrame) -> None:
     axes.locator_params(nbins=6, steps=[1, 2, 5, 10])
 
 
-def _angles(evidence: Evidence, axes: Axes, rows: pd.DataFrame, axis: StepAxis) -> None:
+def _angles(axes: Axes, rows: pd.DataFrame, models: Sequence[str], axis: StepAxis) -> None:
     """The angle, or the bend, that calibration misses most, by step."""
     kind = "bend_rad" if (rows["kind"] == "bend_rad").any() else "angle_rad"
     rows = rows[rows["kind"] == kind]
     worst = (_off(rows, "calibrated") ** 2).groupby(rows["disk"]).mean().idxmax()
-    own = rows[rows["disk"] == worst].groupby(["sequence", "step"], sort=False).mean(numeric_only=True).reset_index()
-    for _, part in own.groupby("sequence", sort=False):
+    rows = rows[rows["disk"] == worst].groupby(["sequence", "step"], sort=False).mean(numeric_only=True).reset_index()
+    for _, part in rows.groupby("sequence", sort=False):
         at = axis.at(part)
-        for name in evidence.models:
+        for name in models:
             axes.plot(at, np.degrees(part[name]), **{**LOOKS[name], "lw": 0.8})
         axes.plot(at, np.degrees(part["measured"]), **{**MEASURED, "ms": 4.6})
     axis.name_sequences(axes, 0.4 * style.DOUBLE)

@@ -11,19 +11,17 @@ from matplotlib.figure import Figure
 
 from prb3r import __version__
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import calibration, proposals
-from prb3r.diagnosis.result.tables import detectable
+from prb3r.diagnosis.result.projection import proposed
 from prb3r.present import style
-from prb3r.present.diagnosis import words as say
+from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
-from prb3r.present.diagnosis.fits import held_out, residuals
-from prb3r.present.diagnosis.shapes import misfits
-from prb3r.present.diagnosis.sheet import Evidence
+from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
+from prb3r.present.diagnosis.misfits import misfits
 from prb3r.present.page import Table, picture, save_figure, templates
 from prb3r.quantities import describe
-from prb3r.runs.files import write_whole
+from prb3r.runs.store import write_whole
 
-FIGURES: dict[str, tuple[Callable[[Evidence], Figure | None], str]] = {
+FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     "shapes": (
         misfits,
         "The steps that refitted constants miss most: measured and modelled above, the difference below.",
@@ -39,13 +37,13 @@ FIGURES: dict[str, tuple[Callable[[Evidence], Figure | None], str]] = {
     ),
     "profiles": (profiles, "How surely the recordings hold each parameter: all else is refitted at every point."),
     "residuals": (
-        residuals,
+        residual_sizes,
         "Residuals in units of the noise, made independent of each other (values beyond 6 are in the outermost bars); "
         "a right model has a root mean square of 1 everywhere.",
     ),
-    "held-out": (held_out, "The sequences that were set aside before anything was fitted."),
+    "held-out": (held_out_errors, "The sequences that were set aside before anything was fitted."),
 }
-LISTED = 20
+MOST_OUTLIERS = 20
 """Up to how many outliers are listed."""
 
 
@@ -57,43 +55,55 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     EngineError
         If the folder does not take them.
     """
-    evidence, files, pictures = Evidence(diagnosis), [], {}
-    with matplotlib.rc_context(style.RC):
-        for name, (draw, caption) in FIGURES.items():
-            figure = draw(evidence)
-            if figure is None:  # of an earlier diagnosis, if there is one
-                for kind in ("png", "svg"):
-                    (folder / f"{name}.{kind}").unlink(missing_ok=True)
-                continue
-            files += save_figure(figure, folder, name)
-            pictures[name] = picture(folder, name, caption)
-    page = templates().get_template("diagnosis.html.j2").render(content(evidence), pictures=pictures)
+    files, pictures = [], {}
+    for name, (_, caption) in FIGURES.items():
+        figure = figure_of(diagnosis, name)
+        if figure is None:  # of an earlier diagnosis, if there is one
+            for suffix in ("png", "svg"):
+                (folder / f"{name}.{suffix}").unlink(missing_ok=True)
+            continue
+        files += save_figure(figure, folder, name)
+        pictures[name] = picture(folder, name, caption)
+    page = templates().get_template("diagnosis.html.j2").render(content(diagnosis), pictures=pictures)
     return [*files, write_whole(folder / "report.html", page.encode())]
 
 
-def content(evidence: Evidence) -> dict[str, object]:
-    """What the page says."""
-    diagnosis = evidence.diagnosis
+def figure_of(diagnosis: Diagnosis, kind: str) -> Figure | None:
+    """The figure of that name in `FIGURES`; None where the diagnosis has nothing to show in it."""
+    drawing, _ = FIGURES[kind]
+    with matplotlib.rc_context(style.RC):
+        return drawing(diagnosis)
+
+
+def brief(diagnosis: Diagnosis) -> str:
+    """The diagnosis as a piece of HTML without pictures, for notebooks."""
+    return templates().get_template("diagnosis_brief.html.j2").render(content(diagnosis))
+
+
+def content(diagnosis: Diagnosis) -> dict[str, object]:
+    """What the page says, by the names of its template."""
     return {
-        "name": diagnosis.recording.name,
-        "verdict": say.verdict(diagnosis),
+        "name": diagnosis.name,
+        "verdict": say.verdict_sentences(diagnosis),
         "quality": say.fit_quality(diagnosis),
         "where": diagnosis.mismatch.statement,
-        "effects": [each.statement for each in diagnosis.named],
+        "effects": [effect.statement for effect in diagnosis.effects],
         "partial": diagnosis.verdict == "unexplained",
-        "closure": say.closure(diagnosis),
+        "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
-        "held_out": say.held_out(diagnosis),
+        "held_out": say.confirmation(diagnosis),
         "alternatives": list(say.alternatives(diagnosis)),
         "nothing_else": say.nothing_else(diagnosis),
         "nothing_to_measure": say.nothing_to_measure(diagnosis),
-        "proposals": [(each.statement, _steps(each.experiment.steps)) for each in proposals(diagnosis)],
+        "proposals": [
+            (program.statement, _steps(program.experiment.steps)) for program in proposed(diagnosis.experiments)
+        ],
         "constants": _constants(diagnosis),
-        "hidden": list(say.hidden(diagnosis)),
+        "hidden": list(say.bias_of_calibration(diagnosis)),
         "clues": _clues(diagnosis),
         "detectable": _detectable(diagnosis),
-        "outliers": _outliers(evidence),
+        "outliers": _outliers(diagnosis),
         "remarks": diagnosis.remarks,
         "made": list(_made(diagnosis)),
     }
@@ -101,44 +111,44 @@ def content(evidence: Evidence) -> dict[str, object]:
 
 def _parameters(diagnosis: Diagnosis) -> Table | None:
     rows = []
-    for each in diagnosis.named:
-        name = say.effect(each.hypothesis)
-        gain = "–" if each.heldout_gain is None else say.percent(each.heldout_gain)
-        for key, value in each.parameters.items() or [("", None)]:
-            texts = [say.quantity(key, part) for part in value] if value else ["–"] * 3
-            interval = "–" if value is None or value.low is None else f"{texts[1]} to {texts[2]}"
-            label = say.parameter(key) if key else "–"
-            rows.append([name, label, texts[0], interval, say.number(each.delta_bic), gain])
+    for effect in diagnosis.effects:
+        gain = "–" if effect.heldout_gain is None else say.percent(effect.heldout_gain)
+        for key, estimate in effect.parameters.items() or [("", None)]:
+            texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
+            interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"
+            title = say.parameter_title(key) if key else "–"
+            rows.append([say.spaced(effect.name), title, texts[0], interval, say.rounded(effect.delta_bic), gain])
     head = ["Effect", "Parameter", "Value", "95 % interval", "Change of BIC", "Held-out gain"]
     return Table(head, rows, (0, 1)) if rows else None
 
 
 def _errors(diagnosis: Diagnosis) -> Table:
-    held, named = diagnosis.heldout, bool(diagnosis.named)
-    explained = diagnosis.explained.reduced if named else None
-    first = [say.number(each) for each in (diagnosis.nominal_chi2, diagnosis.calibrated.reduced, explained, 1.0)]
-    rows = [["Squared error per degree of freedom, fitted sequences", *first]]
+    held, named, chi2 = diagnosis.heldout, bool(diagnosis.effects), diagnosis.chi2
+    ratios = (chi2.nominal, chi2.calibrated, chi2.explained if named else None, 1.0)
+    rows = [["Squared error per degree of freedom, fitted sequences", *map(say.rounded, ratios)]]
     if held is not None:
-        for what, unit in (("positions", "m"), ("angles", "rad")):
+        for read, unit in (("positions", "m"), ("angles", "rad")):
             before, after, noise = (
                 getattr(held, f"{key}_{unit}") for key in ("rmse_calibrated", "rmse_explained", "noise")
             )
             if before is not None:
-                values = [say.quantity(f"error_{unit}", each) for each in (before, after if named else None, noise)]
-                rows.append([f"Root mean square error of {what}, held out", "–", *values])
+                errors = (before, after if named else None, noise)
+                values = [say.value_text(f"error_{unit}", error) for error in errors]
+                rows.append([f"Root mean square error of {read}, held out", "–", *values])
     return Table(["", "Nominal", "E and μ refitted", "With what is named", "Noise alone"], rows)
 
 
 def _constants(diagnosis: Diagnosis) -> Table:
     models = {"nominal": "Nominal", "calibrated": "Refitted alone", "explained": "With what is named"}
-    if not diagnosis.named:
+    if not diagnosis.effects:
         del models["explained"]
     rows = []
-    for name, found in calibration(diagnosis).items():
-        if name in say.CONSTANTS and found["nominal"]:
-            ends = [say.quantity(name, found[key]) for key in ("low", "high")]
-            interval = f"{ends[0]} to {ends[1]}" if np.isfinite(found["low"]) else "–"
-            rows.append([say.CONSTANTS[name], *(say.quantity(name, found[key]) for key in models), interval])
+    for name, constant in diagnosis.constants.items():
+        if constant.nominal:
+            low, high = (say.value_text(name, end) for end in (constant.low, constant.high))
+            interval = f"{low} to {high}" if np.isfinite(constant.low) else "–"
+            values = [say.value_text(name, getattr(constant, key)) for key in models]
+            rows.append([say.CONSTANTS[name], *values, interval])
     return Table(["", *models.values(), "95 % interval"], rows)
 
 
@@ -150,36 +160,35 @@ def _clues(diagnosis: Diagnosis) -> Table | None:
         return 0.0 if value is None or not sd else abs(value - 1) / sd
 
     rows = []
-    for each in diagnosis.clues:
-        far = max(away(each.stiffness, each.stiffness_sd), away(each.friction, each.friction_sd))
-        values = factor(each.stiffness, each.stiffness_sd), factor(each.friction, each.friction_sd)
-        part = re.sub(r"^disks (\d+) to \1$", r"disk \1", each.part)
-        rows.append([each.by, part, *values, f"{far:.1f} sd"])
+    for clue in diagnosis.clues:
+        far = max(away(clue.stiffness, clue.stiffness_sd), away(clue.friction, clue.friction_sd))
+        values = factor(clue.stiffness, clue.stiffness_sd), factor(clue.friction, clue.friction_sd)
+        part = re.sub(r"^disks (\d+) to \1$", r"disk \1", clue.part)
+        rows.append([clue.by, part, *values, f"{far:.1f} sd"])
     return Table(["By", "Part", "E, factor", "μ, factor", "Farthest from 1"], rows, (0, 1)) if rows else None
 
 
 def _detectable(diagnosis: Diagnosis) -> Table | None:
     rows = []
-    for each in detectable(diagnosis).to_dict("records"):
-        if np.isfinite(each["size"]):
-            size = f"{say.parameter(each['parameter'])} by {say.quantity(each['parameter'], each['size'])}"
+    for row in diagnosis.tables["detectable"].to_dict("records"):
+        if np.isfinite(row["size"]):
+            size = f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'])}"
         else:
-            size = "would have shown" if each["shown"] else "would not have shown at any likely size"
-        rows.append([each["effect"].replace("_", " "), each["place"] or "–", size])
+            size = "would have shown" if row["shown"] else "would not have shown at any likely size"
+        rows.append([say.spaced(row["effect"]), row["place"] or "–", size])
     return Table(["Effect", "Seen best at", "Smallest change that would have shown"], rows, (0, 1, 2)) if rows else None
 
 
-def _outliers(evidence: Evidence) -> Table | None:
-    rows = evidence.residuals
-    fitted = rows[~rows["held_out"]].iloc[evidence.diagnosis.outliers]
+def _outliers(diagnosis: Diagnosis) -> Table | None:
+    outliers = diagnosis.tables["outliers"]
     texts = []
-    for row in fitted.head(LISTED).to_dict("records"):
-        values = [say.quantity(row["kind"], row[key]) for key in ("measured", "explained")]
-        what = describe(row["kind"]).symbol or row["kind"]
+    for row in outliers.head(MOST_OUTLIERS).to_dict("records"):
+        values = [say.value_text(row["kind"], row[key]) for key in ("measured", "explained")]
+        symbol = describe(row["kind"]).symbol or row["kind"]
         done = "weighed down" if row["weighed_down"] else ""
-        texts.append([str(row["sequence"]), str(row["step"]), str(row["disk"]), what, *values, done])
-    if len(fitted) > LISTED:
-        texts.append(["and more", f"{len(fitted) - LISTED}", *[""] * 5])
+        texts.append([str(row["sequence"]), str(row["step"]), str(row["disk"]), symbol, *values, done])
+    if len(outliers) > MOST_OUTLIERS:
+        texts.append(["and more", f"{len(outliers) - MOST_OUTLIERS}", *[""] * 5])
     head = ["Sequence", "Step", "Disk", "Reading", "Measured", "Predicted", ""]
     return Table(head, texts, (0, 3, 6)) if texts else None
 
@@ -189,17 +198,14 @@ def _steps(steps: pd.DataFrame) -> Table:
     loads = [name for name in steps if name not in ("sequence", "step") and not str(name).startswith("slip_")]
     used = ["step", *(name for name in loads if (steps[name] != 0).any())]
     used += [name for name in steps if str(name).startswith("slip_") and (steps[name] != -1).any()]
-    rows = [[style.digits(float(row[name])) for name in used] for row in steps.to_dict("records")]
+    rows = [[style.number(float(row[name])) for name in used] for row in steps.to_dict("records")]
     return Table([style.shown(describe(str(name))).label for name in used], rows, ())
 
 
 def _made(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
-    recording = diagnosis.recording
-    yield "Recording", recording.name
-    yield "Manipulator", recording.manipulator.name
-    yield (
-        "Readings",
-        f"{recording.readings.count:,} in {len(recording.steps)} steps of {len(recording.sequences)} sequences",
-    )
+    readings, loads = diagnosis.tables["residuals"], diagnosis.tables["loads"]
+    yield "Recording", diagnosis.name
+    yield "Manipulator", diagnosis.nominal.name
+    yield "Readings", f"{len(readings):,} in {len(loads)} steps of {loads['sequence'].nunique()} sequences"
     yield "Seed", str(diagnosis.seed)
     yield "Written by", f"prb3r {__version__}"

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, failures, ordered, pale, values_of
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, failures, ordered, values_of
+from prb3r.present.style import pale
 
 
 def bars_figure(sheet: Sheet) -> Figure:

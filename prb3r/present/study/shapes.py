@@ -14,8 +14,9 @@ from matplotlib.patches import Polygon
 
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, pale
-from prb3r.present.style import Look
+from prb3r.present.framing import to_scale, view_of
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
+from prb3r.present.style import Look, pale
 from prb3r.study.compare import select
 
 GHOST = Look(style.PALE, "", "-", "")
@@ -170,18 +171,3 @@ def draw_ghost(axes: Axes, drawn: Body) -> None:
     """A manipulator to compare others with: plates and disks alone."""
     axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
     axes.add_collection(PolyCollection(1e3 * drawn.disks, facecolors=[GHOST.colour], linewidths=0, zorder=1.9))
-
-
-def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
-    """Limits along x and y with a margin, mm, and height over width; points in m."""
-    low, high = 1e3 * np.nanmin(points, 0), 1e3 * np.nanmax(points, 0)
-    margin = 0.04 * np.max(high - low) + 1e-9
-    x, y = (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin)
-    return x, y, (y[1] - y[0]) / (x[1] - x[0])
-
-
-def to_scale(axes: Axes, points: np.ndarray) -> None:
-    x, y, _ = view_of(points)
-    axes.set(xlim=x, ylim=y)
-    axes.set_aspect("equal")
-    axes.locator_params(nbins=6, steps=[1, 2, 5, 10])

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import matplotlib
 import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
-from prb3r.present.style import Look, Shown, shown
+from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.spec import Plot
@@ -160,10 +159,6 @@ def ordered(values: pd.Series) -> list[Any]:
     """Distinct values: numbers sorted, texts as they come."""
     distinct = values.dropna().drop_duplicates()
     return (distinct.sort_values() if pd.api.types.is_numeric_dtype(values) else distinct).tolist()
-
-
-def pale(colour: Any, share: float = 0.25) -> tuple[float, ...]:
-    return tuple(1 - share * (1 - part) for part in matplotlib.colors.to_rgb(colour))
 
 
 def entry(ink: Mapping[str, Any]) -> Line2D:

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from scipy import ndimage
 
 from prb3r.present import style
-from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight, to_scale, view_of
-from prb3r.present.study.sheet import Sheet, pale
-from prb3r.present.style import Look
+from prb3r.present.framing import to_scale, view_of
+from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight
+from prb3r.present.study.sheet import Sheet
+from prb3r.present.style import Look, pale
 
 
 def workspace_figure(sheet: Sheet) -> Figure:

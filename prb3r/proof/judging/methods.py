@@ -17,8 +17,7 @@ from prb3r.diagnosis.fit.calibrate import calibrate
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel, NamedEffect
 from prb3r.diagnosis.search.full_fits import fits, serially, shortlist
 from prb3r.diagnosis.search.selection import examine
 from prb3r.diagnosis.settings import Settings
@@ -193,40 +192,40 @@ def _claim(hypothesis: Hypothesis, fitted: Fit) -> Claim:
     return Claim(hypothesis.kind, dict(hypothesis.place), values)
 
 
-def _constants(fitted: Fit) -> tuple[float, float]:
+def _constants(fitted: Fit | FittedModel) -> tuple[float, float]:
     return float(fitted.constants.log_stiffness), float(fitted.constants.log_friction)
 
 
 def _verdict(task: Task, found: Diagnosis) -> Verdict:
-    held, scores = found.heldout, found.choice.scores
+    held = found.heldout
     return Verdict(
         task.case,
         task.method,
         found.verdict,
-        named=tuple(map(_named, found.named)),
-        reduced=(found.calibrated.reduced, found.explained.reduced),
-        largest=(found.before.largest, found.before.threshold, scores.largest, scores.threshold),
-        chi2=(found.explained.chi2, found.choice.chi2_threshold),
+        named=tuple(map(_named, found.effects)),
+        reduced=(found.chi2.calibrated, found.chi2.explained),
+        largest=(*found.score_calibrated, *found.score_explained),
+        chi2=(found.chi2.total, found.chi2.threshold),
         heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
         calibrated=_constants(found.calibrated),
         explained=_constants(found.explained),
         loading=_loading(task.recording),
         proposals=tuple(
-            Proposal(one, other, float(experiment.separation), _rows(experiment.steps))
-            for one, other, experiment in found.experiments
+            Proposal(pair.first, pair.second, float(pair.experiment.separation), _rows(pair.experiment.steps))
+            for pair in found.experiments
         ),
         remarks=found.remarks,
     )
 
 
-def _named(each: Named) -> Claim:
+def _named(effect: NamedEffect) -> Claim:
     return Claim(
-        each.hypothesis.kind,
-        dict(each.hypothesis.place),
-        {name: (e.value, e.low, e.high) for name, e in each.parameters.items()},
-        {key: among for key, (_, among) in each.places.items()},
-        tuple((r.hypothesis.kind, dict(r.hypothesis.place), float(r.distance), float(r.behind)) for r in each.rivals),
-        each.partial,
+        effect.kind,
+        effect.place,
+        {name: (e.value, e.low, e.high) for name, e in effect.parameters.items()},
+        effect.among,
+        tuple((rival.kind, rival.place, rival.distance, rival.behind) for rival in effect.rivals),
+        effect.partial,
     )
 
 

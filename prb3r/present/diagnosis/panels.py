@@ -1,8 +1,7 @@
-"""What the figures of a diagnosis share: its tables, the looks of the models, the axis of load steps."""
+"""What the figures of a diagnosis share: the looks of the models, a grid of panels, the axis of load steps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from prb3r.diagnosis.result import tables
-from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
 
-SPREAD_95 = 1.96
-DISTANCE_95 = 5.99**0.5
-"""Length, in standard deviations of each coordinate, that 95 % of plane errors stay within."""
 MEASURED = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
 LOOKS = {
     "calibrated": {"color": style.PALETTE[2], "ls": (0, (4, 1.4)), "marker": "s", "ms": 3.0, "lw": 1.1},
@@ -28,50 +22,29 @@ LOOKS = {
 """Lines of the two models; dash and mark tell them apart without colour."""
 SAID = {"calibrated": "constants refitted alone", "explained": "with the effects named"}
 NOISE = {"fc": "#e4e4e4", "ec": "none"}
+POSITIONS = ("x_m", "y_m")
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """A diagnosis and its tables, each made once."""
-
-    diagnosis: Diagnosis
-
-    @cached_property
-    def residuals(self) -> pd.DataFrame:
-        return tables.residuals(self.diagnosis)
-
-    @cached_property
-    def moments(self) -> pd.DataFrame:
-        return tables.missing_moments(self.diagnosis)
-
-    @cached_property
-    def shapes(self) -> dict[str, pd.DataFrame]:
-        """All disks at all steps as seen by the camera, by model."""
-        return {name: tables.shapes(self.diagnosis, getattr(self.diagnosis, name)) for name in self.models}
-
-    @property
-    def models(self) -> list[str]:
-        """Both models, or the calibrated one where nothing was added to it."""
-        return ["calibrated", "explained"] if self.diagnosis.explained.effects else ["calibrated"]
-
-    @property
-    def positions(self) -> bool:
-        return bool(self.residuals["kind"].isin(["x_m", "y_m"]).any())
-
-    def handles(self, *more: Artist, measured: bool = False, marks: bool = True) -> list[Artist]:
-        """Legend entries of what was measured and of the models."""
-        entries: list[Artist] = [Line2D([], [], **MEASURED, label="measured")] if measured else []
-        for name in self.models:
-            look = LOOKS[name] if marks else {**LOOKS[name], "marker": ""}
-            entries.append(Line2D([], [], **look, label=SAID[name]))
-        return [*entries, *more]
+def legend_entries(models: Sequence[str], *more: Artist, measured: bool = False) -> list[Artist]:
+    """Legend entries of what was measured, if it was drawn, of the models, and of what else there is."""
+    entries: list[Artist] = [Line2D([], [], **MEASURED, label="measured")] if measured else []
+    entries += [Line2D([], [], **LOOKS[name], label=SAID[name]) for name in models]
+    return [*entries, *more]
 
 
-def noise_patch(text: str = "95 % of readings by noise alone") -> Patch:
-    return Patch(**NOISE, label=text)
+def has_positions(readings: pd.DataFrame) -> bool:
+    """Whether positions are among the readings of a table."""
+    return bool(readings["kind"].isin(POSITIONS).any())
 
 
-def sheet(rows: int, columns: int, height: float, handles: Sequence[Artist], width: float = style.DOUBLE, **grid: Any):
+def noise_patch() -> Patch:
+    """Legend entry of the band that noise alone stays in."""
+    return Patch(**NOISE, label="95 % of readings by noise alone")
+
+
+def panel_grid(
+    rows: int, columns: int, height: float, handles: Sequence[Artist], width: float = style.DOUBLE, **grid: Any
+):
     """A figure (`width` and `height` in mm, the legend's comes on top) and its axes (rows, columns)."""
     beside = style.legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
     whole = height + 4 * -(-len(handles) // beside)
@@ -99,14 +72,15 @@ class StepAxis:
         return cls(place)
 
     def at(self, rows: pd.DataFrame) -> np.ndarray:
+        """Place of the step of every row."""
         return np.array([self.place[key] for key in zip(rows["sequence"], rows["step"], strict=True)])
 
     @property
     def sequences(self) -> dict[str, tuple[float, float]]:
         """First and last place of each sequence."""
         names = dict.fromkeys(name for name, _ in self.place)
-        own = {name: [at for (other, _), at in self.place.items() if other == name] for name in names}
-        return {name: (min(places), max(places)) for name, places in own.items()}
+        places = {name: [at for (other, _), at in self.place.items() if other == name] for name in names}
+        return {name: (min(inside), max(inside)) for name, inside in places.items()}
 
     def name_sequences(self, axes: Axes, width: float) -> None:
         """Sequence names as ticks below `axes`, that are `width` mm wide; tilted where they are long."""

@@ -1,22 +1,26 @@
 """Measured, calibrated and explained over each other, at the steps that calibration misses most."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from prb3r.diagnosis.confidence import NORMAL_REACH, PLANE_REACH
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
-from prb3r.present.diagnosis.sheet import (
-    DISTANCE_95,
+from prb3r.present.diagnosis.panels import (
     LOOKS,
     MEASURED,
     NOISE,
-    SPREAD_95,
-    Evidence,
+    POSITIONS,
+    has_positions,
+    legend_entries,
     noise_patch,
-    sheet,
+    panel_grid,
 )
-from prb3r.present.study.shapes import to_scale, view_of
+from prb3r.present.framing import to_scale, view_of
 from prb3r.quantities import describe
 
 PANELS = 3
@@ -33,89 +37,88 @@ def telling_steps(residuals: pd.DataFrame, count: int = PANELS) -> list[tuple[st
     return sorted(chosen, key=order.index)
 
 
-def misfits(evidence: Evidence) -> Figure:
+def misfits(diagnosis: Diagnosis) -> Figure:
     """Shapes (or bends, or angles, where positions were not read) at telling steps, and below what is left of each."""
-    rows, steps = evidence.residuals, telling_steps(evidence.residuals)
+    rows = diagnosis.tables["residuals"]
+    steps = telling_steps(rows)
     parts = [rows[(rows["sequence"] == name) & (rows["step"] == step)] for name, step in steps]
-    if evidence.positions:
-        return _shapes(evidence, steps, parts)
+    if has_positions(rows):
+        return _shapes(diagnosis, steps, parts)
     kind = "bend_rad" if (rows["kind"] == "bend_rad").any() else "angle_rad"
-    return _along(evidence, steps, [part[part["kind"] == kind] for part in parts], kind)
+    return _along(diagnosis, steps, [part[part["kind"] == kind] for part in parts], kind)
 
 
-def _title(evidence: Evidence, key: tuple[str, int], part: pd.DataFrame) -> str:
+def _title(diagnosis: Diagnosis, key: tuple[str, int], part: pd.DataFrame) -> str:
     """`down, step 2: cable 4 95 N`."""
-    recording = evidence.diagnosis.recording
-    steps = recording.steps
-    row = np.flatnonzero((steps["sequence"] == key[0]) & (steps["step"] == key[1]))[0]
-    tension = recording.loads.tension[row]
-    pulled = [
-        f"{name}: {style.digits(float(f'{t:.3g}'))} N"
-        for name, t in zip(recording.manipulator.cable_names, tension, strict=True)
-        if t > 0
-    ]
+    loads = diagnosis.tables["loads"]
+    row = loads[(loads["sequence"] == key[0]) & (loads["step"] == key[1])].iloc[0]
+    tension = {name: float(row[f"cable_{name}_n"]) for name in diagnosis.nominal.cable_names}
+    pulled = [f"{name}: {style.number(float(f'{t:.3g}'))} N" for name, t in tension.items() if t > 0]
     held = " (held out)" if part["held_out"].any() else ""
     cables = "no cable" if not pulled else f"cable {', '.join(pulled)}" if len(pulled) < 3 else f"{len(pulled)} cables"
     return f"{key[0]}, step {key[1]}{held}\n{cables}"
 
 
-def _shapes(evidence: Evidence, steps: list[tuple[str, int]], parts: list[pd.DataFrame]) -> Figure:
+def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame]) -> Figure:
     seen = [part.pivot_table(index="disk", columns="kind", values="measured") for part in parts]
-    drawn = {
-        name: [table[(table["sequence"] == key[0]) & (table["step"] == key[1])] for key in steps]
-        for name, table in evidence.shapes.items()
-    }
-    everything = [*seen, *(one for tables in drawn.values() for one in tables)]
-    corners = np.concatenate([one.reindex(columns=["x_m", "y_m"]).to_numpy(float) for one in everything])
+    drawn = {name: [_shape(diagnosis, name, key) for key in steps] for name in diagnosis.models}
+    everything = [*seen, *(shape for shapes in drawn.values() for shape in shapes)]
+    corners = np.concatenate([points.reindex(columns=[*POSITIONS]).to_numpy(float) for points in everything])
     inner = (style.DOUBLE - 16) / len(steps)
     shape_height = float(np.clip(inner * view_of(corners)[2], 22, 70))
-    handles = evidence.handles(noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
     ratios = {"height_ratios": [shape_height, 28]}
-    figure, axes = sheet(2, len(steps), shape_height + 28 + 20, handles, gridspec_kw=ratios, sharey="row")
+    figure, axes = panel_grid(2, len(steps), shape_height + 28 + 20, entries, gridspec_kw=ratios, sharey="row")
     unit = style.shown(describe("x_m"), corners)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
         above, below = axes[:, k]
-        above.set_title(_title(evidence, key, part), pad=3)
-        for name in evidence.models:
+        above.set_title(_title(diagnosis, key, part), pad=3)
+        for name in diagnosis.models:
             line = drawn[name][k]
             look = {**LOOKS[name], "marker": "", "lw": 1.3}
             above.plot(1e3 * line["x_m"], 1e3 * line["y_m"], **look)
-        marks = seen[k].reindex(columns=["x_m", "y_m"])
+        marks = seen[k].reindex(columns=[*POSITIONS])
         above.plot(1e3 * marks["x_m"], 1e3 * marks["y_m"], **MEASURED)
         to_scale(above, corners)
         above.set_xlabel("$x$ (mm)")
-        _distances(evidence, below, part)
+        _distances(below, part, diagnosis.models)
     axes[0, 0].set_ylabel("$y$ (mm)")
     axes[1, 0].set_ylabel(f"distance to\nmeasured ({unit.unit})")
     axes[1, 0].set_ylim(bottom=0)
     return figure
 
 
-def _distances(evidence: Evidence, axes: Axes, part: pd.DataFrame) -> None:
+def _shape(diagnosis: Diagnosis, model: str, key: tuple[str, int]) -> pd.DataFrame:
+    """All disks at a step, of a sequence and its number, as the camera would see a model."""
+    rows = diagnosis.tables["shapes"]
+    return rows[(rows["model"] == model) & (rows["sequence"] == key[0]) & (rows["step"] == key[1])]
+
+
+def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
     """How far each disk is from where a model has it, mm."""
-    part = part[part["kind"].isin(["x_m", "y_m"])]
+    part = part[part["kind"].isin(POSITIONS)]
     sure = part[~part["weighed_down"]]
     sd = 1e3 * np.sqrt((sure["sd"] ** 2).groupby(sure["disk"]).mean())
-    axes.fill_between(sd.index, 0, DISTANCE_95 * sd, **NOISE, zorder=0.5)
-    for name in evidence.models:
+    axes.fill_between(sd.index, 0, PLANE_REACH * sd, **NOISE, zorder=0.5)
+    for name in models:
         away = np.sqrt(((part["measured"] - part[name]) ** 2).groupby(part["disk"]).sum())
         axes.plot(away.index, 1e3 * away, **LOOKS[name])
     axes.set_xlabel("disk")
     axes.locator_params(axis="x", integer=True)
 
 
-def _along(evidence: Evidence, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
+def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
     bends = kind == "bend_rad"
-    handles = evidence.handles(noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
     shared = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}
-    figure, axes = sheet(2, len(steps), 82, handles, **shared)
+    figure, axes = panel_grid(2, len(steps), 82, entries, **shared)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
         above, below = axes[:, k]
-        above.set_title(_title(evidence, key, part), pad=3)
-        sd = SPREAD_95 * np.degrees(part[~part["weighed_down"]].groupby("disk")["sd"].mean())
+        above.set_title(_title(diagnosis, key, part), pad=3)
+        sd = NORMAL_REACH * np.degrees(part[~part["weighed_down"]].groupby("disk")["sd"].mean())
         below.fill_between(sd.index, -sd, sd, **NOISE, zorder=0.5)
-        part = part.groupby("disk")[["measured", *evidence.models]].mean()
-        for name in evidence.models:
+        part = part.groupby("disk")[["measured", *diagnosis.models]].mean()
+        for name in diagnosis.models:
             above.plot(part.index, np.degrees(part[name]), **{**LOOKS[name], "marker": ""})
             away = part["measured"] - part[name]
             turns = 0.0 if bends else 2 * np.pi * np.round(away / (2 * np.pi))

@@ -1,0 +1,39 @@
+"""What keeps an explanation from being one, and what to offer instead."""
+
+from collections.abc import Sequence
+
+from prb3r.diagnosis.checks.heldout import Unseen
+from prb3r.diagnosis.evidence.model_evidence import cost
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.search.empirical_law import Closure, close
+from prb3r.diagnosis.search.selection import Choice
+
+
+def why_unexplained(choice: Choice, doubted: Sequence[str]) -> str:
+    """Why the verdict is `unexplained`; empty if it is not.  `doubted`: the cable of every weight not believed."""
+    effects = len(choice.fitted.model.hypotheses)
+    if choice.structured:
+        return "a real mismatch remains that no effect of the library accounts for"
+    if effects >= choice.fitted.model.settings.most_effects:
+        return f"it takes {effects} effects at once, which is less likely than one that is not in the library"
+    again = sorted({name for name in doubted if doubted.count(name) > 1})
+    if again:
+        which = f"cable{'s' * (len(again) > 1)} {' and '.join(again)}"
+        return f"weights on {which} do not go with the readings at several steps, which is more than a slip of a label"
+    return ""
+
+
+def empirical_law(
+    fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int
+) -> tuple[Closure | None, float | None]:
+    """The empirical law that describes the recording best, if better than what is named, and its gain on held-out
+    sequences, which must not fall."""
+    bases = [calibrated, explained] if explained.model.hypotheses else [calibrated]
+    laws = [law for base in bases if (law := close(base, seed)) is not None and cost(law.fitted) < cost(explained)]
+    if not laws:
+        return None, None
+    best = min(laws, key=lambda law: cost(law.fitted))
+    heldout = fresh.judge(calibrated, best.fitted) if fresh else None
+    if heldout is not None and heldout.chi2_explained > heldout.chi2_calibrated:
+        return None, None
+    return best, None if heldout is None else heldout.gain

@@ -1,0 +1,55 @@
+"""What the stages of a diagnosis found, with the fits they found it by: what is told of it is made in `tell.py`."""
+
+from dataclasses import dataclass
+
+from prb3r.diagnosis.checks.heldout import HeldOut, Unseen
+from prb3r.diagnosis.checks.outliers import Doubts
+from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.result.diagnosis import Separation
+from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.search.empirical_law import Closure
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.recording.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Investigation:
+    """A recording and all that was fitted to it and tested on it."""
+
+    recording: Recording
+    """With the noise that was taken for its own."""
+    seed: int
+    verdict: str
+    why: str
+    """Of `unexplained`: what no effect of the library accounts for."""
+    training: Recording
+    """The sequences that were fitted."""
+    fresh: Unseen | None
+    """Those set aside, as they were judged; None where none was."""
+    calibrated: Fit
+    before: Scores
+    """Score test of what calibration leaves."""
+    choice: Choice
+    doubts: Doubts
+    """What of the training part was not believed."""
+    named: tuple[Named, ...]
+    closure: Closure | None
+    """An empirical law of the unexplained."""
+    closure_gain: float | None
+    """Share of the excess squared error on held-out sequences that it removes."""
+    heldout: HeldOut | None
+    experiments: tuple[Separation, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def explained(self) -> Fit:
+        """The chosen model; without effects, the calibrated one."""
+        return self.choice.fitted
+
+    @property
+    def unmet(self) -> tuple[Scores, Fit]:
+        """Score test and model that the mismatch is told of: the best one where structure is left, else calibration."""
+        if self.choice.structured:
+            return self.choice.scores, self.choice.fitted
+        return self.before, self.calibrated

@@ -1,0 +1,175 @@
+"""The last stage: from what was fitted and tested to what is said, as plain data."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
+from prb3r.diagnosis.evidence.constants_by_part import clues
+from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import Constants
+from prb3r.diagnosis.fit.profile import Profile
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.result.diagnosis import (
+    CalibratedConstant,
+    CameraFrame,
+    ChiSquare,
+    Diagnosis,
+    FittedLaw,
+    FittedModel,
+    LargestScore,
+    NamedEffect,
+    ProfileCurve,
+    RivalEffect,
+)
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.diagnosis.result.mismatch import mismatch_of
+from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.result.tables import diagnosis_tables
+from prb3r.model.effects.base import Effect
+from prb3r.model.manipulator import Manipulator
+
+SHOWN_RISE = 4.0
+"""Profiles are kept up to so many times the rise at the ends of an interval."""
+FINE = 101
+"""Points of a smooth profile."""
+
+
+def tell(investigation: Investigation) -> Diagnosis:
+    """All that is said of an investigated recording, without the fits that it is said from."""
+    nominal = investigation.recording.manipulator
+    calibrated, explained = investigation.calibrated, investigation.explained
+    fits = {"calibrated": calibrated, "explained": explained}
+    if investigation.closure is not None:
+        fits["closure"] = investigation.closure.fitted
+    constants = explained.constants
+    return Diagnosis(
+        name=investigation.recording.name,
+        seed=investigation.seed,
+        verdict=investigation.verdict,
+        why=investigation.why,
+        structured=investigation.choice.structured,
+        nominal=nominal,
+        calibrated=FittedModel(calibrated.constants, tuple(calibrated.effects)),
+        explained=FittedModel(explained.constants, tuple(explained.effects)),
+        manipulators={name: adjusted(nominal, fitted.constants, fitted.effects) for name, fitted in fits.items()},
+        chi2=ChiSquare(
+            nominal=_nominal_chi2(calibrated),
+            calibrated=calibrated.reduced,
+            explained=explained.reduced,
+            total=explained.chi2,
+            threshold=investigation.choice.chi2_threshold,
+        ),
+        score_calibrated=_largest(investigation.before),
+        score_explained=_largest(investigation.choice.scores),
+        constants={
+            "youngs_modulus_pa": _constant(nominal.youngs_modulus_pa, "log_stiffness", calibrated, explained),
+            "friction_coefficient": _constant(nominal.friction.coefficient, "log_friction", calibrated, explained),
+        },
+        frame=CameraFrame(constants.rotation, constants.x, constants.y),
+        effects=tuple(_effect(named, explained) for named in investigation.named),
+        mismatch=mismatch_of(investigation),
+        closure=_closure(investigation),
+        heldout=investigation.heldout,
+        experiments=investigation.experiments,
+        clues=tuple(clues(calibrated)),
+        remarks=investigation.remarks,
+        tables=diagnosis_tables(investigation),
+        settings=explained.model.settings.plain(),
+    )
+
+
+def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effect]) -> Manipulator:
+    """A manipulator with calibrated constants and more effects, on the elastica plate model."""
+    plain = nominal.model_dump(exclude_none=True)
+    stiffer = float(np.exp(constants.log_stiffness))
+    plain["model"] = "elastica"
+    plain["youngs_modulus_pa"] *= stiffer
+    for segment in plain["segment"]:
+        if "bending_stiffness_n_m2" in segment:
+            segment["bending_stiffness_n_m2"] *= stiffer
+    plain["friction"]["coefficient"] *= float(np.exp(constants.log_friction))
+    plain["effect"] = [*plain.get("effect", []), *(effect.model_dump(exclude_none=True) for effect in effects)]
+    return Manipulator.model_validate(plain)
+
+
+def _nominal_chi2(calibrated: Fit) -> float | None:
+    """Reduced chi-square of the nominal constants in the calibrated frame; None where they have no equilibrium."""
+    model, constants = calibrated.model, calibrated.constants
+    predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
+    if not np.isfinite(predicted).all():
+        return None
+    misfit = model.noise.whiten(model.predict.misfit(predicted))
+    return float(misfit @ misfit / len(misfit))
+
+
+def _largest(scores: Scores) -> LargestScore:
+    return LargestScore(scores.largest, scores.threshold)
+
+
+def _constant(nominal: float, name: str, calibrated: Fit, explained: Fit) -> CalibratedConstant:
+    """A constant by the name of its logarithm, with a 95 % interval by the linearised covariance."""
+    alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
+    reach = np.nan
+    if name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
+        number = explained.model.varied.index(name)
+        reach = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number]))
+    return CalibratedConstant(nominal, alone, best, float(best * np.exp(-reach)), float(best * np.exp(reach)))
+
+
+def _effect(named: Named, explained: Fit) -> NamedEffect:
+    """A named effect without its fits."""
+    hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
+    free = {free.name: free for free in hypothesis.free}
+    return NamedEffect(
+        name=hypothesis.name,
+        kind=hypothesis.kind,
+        place=dict(hypothesis.place),
+        among={key: values for key, (_, values) in named.places.items()},
+        parameters=dict(named.parameters),
+        profiles={name: profile_curve(curve, free[name], friction) for name, curve in named.profiles.items()},
+        statement=named.statement,
+        rivals=tuple(
+            RivalEffect(
+                name=rival.hypothesis.name,
+                kind=rival.hypothesis.kind,
+                place=dict(rival.hypothesis.place),
+                distance=float(rival.distance),
+                behind=float(rival.behind),
+            )
+            for rival in named.rivals
+        ),
+        delta_bic=named.delta_bic,
+        heldout_gain=named.heldout_gain,
+        partial=named.partial,
+    )
+
+
+def profile_curve(profile: Profile, free: Free, friction: float) -> ProfileCurve:
+    """A profile in the unit of its parameter, and a smooth curve through it, nearly a parabola on either side."""
+    inside = profile.rise < SHOWN_RISE * INTERVAL_RISE
+    u, rise = profile.u[inside], np.maximum(profile.rise[inside], 0.0)
+    distinct = np.concatenate([[True], np.diff(u) > 1e-12 * max(1.0, np.abs(u).max())])
+    u, rise = u[distinct], rise[distinct]
+    fine = fine_rise = np.zeros(0)
+    if len(u) > 1:
+        signed = np.sqrt(rise) * np.where(np.arange(len(u)) < np.argmin(rise), -1, 1)
+        fine = np.linspace(u[0], u[-1], FINE)
+        fine_rise = PchipInterpolator(u, signed)(fine) ** 2
+    value, fine_value = (np.array([free.value(at, friction) for at in scale]) for scale in (u, fine))
+    return ProfileCurve(value, rise, fine_value, fine_rise)
+
+
+def _closure(investigation: Investigation) -> FittedLaw | None:
+    closure = investigation.closure
+    if closure is None:
+        return None
+    return FittedLaw(
+        effect=closure.effect,
+        statement=closure.statement,
+        reduced_chi2=closure.fitted.reduced,
+        heldout_gain=investigation.closure_gain,
+        beside_named=len(closure.fitted.model.hypotheses) > 1,
+    )

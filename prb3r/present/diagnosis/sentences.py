@@ -1,0 +1,187 @@
+"""What a diagnosis says in sentences for a mechanical engineer."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.projection import few, rival_names
+from prb3r.diagnosis.result.statements import Estimate
+from prb3r.present import style
+from prb3r.quantities import describe, unit_ending
+
+CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
+
+
+def verdict_sentences(diagnosis: Diagnosis) -> str:
+    """The verdict in a sentence or two."""
+    count = len(diagnosis.effects)
+    account, effects = ("accounts", "one effect") if count == 1 else ("account", f"{count} effects together")
+    if diagnosis.verdict == "adequate":
+        return "Adequate: with its constants refitted, the nominal model leaves nothing that these recordings show."
+    if diagnosis.verdict == "explained":
+        return f"Explained: {effects}, absent from the nominal model, {account} for the mismatch."
+    if diagnosis.verdict == "ambiguous":
+        return (
+            f"Explained, but not by one cause alone: {effects} {account} for the mismatch, but so would others that "
+            "these recordings cannot tell apart."
+        )
+    text = f"Unexplained: {diagnosis.why}."
+    if not count:
+        return text
+    if not diagnosis.structured:
+        return f"{text} {'That' if count == 1 else 'Those'} named below would do it: a lead, not a finding."
+    which = "One effect of the library helps" if count == 1 else f"{count} effects of the library together help"
+    return f"{text} {which} in part."
+
+
+def headlines(diagnosis: Diagnosis) -> list[str]:
+    """Verdict and fit in a line, what is named in another, the confirmation in a third."""
+    chi2 = rounded(diagnosis.chi2.calibrated)
+    if not diagnosis.effects:
+        return [f"{diagnosis.name}: {diagnosis.verdict}; chi-square per degree of freedom {chi2}"]
+    chi2 += f" with refitted constants alone, {rounded(diagnosis.chi2.explained)} with what is named"
+    named = []
+    for effect in diagnosis.effects:
+        values = [f"{parameter_title(key)} {_with_interval(key, part)}" for key, part in effect.parameters.items()]
+        named.append(", ".join([spaced(effect.name), *values]))
+    return [
+        f"{diagnosis.name}: {diagnosis.verdict}; chi-square per degree of freedom {chi2}",
+        "; ".join(named),
+        *([] if diagnosis.heldout is None else [f"held-out gain {percent(diagnosis.heldout.gain)}"]),
+    ]
+
+
+def _with_interval(name: str, estimate: Estimate) -> str:
+    value, low, high = (value_text(name, end) for end in estimate)
+    return value if estimate.low is None else f"{value} ({low} to {high})"
+
+
+def fit_quality(diagnosis: Diagnosis) -> str:
+    """Chi-squares, and how to read them."""
+    chi2 = diagnosis.chi2
+    nominal = chi2.nominal
+    first = "no equilibrium at all with the nominal constants" if nominal is None else f"{rounded(nominal)} nominal"
+    after = f", {rounded(chi2.explained)} with what is named" if diagnosis.effects else ""
+    return (
+        f"Squared error per degree of freedom, in units of the noise: {first}, "
+        f"{rounded(chi2.calibrated)} with E and μ refitted{after}. A right model is near 1."
+    )
+
+
+def rounded(value: float | None) -> str:
+    """Three significant digits."""
+    return "–" if value is None or not np.isfinite(value) else style.digits(float(f"{value:.3g}"))
+
+
+def percent(share: float) -> str:
+    """A share as whole percent, a small one with three digits."""
+    return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
+
+
+def value_text(name: str, value: float | None) -> str:
+    """A value with the unit that people read."""
+    if value is None or not np.isfinite(value):
+        return "–"
+    unit = describe(name).unit
+    shown = style.shown(describe(name), [value], unit if unit in ("m^2", "1/m^2") else None)
+    return style.with_unit(float(f"{value * shown.factor:.4g}"), shown.unit)
+
+
+def parameter_title(name: str) -> str:
+    """`offset_m` as `offset`, `k1_per_m2` as `k1`."""
+    return name.removesuffix(unit_ending(name)).replace("_", " ")
+
+
+def spaced(name: str) -> str:
+    """`weakened_plate (plate 4)` as `weakened plate (plate 4)`."""
+    return name.replace("_", " ")
+
+
+def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
+    """What calibration alone had hidden: how far off its constants are."""
+    for name, symbol in CONSTANTS.items():
+        nominal, calibrated, explained, low, high = diagnosis.constants[name]
+        if not nominal or not explained or not diagnosis.effects:
+            continue
+        off = calibrated / explained - 1
+        interval = f" ({value_text(name, low)} to {value_text(name, high)})" if np.isfinite(low) else ""
+        said = f"Refitted alone, {symbol} came out as {value_text(name, calibrated)}; "
+        said += f"with what is named it is {value_text(name, explained)}{interval}"
+        if diagnosis.verdict == "unexplained":
+            yield f"{said}. Neither is to be trusted while a mismatch remains."
+        elif (np.isfinite(low) and low <= calibrated <= high) or abs(off) < 0.005:
+            yield f"{said}: little had hidden there."
+        else:
+            way = "high" if off > 0 else "low"
+            yield f"{said}: part of the missing physics had hidden in a value {percent(abs(off))} too {way}."
+
+
+def confirmation(diagnosis: Diagnosis) -> str:
+    """What the sequences say that no fit has seen."""
+    held = diagnosis.heldout
+    if held is None:
+        return "Not confirmed on held-out data: there are fewer than three sequences, so none was set aside."
+    kept = f"Sequence{'s' * (len(held.sequences) > 1)} {few(held.sequences)} stayed out of every fit."
+    if not diagnosis.effects:
+        return kept
+    if held.chi2_calibrated <= held.readings:
+        return f"{kept} There the calibrated model errs no more than the noise."
+    if held.gain <= 0:
+        return f"{kept} There what is named does not predict better than refitted constants."
+    return f"{kept} There what is named removes {percent(held.gain)} of the squared error beyond the noise."
+
+
+def law_sentence(diagnosis: Diagnosis) -> str | None:
+    """The empirical law of an unexplained diagnosis, and what it is worth."""
+    law, chi2 = diagnosis.closure, diagnosis.chi2
+    if law is None:
+        return None
+    gain = law.heldout_gain
+    worth = (
+        "" if gain is None else f"; on held-out sequences it removes {percent(gain)} of the squared error beyond noise"
+    )
+    before, base = (
+        (chi2.explained, "with what is named") if law.beside_named else (chi2.calibrated, "with E and μ refitted")
+    )
+    fall = f"from {rounded(before)} {base} to {rounded(law.reduced_chi2)}"
+    return f"{law.statement} It brings the squared error per degree of freedom {fall}{worth}."
+
+
+def alternatives(diagnosis: Diagnosis) -> Iterator[str]:
+    """What else it could be."""
+    for effect in diagnosis.effects:
+        name = spaced(effect.name)
+        for key, values in effect.among.items():
+            best = effect.place[key]
+            others = [_listed(other) for other in values if other != best]
+            if others:
+                yield f"{name}: {key} {_listed(best)} fits best, {key} {', '.join(others)} cannot be ruled out."
+        if effect.rivals:
+            yield f"{name}: these recordings cannot tell it from {', '.join(map(spaced, rival_names(effect)))}."
+
+
+def _listed(value) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def nothing_else(diagnosis: Diagnosis) -> str:
+    """What is said where there are no alternatives."""
+    if diagnosis.verdict == "unexplained":
+        cause = "Something outside the library, or a combination that was not tried"
+        return f"{cause}: the place and the trend above are the lead."
+    if not diagnosis.effects:
+        return "Effects smaller than the sizes listed below could be present without being seen."
+    return (
+        "The effects that come nearest were fitted in its place, with everything else refitted, and fit clearly worse."
+    )
+
+
+def nothing_to_measure(diagnosis: Diagnosis) -> str:
+    """What is said where no load program is proposed."""
+    if diagnosis.verdict == "unexplained":
+        return (
+            "No load program is proposed while no explanation stands. More readings where the mismatch sits, at loads "
+            "between the recorded ones and on the way back, would sharpen the lead."
+        )
+    return "No rivals are left that another load program would have to tell apart."

@@ -1,0 +1,20 @@
+"""What part of the plane a drawing to scale shows."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+
+def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Limits along x and y with a margin, mm, and height over width; points in m."""
+    low, high = 1e3 * np.nanmin(points, 0), 1e3 * np.nanmax(points, 0)
+    margin = 0.04 * np.max(high - low) + 1e-9
+    x, y = (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin)
+    return x, y, (y[1] - y[0]) / (x[1] - x[0])
+
+
+def to_scale(axes: Axes, points: np.ndarray) -> None:
+    """Let `axes`, in mm, show `points`, in m, with equal scales."""
+    x, y, _ = view_of(points)
+    axes.set(xlim=x, ylim=y)
+    axes.set_aspect("equal")
+    axes.locator_params(nbins=6, steps=[1, 2, 5, 10])
