@@ -7,12 +7,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
-from prb3r.model.files.toml_text import toml_text
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.stages import investigate
+from prb3r.diagnosis.stages import Task, investigate
+from prb3r.model.files.toml import toml_text
 from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording

@@ -47,7 +47,7 @@ def test_scores_of_right_models_are_standard_normal(tested):
 
 def test_the_largest_score_passes_its_threshold_in_one_right_model_of_a_hundred(tested):
     fitted, found = tested
-    threshold, naming = chance_of_largest(found, len(fitted.residual), 1, Settings())
+    threshold, naming = chance_of_largest(found, 1, Settings())
     assert naming > threshold
     residual = drawn(fitted, 4000)
     largest = np.max([each.z(residual) for each in found], axis=0)

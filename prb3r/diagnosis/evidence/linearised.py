@@ -23,7 +23,7 @@ Probe = tuple[Hypothesis, np.ndarray]
 def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     """(r, k) of each probe: change of the readings per unit of each free parameter, or by the whole effect.
 
-    0 where the effect leads out of equilibrium.
+    Toward lower values where a parameter is at its upper bound.  0 where the effect leads out of equilibrium.
     """
     out: dict[int, np.ndarray] = {}
     along: dict[int, list[Direction]] = {}
@@ -32,7 +32,7 @@ def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
             out[number] = _whole(fitted, hypothesis, start)
         elif not hypothesis.mechanical:
             out[number] = _seen(fitted, hypothesis, start)
-        elif adds_nodes(fitted, hypothesis, start):
+        elif hypothesis.structural:
             out[number] = _along_own_path(fitted, hypothesis, start)
         else:
             along[number] = _directions(fitted, hypothesis, start)
@@ -41,13 +41,16 @@ def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     for number, directions in along.items():
         out[number] = moved[:, first : first + len(directions)]
         first += len(directions)
-    return [out[number] for number in range(len(probes))]
+    friction = fitted.model.friction(fitted.p)
+    return [out[number] * _way(*probe, friction) for number, probe in enumerate(probes)]
 
 
-def adds_nodes(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> bool:
-    """Whether plates have other nodes with the effect than without."""
-    chain, _ = _problem(fitted, hypothesis, start)
-    return chain.stiffness.shape != fitted.solved.chain.stiffness.shape
+def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarray | float:
+    """(k,) 1 or -1: which way the free parameters can go from `start`."""
+    if hypothesis.kinked or not hypothesis.by_degrees:
+        return 1.0
+    highest = [free.bounds(friction)[1] for free in hypothesis.free]
+    return np.where(start < highest, 1.0, -1.0)
 
 
 def _effects(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> list[Effect]:

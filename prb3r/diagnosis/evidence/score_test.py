@@ -18,8 +18,6 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 
-AT_ONCE = 500
-"""Residuals that are drawn at a time."""
 NOTHING, REPEATED = 1e-6, 1e-6
 """A change that is freed of all but this share of it is not felt; columns are repetitions of others up to this."""
 
@@ -46,17 +44,21 @@ class Alternative:
 
     def gain(self, residual: np.ndarray) -> np.ndarray:
         """Fall of chi-square if the subject were fitted by the linearised model; residuals in columns or alone."""
-        along = self.basis.T @ residual
-        if self.one_sided:
-            along = np.maximum(along, 0.0)
-        return (along**2).sum(0)
+        return self._gain(self.basis.T @ residual)
 
     def z(self, residual: np.ndarray) -> np.ndarray:
         """The gain as the standard normal deviate that is as rare."""
-        gain = self.gain(residual)
+        return self.z_along(self.basis.T @ residual)
+
+    def z_along(self, along: np.ndarray) -> np.ndarray:
+        """The same for what residuals have `along` the basis, (k,) or (k, draws)."""
+        gain = self._gain(along)
         if self.freedom <= 1:
             return np.sqrt(gain)
         return norm.isf(np.maximum(chi2_law.sf(gain, self.freedom), 1e-300) / 2)
+
+    def _gain(self, along: np.ndarray) -> np.ndarray:
+        return ((np.maximum(along, 0.0) if self.one_sided else along) ** 2).sum(0)
 
 
 def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternative]:
@@ -118,27 +120,28 @@ class Scores:
 
 def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     """Test all alternatives on the residuals of `fitted`; `seed` of the draws that tell what chance does."""
-    settings, count = fitted.model.settings, len(fitted.residual)
+    settings = fitted.model.settings
     z = np.array([candidate.z(fitted.residual) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
-    return Scores(tuple(tested), z, *chance_of_largest(judged, count, seed, settings))
+    return Scores(tuple(tested), z, *chance_of_largest(judged, seed, settings))
 
 
-def chance_of_largest(tested: Sequence[Alternative], count: int, seed: int, settings: Settings) -> tuple[float, float]:
+def chance_of_largest(tested: Sequence[Alternative], seed: int, settings: Settings) -> tuple[float, float]:
     """The z that the largest of all alternatives exceeds by chance in shares of `alarm_rate` and `naming_rate`.
 
-    `count` is that of the residuals; without alternatives the two are those of a single one.
+    Residuals of a right model are standard normal, so what they have along the bases of all alternatives is normal
+    with the bases' products as covariance; that is drawn.  Without alternatives the two are those of a single one.
     """
     rates = np.array([settings.alarm_rate, settings.naming_rate])
     felt = [candidate for candidate in tested if candidate.freedom]
     if not felt:
         high, higher = norm.isf(rates / 2)
         return float(high), float(higher)
-    random, largest = np.random.default_rng(seed), np.zeros(settings.draws)
-    for first in range(0, settings.draws, AT_ONCE):
-        part = largest[first : first + AT_ONCE]
-        drawn = random.standard_normal((count, len(part)))
-        for candidate in felt:
-            np.maximum(part, candidate.z(drawn), out=part)
+    bases = np.hstack([candidate.basis for candidate in felt])
+    variance, axes = np.linalg.eigh(bases.T @ bases)
+    drawn = np.random.default_rng(seed).standard_normal((len(variance), settings.draws))
+    along = (axes * np.sqrt(np.maximum(variance, 0.0))) @ drawn
+    parts = np.split(along, np.cumsum([candidate.freedom for candidate in felt])[:-1])
+    largest = np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0)
     high, higher = np.quantile(largest, 1 - rates)
     return float(high), float(higher)

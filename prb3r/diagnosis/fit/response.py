@@ -18,13 +18,18 @@ from prb3r.recording.recording import Kind
 CHANGE = 1e-5
 """Of a parameter in its own scale, for differences of elementary functions: exact to 1e-10 on both sides of a value, to
 1e-5 where a bound leaves only one."""
+NEAR, AT_A_BOUND = 1e-3, 1e-9
+"""Share of the distance of a bound that a change does not exceed, as where a compliance vanishes its stiffness does
+not; and the distance at which a value is taken to be on its bound."""
 PIXEL = 1e-6
 """Change of a position for the gradient of the camera, m."""
 
 
 def interval(value: float, low: float = -np.inf, high: float = np.inf) -> tuple[float, float]:
-    """Ends of a small interval around `value`, cut off at its bounds."""
-    return max(value - CHANGE, low), min(value + CHANGE, high)
+    """Ends of a small interval around `value`, small against the distance of its bounds too; one-sided at a bound."""
+    near = [distance for distance in (value - low, high - value) if distance > AT_A_BOUND]
+    change = min([CHANGE, *(NEAR * distance for distance in near)])
+    return max(value - change, low), min(value + change, high)
 
 
 def across(problem: Callable[[float], tuple[Chain, Loads]], ends: tuple[float, float]) -> Direction:

@@ -99,6 +99,8 @@ class Hypothesis:
         """Points `u` from which a fit begins, or where a probe stands; `friction` is the calibrated coefficient."""
         if self.kinked:
             return [np.array([-KINK_STEP]), np.array([KINK_STEP])]
+        if self.structural and not self.probes:
+            return [np.full(len(self.free), KINK_STEP)]  # there is no such chain without any of it
         if not self.probes:
             return [np.zeros(len(self.free))]
         return [
