@@ -12,7 +12,7 @@ from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded, w
 
 import prb3r
 from prb3r import load_manipulator, solve
-from prb3r.diagnosis.checks.outliers import Weight
+from prb3r.diagnosis.checks.outliers import NotedWeight
 from prb3r.diagnosis.result.diagnosis import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
@@ -134,7 +134,7 @@ def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(folder):
     fitted = table[~table["held_out"]]
     np.testing.assert_array_equal(fitted["residual_calibrated"], found.calibrated.residual[: len(fitted)])
     assert fitted["residual_explained"].std() < 0.6 * fitted["residual_calibrated"].std()
-    np.testing.assert_array_equal(fitted["weighed_down"], found.trust.distrust > 1)
+    np.testing.assert_array_equal(fitted["weighed_down"], found.doubts.inflation > 1)
     assert (table["sd"] > 0).all()
 
 
@@ -150,9 +150,9 @@ def test_tables_say_their_units(folder):
 
 def test_gross_outliers_and_disbelieved_weights_are_flagged():
     found = investigated()
-    distrust = np.where(np.arange(len(found.trust.distrust)) == 7, 9.0, 1.0)
-    trust = replace(found.trust, distrust=distrust, doubted=(Weight(step=5, cable=0),))
-    table = tell(replace(found, trust=trust)).tables["residuals"]
+    inflation = np.where(np.arange(len(found.doubts.inflation)) == 7, 9.0, 1.0)
+    doubts = replace(found.doubts, inflation=inflation, weights=(NotedWeight(step=5, cable=0),))
+    table = tell(replace(found, doubts=doubts)).tables["residuals"]
     fitted = table[~table["held_out"]].reset_index(drop=True)
     assert np.flatnonzero(fitted["weighed_down"]).tolist() == [7]
     row = found.training.steps.iloc[5]
@@ -181,7 +181,7 @@ def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
     found = disputed()
     a, b, experiment = found.experiments[0]
-    other = Experiment("read the shape without any load", experiment.steps[:1], 30.0)
+    other = Experiment("read the shape without any load", experiment.steps[:1], 30.0, experiment.asked)
     weaker = replace(experiment, separation=experiment.separation / 2)
     pairs = Separation(a, b, experiment), Separation(a, "gravity", weaker), Separation(a, "precurvature", other)
     found = replace(found, experiments=pairs)

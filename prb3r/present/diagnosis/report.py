@@ -19,7 +19,7 @@ from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits
 from prb3r.present.page import Table, picture, save_figure, templates
 from prb3r.quantities import describe
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 
 FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     "shapes": (
