@@ -89,7 +89,6 @@ SUSPECTS = (
         places=_declared_slip,
         free=_presliding,
         probes=lambda scope, place: tuple((travel,) for travel in PRESLIDING),
-        costly=True,
     ),
     Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
     Suspect(
