@@ -59,10 +59,10 @@ def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _worn_sentence(fitted: Occurrence) -> str:
-    disk, more = fitted.place["disk"], "more" if fitted.size.value > fitted.friction else "less"
+    disk = fitted.place["disk"]
     where = f"disk {disk}" if disk else "the base disk"
     whose = f" for {fitted.of_cables}" if fitted.place.get("cables") else ""
-    return f"The holes of {where} rub {more} than the others{whose}: friction coefficient {fitted.size}."
+    return f"The holes of {where} rub {fitted.more} than the others{whose}: friction coefficient {fitted.size}."
 
 
 def _net_turns(scope: Scope) -> list[Place]:

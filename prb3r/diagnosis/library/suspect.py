@@ -53,6 +53,11 @@ class Occurrence(NamedTuple):
         return next(iter(self.estimates.values()))
 
     @property
+    def more(self) -> str:
+        """Whether a coefficient is `more` or `less` than what is beside it."""
+        return "more" if self.size.value > self.friction else "less"
+
+    @property
     def of_cables(self) -> str:
         """The cables that it concerns."""
         cables = self.place.get("cables")
