@@ -143,8 +143,6 @@ class Manipulator(Strict):
         if sum(segment.plates for segment in self.segment) > MAX_PLATES:
             problems.append(f"more than {MAX_PLATES} plates")
         problems += [problem for effect in self.effect for problem in effect.problems(self)]
-        if self.model == "constant-curvature" and any(effect.kind == "clamp_compliance" for effect in self.effect):
-            problems.append("effect clamp_compliance needs the model 'prb3r' or 'elastica'")
         if problems:
             raise ValueError("; ".join(problems))
         return self
@@ -152,7 +150,7 @@ class Manipulator(Strict):
     @property
     def follows_history(self) -> bool:
         """Whether slip follows from the load path, so that what steps declare is ignored."""
-        return self.friction.direction == "history" or any(effect.kind == "slip_history" for effect in self.effect)
+        return self.friction.direction == "history" or any(effect.follows_history for effect in self.effect)
 
     @property
     def plates(self) -> int:

@@ -154,6 +154,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
     """Hinges at the clamps are nodes more, a dead cable is another routing, the others are rules of friction."""
     structural = {hypothesis.kind for hypothesis, _ in library if hypothesis.structural}
     assert structural == {"clamp_compliance", "dead_cable", "slip_history", "edge_wrap"}
+    assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
     assert {h.kind for h, _ in library if not h.mechanical} == {"camera_scale", "lens_distortion"}
 
 

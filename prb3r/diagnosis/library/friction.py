@@ -59,10 +59,10 @@ def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _worn_sentence(fitted: Occurrence) -> str:
-    disk, more = fitted.place["disk"], "more" if fitted.size.value > fitted.friction else "less"
+    disk = fitted.place["disk"]
     where = f"disk {disk}" if disk else "the base disk"
     whose = f" for {fitted.of_cables}" if fitted.place.get("cables") else ""
-    return f"The holes of {where} rub {more} than the others{whose}: friction coefficient {fitted.size}."
+    return f"The holes of {where} rub {fitted.more} than the others{whose}: friction coefficient {fitted.size}."
 
 
 def _net_turns(scope: Scope) -> list[Place]:
@@ -89,7 +89,6 @@ SUSPECTS = (
         places=_declared_slip,
         free=_presliding,
         probes=lambda scope, place: tuple((travel,) for travel in PRESLIDING),
-        costly=True,
     ),
     Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
     Suspect(

@@ -16,7 +16,7 @@ def _gravity_sentence(fitted: Occurrence) -> str:
 
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to five times the force that bends the whole length as much as the cables do."""
+    """Up to five times the force whose moment about the base is that of the strongest cable."""
     size = scope.moment / scope.chain.length
     return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size) for axis in "xy")
 
@@ -26,7 +26,7 @@ def _force_sentence(fitted: Occurrence) -> str:
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Down to a twentieth: of a weight that hardly arrives nothing is learnt."""
+    """Down to a twentieth, where the recorded load is hardly felt any more."""
     return (Free("efficiency", 1.0, 0.05, 1.0, log=True),)
 
 

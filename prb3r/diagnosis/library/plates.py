@@ -30,7 +30,7 @@ def _law(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Knees at the ends and in the middle of where a rig's own would show, with plates that soften or stiffen there."""
+    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there."""
     if place["law"] == "cubic":
         return ()
     return tuple((share * scope.curvature, ratio) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
@@ -104,13 +104,13 @@ def _contact_sentence(fitted: Occurrence) -> str:
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """In units of a node's own compliance, up to ten nodes; a rigid clamp is one of a millionth."""
+    """Up to ten nodes of a plate; a millionth of one stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.node_rigidity))
     return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft),)
 
 
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """In units of the plates' own nodes, up to ten: cables are thinner than plates are wide."""
+    """Up to ten times the stiffness of the plates' own nodes, which then hardly matter any more."""
     rigid = float(np.median(scope.node_rigidity))
     return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid),)
 

@@ -1,4 +1,4 @@
-"""What a recording makes suspicious and how large it could be: all that the library asks of a recording."""
+"""What the library asks of a recording: where effects could sit in it, and in which scales they are measured."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -15,9 +15,9 @@ Place = Mapping[str, Any]
 
 
 class Scope(NamedTuple):
-    """A recording, and the chain and the bends of its calibrated model: places and scales of what may be missing.
+    """A recording with the chain and the bends of its calibrated model.
 
-    A scale of a recording without any load or bend is 1, as its effects cannot be seen anyway.
+    Scales are 1 where nothing is pulled or bent: no effect can be seen there.
     """
 
     recording: Recording

@@ -53,6 +53,11 @@ class Occurrence(NamedTuple):
         return next(iter(self.estimates.values()))
 
     @property
+    def more(self) -> str:
+        """Whether a coefficient is `more` or `less` than what is beside it."""
+        return "more" if self.size.value > self.friction else "less"
+
+    @property
     def of_cables(self) -> str:
         """The cables that it concerns."""
         cables = self.place.get("cables")
@@ -98,13 +103,16 @@ class Suspect:
     """Values of the free parameters to begin from, for an effect that does not vanish by degrees."""
     kinked: bool = False
     """As in `Hypothesis`."""
-    costly: bool = False
-    """Whether every prediction with it is slow, as loads must be followed from rest where else each step suffices."""
 
     @property
     def once(self) -> bool:
         """Whether there is only one of it on a rig, as the effect itself says."""
         return EFFECT_KINDS[self.kind].once
+
+    @property
+    def costly(self) -> bool:
+        """Whether every prediction with it is slow, as states follow the load path where else each stands alone."""
+        return EFFECT_KINDS[self.kind].follows_history
 
     def hypotheses(self, scope: Scope) -> Iterator[Hypothesis]:
         """The effect at every place where it makes sense."""

@@ -20,6 +20,9 @@ class Host(Protocol):
     """What an effect may ask of the manipulator that has it."""
 
     @property
+    def model(self) -> str: ...
+
+    @property
     def cable_names(self) -> list[str]: ...
 
     @property
@@ -43,6 +46,8 @@ class Effect(BaseModel, ABC):
 
     Others add up, multiply, or sit at places of their own.
     """
+    follows_history: ClassVar[bool] = False
+    """Whether slip follows from the load path, so that every state takes all states before it."""
     kind: str
 
     @abstractmethod

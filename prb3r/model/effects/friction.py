@@ -40,6 +40,7 @@ class SlipHistory(Effect):
 
     kind: Literal["slip_history"]
     once: ClassVar[bool] = True
+    follows_history: ClassVar[bool] = True
     presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:

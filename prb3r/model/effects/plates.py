@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -106,6 +107,11 @@ class ClampCompliance(Effect):
             rest=np.pad(chain.rest, ((0, 0), (1, 1))),
             curvature=np.pad(curvature, 1),
         )
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        """A chain of constant curvature has no clamps."""
+        if manipulator.model == "constant-curvature":
+            yield f"effect {self.kind} needs the model 'prb3r' or 'elastica'"
 
 
 class CableBending(Effect):
