@@ -15,9 +15,10 @@ ORDER = {
     "runs": "files store parts provenance journal tasks backends engine",
     "study": "workspace metrics spec columns cases compare work manifest run designs",
     "recording": "recording findings units steps markers reading writing",
+    "bench": "prototype methods scaling jacobians diagnosis measure tables",
     "diagnosis": "settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
-    "present": "style page study diagnosis proof",
+    "present": "markdown style page study diagnosis proof",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""
 ALLOWED = {
