@@ -88,7 +88,8 @@ def grown(design: Design, friction: str) -> Design:
     if friction == "history":
         rubbing["presliding_m"] = PRESLIDING
     segment = [{**part, "plates": count} for part, count in zip(old["segment"], plates, strict=True)]
-    program = [design.program[k % len(design.program)] for k in range(len(SEQUENCES))]
+    drawn = [design.program[k % len(design.program)] for k in range(len(SEQUENCES))]
+    program = [_resampled(steps, design.cables, count, share) for steps, count in zip(drawn, SEQUENCES, strict=True)]
     return replace(
         design,
         manipulator={**old, "segment": segment, "friction": rubbing},
