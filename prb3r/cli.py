@@ -27,6 +27,7 @@ class Commands(click.Group):
     """Errors become messages and exit codes; no traceback reaches a user unless PRB3R_DEBUG is set."""
 
     def invoke(self, ctx: click.Context):
+        """Run a command; its errors become messages on stderr and its exit code."""
         try:
             return super().invoke(ctx)
         except Prb3rError as error:
@@ -144,7 +145,7 @@ def _closing(result, files: list[Path]) -> str:
 @click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
-    """Equilibria along each sequence of load steps."""
+    """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
     from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import solve as solve_steps
@@ -172,11 +173,11 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
 @click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
 def compare_command(results, output) -> None:
     """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
-    from prb3r.present.study.comparison import publish_comparison
+    from prb3r.present.study.comparison import comparison_page, publish_comparison
     from prb3r.study.designs import compare_results
 
     comparison = compare_results([Path(result) for result in results])
-    click.echo(comparison.markdown())
+    click.echo(comparison_page(comparison))
     if output:
         files = publish_comparison(comparison, Path(output))
         click.echo(f"\n{', '.join(files)} in {output}")
