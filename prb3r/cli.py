@@ -1,10 +1,8 @@
 """The command line: the only place that prints.  Progress goes to stderr, one closing summary to stdout."""
 
-import contextlib
 import json
 import os
 import sys
-from collections.abc import Iterator
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -29,6 +27,7 @@ class Commands(click.Group):
     """Errors become messages and exit codes; no traceback reaches a user unless PRB3R_DEBUG is set."""
 
     def invoke(self, ctx: click.Context):
+        """Run a command; its errors become messages on stderr and its exit code."""
         try:
             return super().invoke(ctx)
         except Prb3rError as error:
@@ -146,7 +145,7 @@ def _closing(result, files: list[Path]) -> str:
 @click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
-    """Equilibria along each sequence of load steps."""
+    """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
     from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import solve as solve_steps
@@ -174,11 +173,11 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
 @click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
 def compare_command(results, output) -> None:
     """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
-    from prb3r.present.study.comparison import publish_comparison
+    from prb3r.present.study.comparison import comparison_page, publish_comparison
     from prb3r.study.designs import compare_results
 
     comparison = compare_results([Path(result) for result in results])
-    click.echo(comparison.markdown())
+    click.echo(comparison_page(comparison))
     if output:
         files = publish_comparison(comparison, Path(output))
         click.echo(f"\n{', '.join(files)} in {output}")
@@ -248,20 +247,22 @@ def schema_command(what) -> None:
 
 @main.command("bench")
 @click.option("--json", "as_json", is_flag=True, help="Numbers as JSON.")
+@click.option("--diagnosis", type=click.IntRange(0), default=0, metavar="N", help="Also time N diagnoses of each kind.")
 @click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
-def bench_command(as_json, output) -> None:
+def bench_command(as_json, diagnosis, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
-    from prb3r.bench import markdown, measure, to_json
+    from prb3r.bench.measure import measure
+    from prb3r.bench.tables import bench_json, bench_page
     from prb3r.runs.files import ensure_writable
 
     folder = Path(output)
     ensure_writable(folder)
-    with _told("measuring, less than a minute"):
-        result = measure()
-    text = markdown(result)
-    (folder / "bench.md").write_text(text)
-    (folder / "bench.json").write_text(to_json(result))
-    click.echo(to_json(result) if as_json else f"{text}\nin {folder}")
+    click.echo(f"prb3r: measuring, {'minutes a diagnosis' if diagnosis else 'less than a minute'}", err=True)
+    result = measure(designs=diagnosis, say=lambda text: click.echo(f"prb3r: {text}", err=True))
+    page, numbers = bench_page(result), bench_json(result)
+    (folder / "bench.md").write_text(page)
+    (folder / "bench.json").write_text(numbers)
+    click.echo(numbers if as_json else f"{page}\nin {folder}")
 
 
 @main.command("prove")
@@ -284,9 +285,3 @@ def prove_command(output, cases, jobs, seed) -> None:
     found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
     files = publish_proof(found, Path(output))
     click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))
-
-
-@contextlib.contextmanager
-def _told(what: str) -> Iterator[None]:
-    click.echo(f"prb3r: {what}", err=True)
-    yield

@@ -11,7 +11,7 @@ SHORT_LIST = 8
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong, and where."""
+    """Something that is wrong with an input, and where: a file with its line, a column, an address."""
 
     where: str
     """Place as a person would look for it: `studies/x.toml:12 factor[0].values`."""
@@ -43,7 +43,7 @@ class SpecError(Prb3rError):
 
 
 class RecordingError(Prb3rError):
-    """A recording that cannot be used."""
+    """A recording that cannot be used, with every problem of its files."""
 
 
 class EngineError(Prb3rError):

@@ -90,7 +90,7 @@ def stages(name: str, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def reporter() -> Iterator[Lines | Bar]:
-    """What suits stderr."""
+    """A listener to the progress of studies that suits stderr: a bar on a terminal, lines elsewhere."""
     if not sys.stderr.isatty():
         yield Lines()
         return

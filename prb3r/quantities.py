@@ -65,7 +65,7 @@ _PRETTY = {"^2": "²", "^4": "⁴", "deg": "°", "um": "µm", "us": "µs"}
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named column of numbers or text."""
+    """What a column of numbers or text is: its name, symbol, SI unit and meaning."""
 
     name: str
     symbol: str
@@ -75,7 +75,7 @@ class Quantity:
 
     @property
     def title(self) -> str:
-        """The name without its unit, as words."""
+        """The name without its unit, as words that begin a sentence."""
         return name_in_words(self.name)
 
 

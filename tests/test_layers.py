@@ -17,7 +17,8 @@ ORDER = {
     "recording": "recording findings units steps markers reading writing",
     "diagnosis": "confidence settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
-    "present": "style framing page study diagnosis proof",
+    "present": "markdown style framing page study diagnosis proof",
+    "bench": "prototype methods scaling jacobians diagnosis measure tables",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""
 ALLOWED = {

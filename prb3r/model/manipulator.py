@@ -20,13 +20,13 @@ MAX_PLATES = 100_000
 
 
 class Strict(BaseModel):
-    """Frozen, and unknown keys are errors."""
+    """What every part of a file is: frozen, with unknown keys as errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Disk(Strict):
-    """The disks, all alike."""
+    """The disks of a manipulator, which are all alike."""
 
     thickness_m: NonNegative
     mass_kg: NonNegative = 0.0
@@ -34,7 +34,7 @@ class Disk(Strict):
 
 
 class Friction(Strict):
-    """Belt friction between cables and holes."""
+    """Belt friction between the cables and the holes of the disks they pass."""
 
     coefficient: NonNegative = 0.0
     direction: Literal["declared", "history"] = "declared"
@@ -154,10 +154,12 @@ class Manipulator(Strict):
 
     @property
     def plates(self) -> int:
+        """Number of plates of all segments together."""
         return sum(segment.plates for segment in self.segment)
 
     @property
     def cable_names(self) -> list[str]:
+        """Names of the cables in the order of the file, which is that of all arrays."""
         return [cable.name for cable in self.cable]
 
     @cached_property
@@ -171,12 +173,12 @@ class Manipulator(Strict):
 
     @property
     def bending_stiffness(self) -> np.ndarray:
-        """(plates,) EI, N m^2."""
+        """(plates,) bending stiffness EI of every plate, N m^2 [Eq. 17]."""
         return self.per_plate(segment.bending_stiffness(self.youngs_modulus_pa) for segment in self.segment)
 
     @property
     def outer_fibre(self) -> np.ndarray:
-        """(plates,) outermost fibre, m; NaN where it is not known."""
+        """(plates,) distance of the outermost fibre from the neutral axis, m; NaN where it is not known."""
         return self.per_plate(segment.outer_fibre for segment in self.segment)
 
     def chain(self, broken: Iterable[str] = ()) -> Chain:
@@ -190,7 +192,7 @@ class Manipulator(Strict):
         return with_effects(self.plain_chain(broken), self, self.effect)
 
     def plain_chain(self, broken: Iterable[str] = ()) -> Chain:
-        """As :meth:`chain`, without any effect."""
+        """The mechanical problem as :meth:`chain` gives it, but without any effect."""
         broken = set(broken)
         for name in sorted(broken.difference(self.cable_names)):
             raise ValueError(f"there is no cable {name!r} to break{did_you_mean(name, self.cable_names)}")

@@ -36,12 +36,13 @@ class Parameter:
 
     @property
     def step(self) -> float:
+        """Change to either side for what is known of the parameter without solving, in its unit."""
         size = abs(self.value) or SIZE_OF_ZERO.get(unit_ending(self.path.rsplit(".", 1)[-1]), 0.1)
         return RELATIVE_STEP * size
 
 
 def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
-    """The parameter at `path`.
+    """The number of a manipulator, or of its loads, that `path` names, with its present value.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def changed(manipulator: Manipulator, keys: tuple[str | int, ...], value: float)
 
 
 def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers: np.ndarray, path: str, value: float):
-    """Loads of the steps `numbers` with the load parameter `path` at `value`."""
+    """Loads of the steps with `numbers` (s,), the load parameter `path` at `value`: a factor, or N to be added."""
     if path.startswith("tension."):
         factor = np.ones(len(chain.reach))
         factor[manipulator.cable_names.index(path.removeprefix("tension."))] = value

@@ -42,18 +42,18 @@ def solve(
         manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
     chain, tables = manipulator.chain(), []
     for sequence in sequences_of(manipulator, steps):
-        found = equilibria_of(chain, sequence.loads, eigenvalue=True, number=sequence.steps)
-        count, disks = found.x.shape
+        states = equilibria_of(chain, sequence.loads, eigenvalue=True, number=sequence.steps)
+        count, disks = states.x.shape
         tables.append(
             pd.DataFrame(
                 {
                     "sequence": sequence.name,
                     "step": np.repeat(sequence.steps, disks),
                     "disk": np.tile(np.arange(disks), count),
-                    "x_m": found.x.ravel(),
-                    "y_m": found.y.ravel(),
-                    "angle_rad": found.angle.ravel(),
-                    "outcome": np.repeat([Outcome(code).label for code in found.outcome], disks),
+                    "x_m": states.x.ravel(),
+                    "y_m": states.y.ravel(),
+                    "angle_rad": states.angle.ravel(),
+                    "outcome": np.repeat([Outcome(code).label for code in states.outcome], disks),
                 }
             )
         )

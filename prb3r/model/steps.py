@@ -20,7 +20,7 @@ REST_NOISE = 0.02
 
 @dataclass(frozen=True)
 class LoadSequence:
-    """Load steps from rest, in their order."""
+    """Load steps that are applied one after the other, from rest on."""
 
     name: str
     steps: np.ndarray
@@ -37,7 +37,7 @@ def column_names(manipulator: Manipulator) -> list[str]:
 
 
 def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loads:
-    """Loads of the rows of `frame`, whose columns have been checked; absent loads are zero, absent slips -1."""
+    """Loads of the rows of `frame`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
 
     def column(name: str, absent: float) -> np.ndarray:
         if name not in frame:
@@ -115,17 +115,17 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
     """Steps that stand in several rows."""
     for name, rows in frame[frame.duplicated(["sequence", "step"], keep=False)].groupby("sequence", sort=False):
         steps = rows["step"].unique()
-        each = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
+        places = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
         more = f" and {count(len(steps) - 3, 'more step')} alike" if len(steps) > 3 else ""
         differ = "" if len(rows.drop_duplicates()) == len(steps) else ", with different loads"
         remedy = "a sequence that is pulled again needs a name of its own"
-        yield Problem(where, f"sequence {name}: {', '.join(each)}{more}{differ}; {remedy}")
+        yield Problem(where, f"sequence {name}: {', '.join(places)}{more}{differ}; {remedy}")
 
 
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
-    problems, found = number_problems(values, place), numbers(values)
+    problems, read = number_problems(values, place), numbers(values)
     if name.startswith("slip_"):
-        wrong = ~found.isin([-1, 0, 1]) & found.abs().lt(np.inf)
+        wrong = ~read.isin([-1, 0, 1]) & read.abs().lt(np.inf)
         what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
     else:
         wrong, what = is_empty(values), "empty; write 0 for no load"

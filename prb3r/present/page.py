@@ -16,7 +16,7 @@ from prb3r.runs.files import write_whole
 
 @dataclass(frozen=True)
 class Table:
-    """A table as text."""
+    """A table whose cells are text already, for pages in Markdown and HTML."""
 
     head: list[str]
     rows: list[list[str]]
@@ -26,7 +26,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in the folder of results."""
+    """A figure in the folder of results, ready to stand in a page."""
 
     name: str
     caption: str
@@ -48,7 +48,13 @@ def templates() -> jinja2.Environment:
 
 
 def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
-    """A figure that is in `folder` already."""
+    """A figure whose files are in `folder` already; `kind` is that of its plot.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it has neither PNG nor SVG.
+    """
     types = {".png": "image/png", ".svg": "image/svg+xml"}
     files = [path for path in (folder / f"{name}.png", folder / f"{name}.svg") if path.exists()]
     if not files:
@@ -59,7 +65,17 @@ def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
 
 
 def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
-    """Write `name.png` (200 dpi) and `name.svg` whole or not at all; the same figure gives the same bytes."""
+    """Write `name.png` (200 dpi) and `name.svg` whole or not at all; the same figure gives the same bytes.
+
+    Returns
+    -------
+    The paths of both files.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take them.
+    """
     paths = []
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
         content = io.BytesIO()

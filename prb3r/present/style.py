@@ -173,7 +173,7 @@ def digits(value: float) -> str:
 
 
 def with_unit(value: float, unit: str) -> str:
-    """`12.5 mm`, `30°`, `0.3`."""
+    """A number of four digits with its unit as printed: `12.5 mm`, `30°`, `0.3`."""
     return f"{digits(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
 
 

@@ -24,15 +24,17 @@ class Kind(IntEnum):
 
     @property
     def column(self) -> str:
+        """Its column in the table of markers."""
         return ("x_m", "y_m", "angle_rad", "bend_rad")[self]
 
     @property
     def is_position(self) -> bool:
+        """Whether it is a coordinate, m; else it is an angle, rad."""
         return self <= Kind.Y
 
 
 class Measurement(Strict):
-    """How exactly was measured; standard deviations."""
+    """How exactly was measured: standard deviations of what was read and applied."""
 
     position_sd_m: Positive | None = None
     angle_sd_rad: Positive | None = None
@@ -52,7 +54,7 @@ class Prior(Strict):
 
 
 class RecordingFile(Strict):
-    """`recording.toml`."""
+    """What the file `recording.toml` says, which describes a recording and names its manipulator."""
 
     name: Annotated[str, Field(min_length=1)]
     manipulator: Annotated[str, Field(min_length=1)]
@@ -79,6 +81,7 @@ class Readings(NamedTuple):
         return len(self.value)
 
     def where(self, chosen: np.ndarray) -> "Readings":
+        """Number of readings."""
         """The readings that a mask or an index chooses."""
         return Readings(*(field[chosen] for field in self))
 
@@ -125,11 +128,11 @@ class Recording:
         )
 
     def noisier(self, factor: float) -> "Recording":
-        """The same recording with so much more noise stated."""
+        """The same recording with all standard deviations of readings and tensions stated `factor` times as large."""
         names = ("position_sd_m", "angle_sd_rad", "tension_sd_relative")
         stated = {name: sd * factor for name in names if (sd := getattr(self.measurement, name)) is not None}
         return replace(self, measurement=self.measurement.model_copy(update=stated))
 
     def with_values(self, value: np.ndarray, **changes: Any) -> "Recording":
-        """The same recording with other numbers read."""
+        """The same recording with `value` (r,) read instead, m or rad, and with other fields as `changes` say."""
         return replace(self, readings=self.readings._replace(value=value), **changes)

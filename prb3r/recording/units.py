@@ -51,7 +51,7 @@ def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
 
 
 def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
-    """Standard deviations that look like another unit."""
+    """Sentences on standard deviations that are so large that they look like another unit."""
     length, position, angle = manipulator.chain().length, measurement.position_sd_m, measurement.angle_sd_rad
     if position and position > length / 10:
         yield f"position_sd_m = {position:g} is much for a length of {length:.4g} m; in metres?"

@@ -68,6 +68,7 @@ class _Run:
         self.pieces: dict[int, list[Piece | None]] = {}
 
     def drive(self, pool: "LokyWorkers | DaskWorkers", events: SimpleQueue) -> None:
+        """Work everything off; each outcome is delivered as it comes."""
         while self.waiting or self.suspects or self.flying:
             while self.waiting and self.flying < (1 if self.alone else pool.slots):
                 self._launch(pool, self.waiting, alone=False)

@@ -41,7 +41,7 @@ class Journal:
 
     @property
     def seconds(self) -> float:
-        """Spent so far, in earlier runs too."""
+        """Time spent so far, with that of earlier runs which were interrupted, s."""
         return self._spent + time.monotonic() - self._begin
 
     def known(self, stage: str) -> dict[int, Any]:
@@ -49,13 +49,13 @@ class Journal:
         return dict(self._values.get(stage, {}))
 
     def add(self, stage: str, number: int, value: Any) -> None:
-        """Keep a value."""
+        """Append the value of a stage with its number to the file."""
         if self._path:
             with open(self._path, "ab") as file:
                 _write(file, (stage, number, value, self.seconds))
 
     def discard(self) -> None:
-        """Remove the file."""
+        """Remove the file, as all of it has been used."""
         if self._path:
             self._path.unlink(missing_ok=True)
 

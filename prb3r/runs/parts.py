@@ -43,9 +43,11 @@ class Parts:
 
     @property
     def home(self) -> Path:
+        """The folder of these parts."""
         return self.folder / ".parts" / self.spec_hash[:12]
 
     def path(self, chunk: int, kind: str) -> Path:
+        """The file of a kind of table of a chunk."""
         return self.home / f"{chunk:06d}.{kind}.parquet"
 
     def has(self, chunk: int, key: str) -> bool:
@@ -61,7 +63,13 @@ class Parts:
                 writer.write_table(data.combine_chunks())
 
     def load(self, chunk: int, kind: str) -> pa.Table:
-        """One table of a stored chunk."""
+        """A table of a stored chunk, without the key it was stored under.
+
+        Raises
+        ------
+        SpecError
+            If it is not there or is damaged.
+        """
         data = read_arrow(self.path(chunk, kind))
         return data.replace_schema_metadata({k: v for k, v in data.schema.metadata.items() if k != PART})
 

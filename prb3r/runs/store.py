@@ -85,7 +85,7 @@ def canonical(content: Any) -> str:
 
 
 def content_hash(content: Any) -> str:
-    """SHA-256 of canonical JSON."""
+    """SHA-256 of the canonical JSON of plain content, in hexadecimal digits."""
     return hashlib.sha256(canonical(content).encode()).hexdigest()
 
 

@@ -20,7 +20,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Workers:
-    """Who does the work."""
+    """Who does the work: processes on this machine or a cluster."""
 
     backend: Literal["loky", "dask"] = "loky"
     jobs: int = 1

@@ -31,7 +31,7 @@ Tree = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """One case as resolved."""
+    """A case as resolved: its factors, and all that they set."""
 
     number: int
     factors: dict[str, Any]
@@ -40,11 +40,18 @@ class Case:
     """`manipulator, broken, initial, step, sweep, cloud`, all plain values."""
 
     def manipulator(self) -> Manipulator:
+        """The manipulator of the case, checked already when the case was resolved."""
         return Manipulator.model_validate(self.settings["manipulator"])
 
 
 def axis_values(factor: Factor) -> list[Any]:
-    """The values a grid factor takes."""
+    """The values that a factor of the grid takes, in the order of the spec.
+
+    Raises
+    ------
+    ValueError
+        For a factor that is sampled.
+    """
     if factor.level is not None:
         return list(factor.level)
     if factor.values is not None:
@@ -104,7 +111,7 @@ def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
 
 
 def count_cases(study: Study) -> int:
-    """Number of cases, without making them."""
+    """Number of cases of a study, found without making them."""
     lengths: dict[str, int] = {}
     for factor in study.factor:
         span = factor.linspace or factor.geomspace

@@ -11,7 +11,7 @@ from prb3r.study.spec import CaseComparison, Factor, Plot, Study
 
 
 def described(study: Study) -> list[Quantity]:
-    """Quantities beyond the nomenclature: factors, metrics, comparisons."""
+    """What the columns of a study mean beyond the nomenclature: its factors, metrics and comparisons."""
     metrics = [quantity for metric in study.metric for quantity in metric.quantities()]
     return [*map(_factor, study.factor), *metrics, *map(_comparison, study.comparison)]
 

@@ -20,7 +20,7 @@ ALIKE_SHARE = 0.05
 
 @dataclass(frozen=True)
 class DesignComparison:
-    """Designs and their worth."""
+    """Designs side by side: what each is worth by the objectives of its study."""
 
     values: pd.DataFrame
     """One row a design, one column an objective (its metric's name); the worst of the cases that count."""
@@ -47,31 +47,9 @@ class DesignComparison:
         signs = np.array([1.0 if objective.better == "high" else -1.0 for objective in self.objectives])
         return np.nan_to_num(self.values.to_numpy(float) * signs, nan=-np.inf)
 
-    def markdown(self) -> str:
-        """Table, front and recommendation."""
-        rows = [
-            f"| {o.words} ({o.better} is better) | {' | '.join(self._cells(k))} |"
-            for k, o in enumerate(self.objectives)
-        ]
-        marks = ["**yes**" if on else "no" for on in self.front]
-        head = f"| | {' | '.join(self.values.index)} |"
-        rule = "|---|" + "---|" * len(self.values)
-        rows.append(f"| on the Pareto front | {' | '.join(marks)} |")
-        note = f"Worst value over the {self.shared} cases that all designs share"
-        note += (
-            f"; {self.failed} of them left out because a design has no stable equilibrium there" if self.failed else ""
-        )
-        note += f"; {self.left_out} cases that only some designs have are not used" if self.left_out else ""
-        return "\n".join([head, rule, *rows, "", f"{note}. Best values in bold.", "", *recommendation(self)])
 
-    def _cells(self, k: int) -> list[str]:
-        column, scores = self.values.iloc[:, k], self.scores[:, k]
-        texts = [_number(value, self.quantities[k]) for value in column]
-        return [f"**{text}**" if score == scores.max() else text for text, score in zip(texts, scores, strict=True)]
-
-
-def _number(value: float, quantity: Quantity) -> str:
-    """Three digits and the unit, small lengths in millimetres."""
+def value_in_words(value: float, quantity: Quantity) -> str:
+    """A value with three digits and its unit, small lengths in millimetres; `-` where there is none."""
     if not np.isfinite(value):
         return "-"
     unit = "" if quantity.unit == "1" else quantity.unit
@@ -217,13 +195,15 @@ def _trade(comparison: DesignComparison, k: int, wins: list[int], kept: list[int
     if not prices:
         return best
     worst = sorted(prices, reverse=True)[:2]
-    number = lambda value, j: _number(value, comparison.quantities[j])  # noqa: E731
+    number = lambda value, j: value_in_words(value, comparison.quantities[j])  # noqa: E731
     texts = [f"{objectives[j].words} is {number(own, j)} against {number(other, j)}" for _, j, own, other in worst]
     return f"{best}; the price: {_listed(texts)}"
 
 
 def _with_number(comparison: DesignComparison, k: int, j: int) -> str:
-    return f"{comparison.objectives[j].words} ({_number(comparison.values.iloc[k, j], comparison.quantities[j])})"
+    return (
+        f"{comparison.objectives[j].words} ({value_in_words(comparison.values.iloc[k, j], comparison.quantities[j])})"
+    )
 
 
 def _listed(words: list[str]) -> str:

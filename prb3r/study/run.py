@@ -31,20 +31,20 @@ from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_row, solve_
 
 
 class Progress(Protocol):
-    """Hears how a run goes."""
+    """Something that hears how a run of a study goes."""
 
     def begin(self, name: str, cases: int, done: int) -> None:
         """A study starts with `done` of its `cases` stored by an earlier run."""
 
     def advance(self, cases: int, failed: int) -> None:
-        """So many more cases are stored."""
+        """So many more cases are stored, `failed` of them without a converged equilibrium."""
 
     def end(self) -> None:
-        """The study is over."""
+        """The study is over, whether or not it got to its end."""
 
 
 class Silent:
-    """No progress."""
+    """A listener that tells nobody."""
 
     def begin(self, name: str, cases: int, done: int) -> None: ...
 
@@ -55,7 +55,7 @@ class Silent:
 
 @dataclass(frozen=True)
 class Options:
-    """How to run, not what."""
+    """How a study is run and where its results go; what is run says the study."""
 
     output: Path = Path("results")
     workers: Workers = field(default_factory=Workers)
@@ -90,13 +90,14 @@ class Plan:
         return content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
 
     def chunk_key(self, chunk: Chunk) -> str:
+        """Hash of all that the tables of a chunk depend on, but for the program."""
         metrics = [metric.model_dump() for metric in chunk.metrics]
         cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
         return content_hash([cases, metrics, chunk.states, chunk.state_disks])
 
     @property
     def columns(self) -> set[str]:
-        """Columns that plots and comparisons may name."""
+        """All columns of cases and states that plots and comparisons may name."""
         fixed = set(blank_row(self.cases[0], tuple(self.study.metric), "", ""))
         compared = {comparison.name for comparison in self.study.comparison}
         cables = {f"cable_{name}_n" for name in self.chunks[0].cables}
@@ -110,7 +111,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Result:
-    """A finished study."""
+    """A finished study: its table of cases, and what its manifest says."""
 
     plan: Plan
     cases: pd.DataFrame
@@ -120,10 +121,12 @@ class Result:
 
     @property
     def folder(self) -> Path:
+        """Where tables, manifest, figures and report are."""
         return self.plan.folder
 
     @property
     def failed(self) -> int:
+        """Number of cases without a converged equilibrium."""
         return int((self.cases["outcome"] != "converged").sum())
 
     def states(self) -> pd.DataFrame | None:
@@ -162,7 +165,7 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
-    """Run a resolved study."""
+    """Run a resolved study; see :func:`run_study`."""
     started = time.perf_counter()
     ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
@@ -240,7 +243,7 @@ def _stacked(states: list[dict], plan: Plan) -> dict[str, Any]:
 
 
 def straight_lengths(cases: list[Case]) -> dict[int, float]:
-    """Straight length of each case's manipulator, m."""
+    """Straight length of the manipulator of every case, m, by number of the case."""
     known: dict[str, float] = {}
     lengths = {}
     for case in cases:
@@ -256,12 +259,12 @@ def forecast(plan: Plan) -> tuple[float, int]:
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
     parts = Parts(plan.folder, plan.key, kinds)
     waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
-    cases = [one for chunk in waiting for one in chunk.single()]
+    cases = [single for chunk in waiting for single in chunk.single()]
     if not cases:
         return 0.0, len(plan.cases)
     solve_chunk(cases[0])  # compiles
     sample = cases[:: max(1, len(cases) // 3)][:4]
     begin = time.perf_counter()
-    for one in sample:
-        solve_chunk(one)
+    for single in sample:
+        solve_chunk(single)
     return (time.perf_counter() - begin) / len(sample) * len(cases), len(plan.cases) - len(cases)

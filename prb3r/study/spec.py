@@ -18,7 +18,7 @@ MAX_CASES = 1_000_000
 
 
 class Range(Strict):
-    """Numbers between two ends, both included."""
+    """A number of values from one end to the other, both included."""
 
     start: float = Field(alias="from")
     stop: float = Field(alias="to")
@@ -26,7 +26,7 @@ class Range(Strict):
 
 
 class Interval(Strict):
-    """Where a sampled factor may lie."""
+    """The ends between which a sampled factor lies."""
 
     low: float
     high: float
@@ -133,7 +133,7 @@ class LoadSweep(Strict):
 
     @model_validator(mode="after")
     def _turning(self) -> "LoadSweep":
-        if any(one == other for one, other in itertools.pairwise(self.turns)):
+        if any(turn == next_turn for turn, next_turn in itertools.pairwise(self.turns)):
             raise ValueError("turns must differ from one to the next")
         return self
 
@@ -211,7 +211,7 @@ class Plot(Strict):
 
 
 class Objective(Strict):
-    """What makes a design better."""
+    """A column of cases by which designs are compared, and which way is better."""
 
     metric: str
     better: Literal["low", "high"]
@@ -229,7 +229,7 @@ class Designs(Strict):
 
 
 class Study(Strict):
-    """A whole study file."""
+    """A whole study file: question, factors, loads, metrics, comparisons and plots."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
     title: str

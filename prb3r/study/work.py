@@ -9,7 +9,9 @@ from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.laws.self_consistent import NOT_CLOSED, equilibria_of
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
-from prb3r.study.metrics import Metric, Solved, Workspace, drive_tension
+from prb3r.study.metrics.base import Metric, Solved
+from prb3r.study.metrics.drive import drive_tension
+from prb3r.study.metrics.reach import Workspace
 from prb3r.study.spec import Cloud
 from prb3r.study.workspace import cloud_loads
 
@@ -29,7 +31,7 @@ class Chunk:
     """Names of the cables in the table of states."""
 
     def single(self) -> list["Chunk"]:
-        """One chunk for every case."""
+        """Chunks of a single case each, for finding the one that kills its worker."""
         return [replace(self, cases=(case,)) for case in self.cases]
 
 
@@ -59,7 +61,7 @@ def solve_case(case: Case) -> Solved:
 def bend_limit(case: Case, cable: str, cloud: Cloud) -> float:
     """Tension at which `cable` alone, nothing broken, bends the outermost segment it drives by the cloud's bend, N."""
     whole, most = case.manipulator(), 20 * cloud.tension_n[cable]
-    segment = next(each.ends_at_segment for each in whole.cable if each.name == cable)
+    segment = next(other.ends_at_segment for other in whole.cable if other.name == cable)
     tension = drive_tension(whole, whole.chain(), cable, segment, cloud.bend_rad or np.pi, most)
     if not np.isfinite(tension):
         raise ValueError(f"up to {most:g} N cable {cable!r} does not bend its segment by {cloud.bend_rad:g} rad")
@@ -67,7 +69,7 @@ def bend_limit(case: Case, cable: str, cloud: Cloud) -> float:
 
 
 def outcome_columns(solved: Solved) -> Row:
-    """How the solution went, over all steps."""
+    """The columns that say how the solution of a case went: outcome, reason, and numbers over all its steps."""
     states = solved.states
     failed = ~np.array([Outcome(code).solved for code in states.outcome])
     unstable = states.outcome == Outcome.UNSTABLE
@@ -102,6 +104,7 @@ def blank_row(case: Case, metrics: tuple[Metric, ...], outcome: str, reason: str
 
 
 def label_columns(case: Case) -> Row:
+    """The columns that tell a case from the others: number, factors and broken cables."""
     return {"case_id": case.number, **case.factors, "broken_cables": ",".join(case.settings["broken"])}
 
 

@@ -9,7 +9,7 @@ import tomli_w
 
 from prb3r.errors import SpecError
 from prb3r.study.cases import Case, resolve, steps_frame
-from prb3r.study.metrics import Loop, last_loop
+from prb3r.study.metrics.response import Loop, last_loop
 from prb3r.study.run import plan_study
 from prb3r.study.spec import load_study
 from prb3r.study.work import case_row, solve_case

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from prb3r.present.study.comparison import comparison_page
 from prb3r.study.cases import count_cases
 from prb3r.study.designs import compare_results
 from prb3r.study.run import Options, Workers, plan_study, run_study
@@ -122,7 +123,7 @@ def test_stiffness_designs_trade_coupling_for_tension(tmp_path):
     )
     assert worth["drive_tension_n"].iloc[1] == pytest.approx(8 * worth["drive_tension_n"].iloc[0], rel=0.01)
     assert comparison.front == [True, True]
-    assert "Recommendation" in comparison.markdown()
+    assert "Recommendation" in comparison_page(comparison)
 
 
 def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies():

@@ -33,8 +33,8 @@ def is_empty(values: pd.Series) -> pd.Series:
 
 def number_problems(values: pd.Series, place: str) -> list[Problem]:
     """Cells of a column that are neither finite numbers nor empty."""
-    found, problems = numbers(values), []
-    strange = found.isna() & ~is_empty(values)
+    read, problems = numbers(values), []
+    strange = read.isna() & ~is_empty(values)
     if strange.any():
         first = values[strange].iloc[0]
         comma = isinstance(first, str) and pd.notna(pd.to_numeric(first.replace(",", "."), errors="coerce"))
@@ -42,7 +42,7 @@ def number_problems(values: pd.Series, place: str) -> list[Problem]:
         problems.append(
             Problem(place, f"row {strange.idxmax() + 1} holds {first!r}, not a number{remedy}{others(strange)}")
         )
-    infinite = found.abs() == np.inf
+    infinite = read.abs() == np.inf
     if infinite.any():
         problems.append(Problem(place, f"row {infinite.idxmax() + 1} is infinite{others(infinite)}"))
     return problems
@@ -86,15 +86,15 @@ def rows_of(which: pd.Series) -> str:
 
 def ranges(values: Iterable[int], most: int = 6) -> str:
     """`1-3, 7`: whole numbers in words, at most so many stretches of them."""
-    each = np.unique(np.asarray(list(values), int))
-    stretches = [s for s in np.split(each, np.flatnonzero(np.diff(each) > 1) + 1) if len(s)]
+    ordered = np.unique(np.asarray(list(values), int))
+    stretches = [s for s in np.split(ordered, np.flatnonzero(np.diff(ordered) > 1) + 1) if len(s)]
     texts = [f"{s[0]}" if len(s) == 1 else f"{s[0]}-{s[-1]}" for s in stretches[:most]]
     left = sum(len(s) for s in stretches[most:])
     return ", ".join(texts) + (f" and {left} more" if left else "")
 
 
 def count(number: int, what: str) -> str:
-    """`1 row`, `3 rows`."""
+    """A number with its noun, in the plural where it needs one: `1 row`, `3 rows`."""
     return f"{number} {what}{'s' * (number != 1)}"
 
 

@@ -87,5 +87,5 @@ def line_of(lines: Mapping[Keys, int], keys: Keys) -> int:
 
 
 def dotted(keys: Keys) -> str:
-    """`segment[1].thickness_m`: keys as people write them."""
+    """Keys as people write them: `("segment", 1, "thickness_m")` is `segment[1].thickness_m`."""
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")

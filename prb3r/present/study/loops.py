@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from prb3r.present import style
 from prb3r.present.study.sheet import Sheet, entry, failures
 from prb3r.study.columns import disk_of
-from prb3r.study.metrics import last_loop
+from prb3r.study.metrics.response import last_loop
 
 ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
 

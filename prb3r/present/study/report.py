@@ -25,7 +25,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Source:
-    """What a report is made from."""
+    """What the report of a study is made from, and how its values are put into words."""
 
     study: Study
     cases: pd.DataFrame
@@ -34,26 +34,31 @@ class Source:
 
     @property
     def factors(self) -> list[str]:
+        """Columns of the cases that hold factors."""
         return [factor.name for factor in self.study.factor]
 
     @property
     def compared(self) -> list[str]:
+        """Columns of the cases that hold comparisons."""
         return [comparison.name for comparison in self.study.comparison]
 
     @property
     def measured(self) -> list[str]:
-        """Metric columns."""
+        """Columns of the cases that hold metrics, without factors and comparisons."""
         apart = {*self.factors, *self.compared}
         return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
 
     @property
     def failed(self) -> pd.DataFrame:
+        """The rows of cases without a stable equilibrium."""
         return self.cases[self.cases["outcome"] != "converged"]
 
     def quantity(self, column: str) -> Quantity:
+        """What a column of the cases means."""
         return style.quantity_of(column, self.quantities)
 
     def shown(self, column: str) -> style.Shown:
+        """The unit and the label a column is shown with, by the size of its values unless a plot asks for one."""
         numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
         return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
 

@@ -122,13 +122,14 @@ def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
 
 
 def not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
+    """A sentence that names a case by what tells it from the others, and says why it is not drawn."""
     keys = {sheet.plot.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
     names = [sheet.text(column, row[key]) for column, key in keys.items() if column]
     return f"{', '.join(names)}: {what}" if names else what
 
 
 def notes(texts: list[str], most: int = 6) -> list[Line2D]:
-    """Legend entries for what is not drawn."""
+    """Legend entries for what is not drawn: the first `most` texts, and how many more there are."""
     more = [f"and {len(texts) - most} more"] if len(texts) > most else []
     return [entry({**FAILED_MARK, "label": text}) for text in texts[:most] + more]
 
@@ -143,7 +144,7 @@ def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:
 
 
 def straight(manipulator: Manipulator) -> Body:
-    """The manipulator at rest, without tension."""
+    """Curves of the straight manipulator at rest, its cables without tension, m."""
     pitch = manipulator.per_plate(segment.length_m for segment in manipulator.segment) + manipulator.disk.thickness_m
     x = np.concatenate([[0.0], np.cumsum(pitch)]) - manipulator.disk.thickness_m / 2
     return body(manipulator, pd.DataFrame({"disk": range(len(x)), "x_m": x, "y_m": 0.0, "angle_rad": 0.0}))

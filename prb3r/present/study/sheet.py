@@ -24,7 +24,7 @@ COLUMN = "_column"
 
 @dataclass(frozen=True)
 class Scene:
-    """What a drawing needs beyond the tables."""
+    """What a drawing needs beyond the tables of cases and states."""
 
     manipulator: Callable[[int], Manipulator]
     """From `case_id`."""
@@ -112,7 +112,7 @@ class Sheet:
         return f"${quantity.symbol}$ = {style.with_unit(value * unit.factor, unit.unit)}"
 
     def panels(self) -> tuple[list[str], list[pd.DataFrame]]:
-        """Title and rows of each panel."""
+        """The titles of the panels and the rows of the cases in them."""
         values = ordered(self.rows["_panel"])
         parts = [self.rows[self.rows["_panel"] == value] for value in values]
         titles = [self.text(self.plot.panel, value) if self.plot.panel else "" for value in values]

@@ -80,6 +80,7 @@ class DaskWorkers:
             raise EngineError(*wrong)
 
     def submit(self, job: Job) -> None:
+        """Begin a job; an event `(job, fate, result)` follows when it ends."""
         task = partial(shielded, self.function, job.task)
         future = self.futures[job] = self.client.submit(task, key=f"prb3r-{uuid4().hex}", pure=False)
         future.add_done_callback(partial(self._report, job))
@@ -104,6 +105,7 @@ class DaskWorkers:
             raise EngineError(Problem(self.address, f"the scheduler has had no workers for {PATIENCE_S:g} s"))
 
     def free(self, job: Job, fate: Fate) -> None:
+        """Give back what a job that ended has held."""
         self.futures.pop(job).release()
         self.seen = time.monotonic()
 

@@ -43,6 +43,7 @@ class LokyWorkers:
         return self
 
     def submit(self, job: Job) -> None:
+        """Begin a job; an event `(job, fate, result)` follows when it ends."""
         from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 
         while True:
@@ -72,6 +73,7 @@ class LokyWorkers:
         """Nothing to look after: a process that dies reports itself."""
 
     def free(self, job: Job, fate: Fate) -> None:
+        """Give back what a job that ended has held."""
         one = self.busy.pop(job)
         if fate == "crashed":
             one.shutdown()

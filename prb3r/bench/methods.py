@@ -1,0 +1,107 @@
+"""The engine in all its models against the seed's method and the integral model: time and error."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from prb3r.bench.prototype import (
+    NO_LOAD,
+    PRESLIDING,
+    TIP_LOAD,
+    Timed,
+    engine_task,
+    prototype,
+    reversals,
+    table_2,
+    tips,
+)
+from prb3r.mechanics.chain import pose
+from prb3r.mechanics.plate import gauss_collocation, plate_model
+from prb3r.mechanics.reference import integral_fsolve, seed_fsolve
+
+CONVERGED_POINTS = 6
+"""Gauss points per plate of the elastica that counts as exact."""
+PRB_ENGINE, ELASTICA_ENGINE = "engine, PRB 3R", "engine, elastica"
+TIP_ENGINE, HISTORY_ENGINE = "engine, PRB 3R, tip load 5 N", "engine, PRB 3R, mu 0.3, loading history"
+FSOLVE, INTEGRAL = "reference: fsolve on Eq. 12", "reference: integral model"
+
+
+def method_tasks(times: int) -> Iterator[tuple[Timed, float]]:
+    """Every method with its largest tip error in % of length, against the elastica under the same loads.
+
+    The engine solves the loads of Table 2 `times` over in one call; the references solve them once, each load from the
+    last solution.
+    """
+    yield from _without_history(times)
+    yield from _with_history()
+    yield from _references()
+
+
+def method_table(tasks: Sequence[Timed], errors: Sequence[float], seconds: np.ndarray) -> pd.DataFrame:
+    """One row a method; `seconds` (rounds, tasks), ratios are medians of those within a round."""
+    median = np.median(seconds, axis=0)
+    return pd.DataFrame(
+        {
+            "method": [task.name for task in tasks],
+            "equilibria_per_call": [task.equilibria for task in tasks],
+            "time_of_20_s": 20 * median,
+            "time_each_s": median,
+            "times_engine": np.median(seconds / seconds[:, :1], axis=0),
+            "tip_error_percent": errors,
+        }
+    )
+
+
+def _without_history(times: int) -> Iterator[tuple[Timed, float]]:
+    springs, elastica = plate_model("prb3r"), gauss_collocation()
+    bare = prototype(springs)
+    cases = [
+        (PRB_ENGINE, bare, NO_LOAD),
+        (ELASTICA_ENGINE, prototype(elastica), NO_LOAD),
+        ("engine, PRB 3R, mu 0.3", prototype(springs, 0.3), NO_LOAD),
+        ("engine, elastica, mu 0.3", prototype(elastica, 0.3), NO_LOAD),
+        (TIP_ENGINE, bare, TIP_LOAD),
+        ("engine, elastica, tip load 5 N", prototype(elastica), TIP_LOAD),
+        ("engine, constant curvature", prototype(elastica)._replace(tied=True), NO_LOAD),
+    ]
+    for name, chain, tip in cases:
+        task = engine_task(name, chain, table_2(chain, times, tip))
+        yield task, _error(task, float(chain.friction[0, 0]), tip)
+
+
+def _with_history() -> Iterator[tuple[Timed, float]]:
+    plates = {HISTORY_ENGINE: plate_model("prb3r"), "engine, elastica, mu 0.3, loading history": gauss_collocation()}
+    exact = prototype(gauss_collocation(CONVERGED_POINTS), 0.3)._replace(presliding=PRESLIDING)
+    for name, plate in plates.items():
+        chain = prototype(plate, 0.3)._replace(presliding=PRESLIDING)
+        task = engine_task(name, chain, reversals(chain))
+        converged = engine_task("converged elastica", exact, reversals(exact)).run()
+        yield task, _percent(task.run(), converged, exact.length)
+
+
+def _references() -> Iterator[tuple[Timed, float]]:
+    bare = prototype(plate_model("prb3r"))
+    once = table_2(bare)
+
+    def by_fsolve() -> np.ndarray:
+        shape = pose(bare, seed_fsolve(bare, once)[0])
+        return tips(shape.x, shape.y)
+
+    def by_integrals() -> np.ndarray:
+        shape = integral_fsolve(bare, once)[1]
+        return tips(shape.x, shape.y)
+
+    for task in (Timed(FSOLVE, 20, by_fsolve), Timed(INTEGRAL, 20, by_integrals)):
+        yield task, _error(task)
+
+
+def _error(task: Timed, mu: float = 0.0, tip: tuple[float, float] = NO_LOAD) -> float:
+    """Largest tip error over the loads of Table 2, in % of length."""
+    exact = prototype(gauss_collocation(CONVERGED_POINTS), mu)
+    converged = engine_task("converged elastica", exact, table_2(exact, tip=tip)).run()
+    return _percent(task.run()[:20], converged, exact.length)
+
+
+def _percent(tip: np.ndarray, converged: np.ndarray, length: float) -> float:
+    return float(100 * np.abs(tip - converged).max() / length)

@@ -1,0 +1,120 @@
+"""What was measured as a page of Markdown and as JSON."""
+
+import json
+
+import pandas as pd
+
+from prb3r.bench.measure import Measured
+from prb3r.bench.methods import CONVERGED_POINTS
+from prb3r.bench.prototype import PRESLIDING
+from prb3r.present.markdown import table_lines
+
+
+def bench_page(result: Measured) -> str:
+    """The whole result as a page of Markdown, goals first."""
+    machine = result.machine
+    git = machine["git"]
+    revision = f"{git['revision'][:12]}{' with changes' if git['dirty'] else ''}" if git else "unknown"
+    versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+    lines = [
+        "# Speed and accuracy",
+        "",
+        f"{machine['processor']}, {machine['system']}, one thread; {versions}; revision {revision}; "
+        f"{machine['measured']}; medians of {machine['rounds']} interleaved rounds.",
+        "",
+        *_goals(result.goals),
+        "",
+        "20 equilibria of Table 2: cable 1 drawn in with 10 to 200 N, 14 plates, no friction unless said; loading "
+        f"history: 40 steps of cables 1 and 3 with reversals, presliding {1e6 * PRESLIDING:g} um, for 20 of them.  "
+        f"Errors are against an elastica with {CONVERGED_POINTS} Gauss points per plate under the same loads.",
+        "",
+        *_methods(result.methods),
+        "",
+        "The same rod in ever more plates:",
+        "",
+        *_scaling(result.scaling),
+        "",
+        "Jacobians against as many solves:",
+        "",
+        *_jacobians(result.jacobians),
+    ]
+    if result.diagnosis is not None:
+        lines += [
+            "",
+            "Diagnoses of recordings of 40 steps in 7 sequences, 14 disks:",
+            "",
+            *_diagnosis(result.diagnosis),
+        ]
+    return "\n".join([*lines, ""])
+
+
+def bench_json(result: Measured) -> str:
+    """The whole result as JSON: `machine`, `methods`, `scaling`, `jacobians`, `diagnosis` (null if none), `goals`."""
+    names = ("methods", "scaling", "jacobians", "diagnosis", "goals")
+    tables = {name: getattr(result, name) for name in names}
+    records = {name: None if table is None else table.to_dict("records") for name, table in tables.items()}
+    return json.dumps({"machine": result.machine, **records}, indent=2)
+
+
+def _goals(goals: pd.DataFrame) -> list[str]:
+    rows = [
+        [
+            row.goal,
+            f"{row.relation} {row.asked:g}",
+            _plain(row.measured),
+            f"{row.of_asked:.2g}",
+            "met" if row.met else "**missed**",
+        ]
+        for row in goals.itertuples()
+    ]
+    return table_lines(["goal", "asked", "measured", "of asked", ""], rows)
+
+
+def _methods(methods: pd.DataFrame) -> list[str]:
+    rows = [
+        [
+            row.method,
+            _plain(row.times_engine),
+            f"{row.tip_error_percent:.2g}",
+            f"{1e3 * row.time_of_20_s:.3g}",
+            f"{1e6 * row.time_each_s:.3g}",
+        ]
+        for row in methods.itertuples()
+    ]
+    head = ["method", "times engine", "largest tip error, % of length", "20 equilibria, ms", "one, us"]
+    return table_lines(head, rows)
+
+
+def _scaling(scaling: pd.DataFrame) -> list[str]:
+    rows = [
+        [
+            str(row.plates),
+            row.loads,
+            f"{row.per_plate_of_shortest:.2f}",
+            f"{1e6 * row.time_per_plate_s:.3g}",
+            _plain(1e6 * row.time_each_s),
+        ]
+        for row in scaling.itertuples()
+    ]
+    return table_lines(["plates", "loads", "a plate, of the shortest chain's", "a plate, us", "equilibrium, us"], rows)
+
+
+def _jacobians(jacobians: pd.DataFrame) -> list[str]:
+    rows = [
+        [row.loads, str(row.parameters), f"{row.of_as_many_solves:.2f}", _plain(1e6 * row.time_each_s)]
+        for row in jacobians.itertuples()
+    ]
+    return table_lines(["loads", "parameters", "of as many solves", "an equilibrium, us"], rows)
+
+
+def _diagnosis(diagnosis: pd.DataFrame) -> list[str]:
+    rows = [
+        [row.friction, str(row.design), row.concealed or "nothing", row.verdict, f"{row.seconds:.1f}"]
+        for row in diagnosis.itertuples()
+    ]
+    return table_lines(["friction", "design", "concealed", "verdict", "s"], rows)
+
+
+def _plain(number: float) -> str:
+    """Three digits without an exponent; small numbers keep theirs."""
+    return f"{number:,.0f}" if number >= 100 else f"{number:.3g}"

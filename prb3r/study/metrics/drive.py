@@ -1,0 +1,78 @@
+"""Tensions that bring a segment to a given bend."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.optimize import brentq
+
+from prb3r.mechanics.chain import Chain, loads
+from prb3r.model.files.numbers import Positive
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.manipulator import Manipulator
+from prb3r.quantities import Quantity
+from prb3r.study.metrics.base import Metric, Solved
+
+
+class DriveTension(Metric):
+    """Tension of one cable alone that bends a segment by a given angle; NaN where `up_to_n` does not."""
+
+    kind: Literal["drive-tension"]
+    cable: str
+    segment: Annotated[int, Field(ge=1)]
+    bend_rad: Positive
+    up_to_n: Positive = 2000.0
+
+    def quantities(self) -> list[Quantity]:
+        angle = f"{np.degrees(self.bend_rad):.0f} degrees"
+        meaning = f"tension of cable {self.cable} alone that bends segment {self.segment} by {angle}"
+        return [Quantity("drive_tension_n", "T", "N", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        return [drive_tension(case.manipulator, case.chain, self.cable, self.segment, self.bend_rad, self.up_to_n)]
+
+
+def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float) -> float:
+    """Tension (N) of `cable` alone at which `segment` (from 1) bends by `bend` (rad); NaN above `up_to`."""
+    start, end = [0, *manipulator.segment_ends][segment - 1 : segment + 1]
+    column = manipulator.cable_names.index(cable)
+
+    def bends(pulls: np.ndarray) -> np.ndarray:
+        tension = np.zeros((len(pulls), len(manipulator.cable)))
+        tension[:, column] = pulls
+        states = equilibria_of(chain, loads(chain, tension))
+        return np.abs(states.angle[:, end] - states.angle[:, start])
+
+    grid = np.linspace(0.0, up_to, 41)
+    above = np.flatnonzero(bends(grid) >= bend)
+    if not len(above):
+        return np.nan
+    return brentq(lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
+
+
+class ChangingPoint(Metric):
+    """Tension of a cable at which a segment is straight under the other loads of the last step (Fig. 14)."""
+
+    kind: Literal["changing-point"]
+    cable: str
+    segment: Annotated[int, Field(ge=1)] = 1
+    up_to_n: Positive = 500.0
+
+    def quantities(self) -> list[Quantity]:
+        meaning = f"tension of cable {self.cable} at which segment {self.segment} is straight"
+        return [Quantity("changing_point_n", "T_c", "N", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        start, end = [0, *case.manipulator.segment_ends][self.segment - 1 : self.segment + 1]
+        slip = -np.ones_like(case.last.slip)  # at a straight segment the direction of friction does not matter
+
+        def bend(pull: float) -> float:
+            tension = case.last.tension.copy()
+            tension[0, case.cable(self.cable)] = pull
+            found = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))
+            return found.angle[0, end] - found.angle[0, start]
+
+        if not bend(0.0) * bend(self.up_to_n) < 0:
+            return [np.nan]
+        return [brentq(bend, 0.0, self.up_to_n, xtol=1e-10)]

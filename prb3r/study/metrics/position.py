@@ -1,0 +1,81 @@
+"""Where disks are and how far they lie from simpler shapes."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from prb3r.mechanics.chain import pose
+from prb3r.mechanics.plate import gauss_collocation
+from prb3r.quantities import Quantity
+from prb3r.study.metrics.base import DiskNumber, Metric, Solved, column_stem, disk_in_words
+
+CIRCLE_POINTS = 6
+"""Gauss points that integrate a circular arc to rounding error."""
+
+
+class Position(Metric):
+    """Where a disk is and how it is turned at the last load step."""
+
+    kind: Literal["position"]
+    disk: DiskNumber = "tip"
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = column_stem(self.disk), disk_in_words(self.disk)
+        return [
+            Quantity(f"{stem}_x_m", "x", "m", f"centre of {disk} along the straight manipulator"),
+            Quantity(f"{stem}_y_m", "y", "m", f"centre of {disk} across the manipulator"),
+            Quantity(f"{stem}_angle_rad", "θ", "rad", f"absolute angle of {disk}"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, states = case.at(self.disk), case.states
+        return states.x[-1, disk], states.y[-1, disk], states.angle[-1, disk]
+
+
+class Shift(Metric):
+    """How far a disk moves and turns from the initial configuration to the last step."""
+
+    kind: Literal["shift"]
+    disk: DiskNumber
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = column_stem(self.disk), disk_in_words(self.disk)
+        return [
+            Quantity(f"{stem}_shift_m", "Δ", "m", f"distance {disk} moves from the initial configuration"),
+            Quantity(f"{stem}_turn_rad", "Δθ", "rad", f"angle {disk} turns from the initial configuration"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, states = case.at(self.disk), case.states
+        if case.initial:
+            x, y, angle = states.x[0, disk], states.y[0, disk], states.angle[0, disk]
+        else:
+            straight = pose(case.chain, case.chain.rest)
+            x, y, angle = straight.x[disk], straight.y[disk], straight.angle[disk]
+        return np.hypot(states.x[-1, disk] - x, states.y[-1, disk] - y), states.angle[-1, disk] - angle
+
+
+class CurvatureError(Metric):
+    """How far disks lie from constant curvature with the same total angle (Eq. 13, 14; Fig. 9, 10)."""
+
+    kind: Literal["curvature-error"]
+    over: Literal["manipulator", "segment"] = "segment"
+    """What has one curvature: every segment, or the whole manipulator where one cable bends it all."""
+
+    def quantities(self) -> list[Quantity]:
+        return [
+            Quantity("curvature_error", "e", "1", "largest distance of a disk from constant curvature, of the length"),
+            Quantity("curvature_error_y", "e_y", "1", "the largest distance across the manipulator, of the length"),
+            Quantity("total_angle_rad", "Σθ", "rad", "angle of the tip disk"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        states, chain = case.states, case.chain
+        ends = np.array(case.manipulator.segment_ends if self.over == "segment" else [chain.plates])
+        plates = np.diff(ends, prepend=0)
+        bends = np.repeat(np.diff(states.angle[-1, ends], prepend=0.0) / plates, plates)
+        arcs = gauss_collocation(CIRCLE_POINTS)
+        circle = pose(chain._replace(plate=arcs), bends[:, None] * arcs.end)
+        dx, dy = states.x[-1] - circle.x, states.y[-1] - circle.y
+        return np.hypot(dx, dy).max() / chain.length, np.abs(dy).max() / chain.length, states.angle[-1, -1]

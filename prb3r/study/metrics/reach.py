@@ -1,0 +1,48 @@
+"""What the tip can reach."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from prb3r.mechanics.equilibrium import Outcome
+from prb3r.model.files.numbers import Positive
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.quantities import Quantity
+from prb3r.study.metrics.base import Metric, Solved
+from prb3r.study.workspace import area, cloud_loads
+
+
+class Workspace(Metric):
+    """Area that the tip disk's centre reaches, counted in square cells, with its convergence.
+
+    Without `tension_n` the loads are the study's own cloud.
+    """
+
+    kind: Literal["workspace"]
+    cell: Positive = 0.01
+    """Side of a cell, of the straight length."""
+    count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
+    tension_n: dict[str, Positive] | None = None
+
+    def quantities(self) -> list[Quantity]:
+        cell = f"cells of {100 * self.cell:g} % of the length"
+        return [
+            Quantity("workspace_area_m2", "A", "m^2", f"area reached by the tip disk's centre, {cell}"),
+            Quantity(
+                "workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"
+            ),
+            Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        states = case.states
+        if self.tension_n is not None:
+            limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
+            cloud = cloud_loads(case.manipulator, case.chain, limits, self.count)
+            states = equilibria_of(case.chain, cloud, from_rest=True, detail=False)
+        x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
+        half, whole = len(x) // 2, area(x, y, side)
+        share = area(x[:half], y[:half], side) / whole if whole else np.nan
+        return whole, share, float(np.mean(states.outcome != Outcome.CONVERGED))

@@ -1,0 +1,114 @@
+"""How disks answer to a little more load, to other friction and to a cable that is let go and drawn in again."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from prb3r.model.files.numbers import Positive
+from prb3r.quantities import Quantity
+from prb3r.study.metrics.base import DiskNumber, Metric, Solved, column_stem, disk_in_words
+
+
+class Coupling(Metric):
+    """How a newton more on a cable that drives an outer segment moves and turns an inner disk."""
+
+    kind: Literal["coupling"]
+    cable: str
+    disk: DiskNumber
+    load_n: Positive = 1.0
+
+    def quantities(self) -> list[Quantity]:
+        disk = disk_in_words(self.disk)
+        return [
+            Quantity("coupling_m_per_n", "", "m/N", f"shift of {disk} per newton added to cable {self.cable}"),
+            Quantity("coupling_rad_per_n", "", "rad/N", f"turn of {disk} per newton added to cable {self.cable}"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, more = case.at(self.disk), case.last.tension.copy()
+        more[0, case.cable(self.cable)] += self.load_n
+        found, states = case.continued(case.last._replace(tension=more)), case.states
+        shift = np.hypot(found.x[0, disk] - states.x[-1, disk], found.y[0, disk] - states.y[-1, disk])
+        return shift / self.load_n, abs(found.angle[0, disk] - states.angle[-1, disk]) / self.load_n
+
+
+class TipCompliance(Metric):
+    """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
+
+    kind: Literal["tip-compliance"]
+    load_n: Positive = 0.05
+
+    def quantities(self) -> list[Quantity]:
+        return [Quantity("tip_compliance_m_per_n", "", "m/N", "largest shift of the tip disk per newton of tip force")]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        pushes = self.load_n * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]], float)
+        found = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
+        moved = np.array([found.x[:, -1], found.y[:, -1]])
+        compliance = (moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n)
+        return [float(np.linalg.norm(compliance, 2)) if np.isfinite(compliance).all() else np.nan]
+
+
+class FrictionDirection(Metric):
+    """How far a disk moves when all friction reverses at the same tensions: cables paid out instead of drawn in."""
+
+    kind: Literal["friction-direction"]
+    disk: DiskNumber = "tip"
+
+    def quantities(self) -> list[Quantity]:
+        meaning = f"distance of {disk_in_words(self.disk)} between all cables drawn in and all paid out"
+        return [Quantity("friction_direction_shift_m", "", "m", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        disk, ones = case.at(self.disk), np.ones_like(case.last.slip)
+        found = case.continued(case.last._replace(slip=-ones), case.last._replace(slip=ones))
+        return [np.hypot(*np.diff([found.x[:, disk], found.y[:, disk]]).ravel())]
+
+
+class Loop(Metric):
+    """What a disk does where a cable is let go and drawn in again: the last fall and rise of the cable's tension."""
+
+    kind: Literal["loop"]
+    cable: str
+    disk: DiskNumber = "tip"
+    share: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    """Of its way back that the disk must have gone to count as moving."""
+
+    def quantities(self) -> list[Quantity]:
+        stem, disk = column_stem(self.disk), disk_in_words(self.disk)
+        way = f"tension of cable {self.cable} over the way of {disk} across the manipulator"
+        back = f"fall of the tension of cable {self.cable} until {disk} has gone {100 * self.share:g} % of its way back"
+        return [
+            Quantity(f"{stem}_loop_area_n_m", "", "N m", f"area of the loop of the {way}; no energy"),
+            Quantity(f"{stem}_loop_opening_m", "", "m", f"largest gap in y of {disk} between fall and rise"),
+            Quantity(f"{stem}_dead_band_n", "", "N", back),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        tension, y = case.loads.tension[:, case.cable(self.cable)], case.states.y[:, case.at(self.disk)]
+        top, bottom, end = last_loop(tension)
+        if not tension[top] > tension[bottom]:
+            raise ValueError(f"the tension of cable {self.cable} does not fall and rise at the end")
+        pull, way = (np.append(values[top : end + 1], values[top]) for values in (tension, y))
+        area = abs(np.sum((way[1:] + way[:-1]) / 2 * np.diff(pull)))
+        fall, rise = slice(top, bottom + 1), slice(bottom, end + 1)
+        shared = tension[fall] <= tension[end]
+        opening = np.abs(y[fall] - np.interp(tension[fall], tension[rise], y[rise]))[shared].max()
+        gone = (y[fall] - y[top]) / ((y[bottom] - y[top]) or np.nan)
+        first = int(np.argmax(gone >= self.share))
+        if not first:
+            return area, opening, np.nan
+        part = (self.share - gone[first - 1]) / (gone[first] - gone[first - 1])
+        moves = tension[fall][first - 1] + part * np.diff(tension[fall])[first - 1]
+        return area, opening, tension[top] - moves
+
+
+def last_loop(tension: np.ndarray) -> tuple[int, int, int]:
+    """Rows at which the last two monotonic parts of `tension` begin and the last one ends."""
+    going = np.sign(np.diff(tension))
+    moving = np.flatnonzero(going)
+    turns = moving[1:][np.diff(going[moving]) != 0]
+    first, second, third = ([0, 0, *turns.tolist(), len(tension) - 1])[-3:]
+    return first, second, third
