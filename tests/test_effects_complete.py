@@ -1,4 +1,4 @@
-"""One record of every effect on each side of the wall: physics, suspect and rig say the same of names."""
+"""One record of every effect on each side of the wall: physics, suspect and rig say the same of names and places."""
 
 import inspect
 import re
@@ -10,12 +10,11 @@ from prb3r.diagnosis.library import FAMILIES as FAMILIES_OF_SUSPECTS
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects import FAMILIES as FAMILIES_OF_EFFECTS
-from prb3r.proof.rig import effects as rig
+from prb3r.proof.rig.effects import RECORDS
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 NEVER_SUSPECTED = {"empirical_moment"}
 """A fitted law without a mechanism: what the diagnosis says when no suspect explains a recording."""
-RIG = {effect.__name__: parameters for effect, parameters in rig.EFFECTS.items()}
 
 
 def parameters(kind):
@@ -40,12 +39,19 @@ def test_every_effect_has_one_suspect_in_the_family_of_its_physics():
 
 
 def test_every_effect_has_one_record_in_the_rig():
-    assert set(RIG) == set(EFFECT_KINDS)
+    assert set(RECORDS) == set(EFFECT_KINDS)
+    assert all(record.kind == kind for kind, record in RECORDS.items())
 
 
 @pytest.mark.parametrize("kind", EFFECT_KINDS)
 def test_both_sides_take_the_same_parameters(kind):
-    assert set(RIG[kind]) == set(parameters(kind))
+    assert sorted(RECORDS[kind].parameters) == sorted(parameters(kind))
+    assert RECORDS[kind].optional == {name for name, needed in parameters(kind).items() if not needed}
+
+
+@pytest.mark.parametrize("kind", EFFECT_KINDS)
+def test_both_sides_have_an_effect_once_or_as_often_as_it_is_named(kind):
+    assert RECORDS[kind].once == EFFECT_KINDS[kind].once
 
 
 def test_the_readme_describes_every_effect_as_its_class_does():
