@@ -32,6 +32,7 @@ def named_or_rival(found):
 
 EFFECTS = [
     effect("pulley_friction", efficiency=0.95),
+    effect("cable_friction", coefficient=0.6, cables=("1",)),
     effect("worn_hole", disk=2, coefficient=3.0),
     effect("dead_cable", cable="3"),
     effect("tension_offset", offset_n=4.0, cables=("1",)),

@@ -113,9 +113,14 @@ def test_a_place_is_one_where_the_recording_could_show_the_effect(rubbing):
 
 def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     rubs = {"slip_history", "edge_wrap"}
-    assert not names(rubbing, "cable_friction")
+    alone = [f"cable_friction (cables {name})" for name in "1234"]
+    assert names(rubbing, "cable_friction") == alone
+    assert names(frictionless, "cable_friction") == ["cable_friction", *alone]
+    known = {"kind": "cable_friction", "coefficient": 0.5, "cables": ["2"]}
+    others = [name for name in alone if "2" not in name]
+    assert names(scope(effect=[known]), "cable_friction") == others
+    assert names(scope(effect=[known], friction={"coefficient": 0.0}), "cable_friction") == others
     assert set(names(rubbing, *rubs)) == rubs
-    assert names(frictionless, "cable_friction")
     assert not names(frictionless, *rubs)
     along = scope(friction={"coefficient": MU, "direction": "history", "wrap": "edges"})
     assert not names(along, *rubs)
@@ -169,6 +174,8 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     [
         ("pulley_friction", {}, {"efficiency": (0.9, 0.88, 0.93)}, "of all cables takes 10 (7 to 12) % of the tension"),
         ("pulley_friction", {"cables": ("3",)}, {"efficiency": (0.9, None, None)}, "of cable 3 takes 10 % of"),
+        ("cable_friction", {"cables": ("2",)}, {"coefficient": (0.5, 0.4, 0.6)}, "Cable 2 rubs more in its holes"),
+        ("cable_friction", {"cables": ("2",)}, {"coefficient": (0.1, 0.0, 0.2)}, "Cable 2 rubs less in its holes"),
         ("slip_history", {}, {"presliding_m": (3e-5, None, None)}, "over 30 micrometres of travel"),
         ("worn_hole", {"disk": 0}, {"coefficient": (0.5, None, None)}, "The holes of the base disk rub more than"),
         ("worn_hole", {"disk": 3, "cables": ("1",)}, {"coefficient": (0.1, None, None)}, "disk 3 rub less than"),

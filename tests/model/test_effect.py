@@ -43,6 +43,7 @@ def same(a, b, within=1e-9):
     "effect",
     [
         {"kind": "cable_friction", "coefficient": 0.0},
+        {"kind": "cable_friction", "coefficient": 0.0, "cables": ["up"]},
         {"kind": "pulley_friction", "efficiency": 1.0},
         {"kind": "worn_hole", "disk": 2, "coefficient": 0.0},
         {"kind": "edge_wrap"},
@@ -73,6 +74,9 @@ def test_friction_effects_equal_their_nominal_counterparts():
     assert same(state(manipulator(friction)), state(manipulator(mu=0.25)))
     worn = [{"kind": "worn_hole", "disk": disk, "coefficient": 0.25} for disk in range(4)]
     assert same(state(manipulator(*worn)), state(manipulator(mu=0.25)))
+    single = manipulator(friction | {"cables": ["up"]}, mu=0.1)
+    assert same(state(single, 40, 0), state(manipulator(mu=0.25), 40, 0))
+    assert same(state(single, 0, 40), state(manipulator(mu=0.1), 0, 40))
     history = manipulator({"kind": "slip_history", "presliding_m": 1e-4}, mu=0.25)
     assert same(
         state(history), state(manipulator(friction={"coefficient": 0.25, "direction": "history", "presliding_m": 1e-4}))
@@ -186,7 +190,6 @@ def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
 @pytest.mark.parametrize(
     ("kind", "first", "second"),
     [
-        ("cable_friction", {"coefficient": 0.3}, {"coefficient": 0.1}),
         ("slip_history", {"presliding_m": 1e-3}, {"presliding_m": 1e-4}),
         ("edge_wrap", {}, {}),
         ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "cubic", "cubic_m2": 0.002}),
@@ -196,8 +199,7 @@ def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
 )
 def test_a_second_effect_of_a_kind_that_a_rig_has_once_replaces_the_first(kind, first, second):
     twice, last = (
-        manipulator(*({"kind": kind} | values for values in effects), mu=0.2 * (kind != "cable_friction"))
-        for effects in ([first, second], [second])
+        manipulator(*({"kind": kind} | values for values in effects), mu=0.2) for effects in ([first, second], [second])
     )
     assert EFFECT_KINDS[kind].once
     assert same(state(twice, 60, 10), state(last, 60, 10))

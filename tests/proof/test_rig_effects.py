@@ -77,6 +77,7 @@ def same(a, b, atol=1e-9):
 PULLS = [{"cable_1_n": 40.0, "tip_y_n": 1.0}, {"cable_1_n": 20.0, "cable_3_n": 30.0, "slip_1": 1.0}]
 NOTHING = [
     effect("cable_friction", coefficient=0.3),
+    effect("cable_friction", coefficient=0.3, cables=["1"]),
     effect("worn_hole", disk=3, coefficient=0.3, cables=["1"]),
     effect("pulley_friction", efficiency=1.0),
     effect("tension_offset", offset_n=0.0),
@@ -110,6 +111,9 @@ def test_effects_that_another_description_says():
     same(
         simulate(prototype(), PULLS), simulate({**plain, "effect": [effect("cable_friction", coefficient=0.3)]}, PULLS)
     )
+    worn = [effect("worn_hole", disk=disk, coefficient=0.6, cables=["1"]) for disk in range(14)]
+    rubbing = effect("cable_friction", coefficient=0.6, cables=["1"])
+    same(simulate(prototype(rubbing), PULLS), simulate(prototype(*worn), PULLS))
     same(
         simulate(prototype(effect("slip_history", presliding_m=1e-4)), PULLS),
         simulate(prototype(direction="history", presliding_m=1e-4), PULLS),

@@ -5,11 +5,30 @@ from collections.abc import Iterator
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_A_PART, Occurrence, Suspect, as_it_is
+from prb3r.model.effects.friction import CableFriction
+
+
+def _rubbing(scope: Scope) -> Iterator[Place]:
+    """All cables where the nominal model has no friction, each pulled one; none whose friction is known already."""
+    known = [effect for effect in scope.manipulator.effect if isinstance(effect, CableFriction)]
+    settled = {cable for effect in known for cable in effect.cables or scope.manipulator.cable_names}
+    for place in together_and_alone(scope):
+        cables = place.get("cables") or scope.manipulator.cable_names
+        if settled.isdisjoint(cables) and (place or scope.manipulator.friction.coefficient == 0):
+            yield place
 
 
 def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to 2: dry metal on metal stays below 1, a cable that cuts into its hole may exceed it."""
-    return (Free("coefficient", 0.0, 0.0, 2.0),)
+    return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0),)
+
+
+def _rubbing_sentence(fitted: Occurrence) -> str:
+    cables = ", ".join(fitted.place.get("cables", ()))
+    if cables and fitted.friction:
+        return f"Cable {cables} rubs {fitted.more} in its holes than the others: friction coefficient {fitted.size}."
+    who = f"Cable {cables} rubs in its holes" if cables else "The cables rub in their holes"
+    return f"{who} with a coefficient of {fitted.size}, where the nominal model has no friction."
 
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -71,16 +90,7 @@ def _net_turns(scope: Scope) -> list[Place]:
 
 
 SUSPECTS = (
-    Suspect(
-        "cable_friction",
-        sentence=lambda fitted: (
-            f"The cables rub in their holes with a coefficient of {fitted.size}, "
-            "where the nominal model has no friction."
-        ),
-        transfer=as_it_is,
-        places=lambda scope: whole_rig_if(scope.manipulator.friction.coefficient == 0),
-        free=_coefficient,
-    ),
+    Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
     Suspect(
         "slip_history",

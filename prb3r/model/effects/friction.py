@@ -11,14 +11,16 @@ from prb3r.model.files.numbers import NonNegative
 
 
 class CableFriction(Effect):
-    """Belt friction with this coefficient at every hole, where the nominal model has none."""
+    """Belt friction with this coefficient at every hole of all (or the named) cables, in place of the nominal one."""
 
     kind: Literal["cable_friction"]
-    once: ClassVar[bool] = True
     coefficient: NonNegative
+    cables: list[str] | None = None
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        return chain._replace(friction=np.full_like(chain.friction, self.coefficient))
+        friction = chain.friction.copy()
+        friction[:, columns(self.cables, manipulator)] = self.coefficient
+        return chain._replace(friction=friction)
 
 
 class PulleyFriction(Effect):

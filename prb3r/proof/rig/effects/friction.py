@@ -1,7 +1,7 @@
 """Friction of holes and pulleys.
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
-coefficient of every hole, `worn_hole` what then stands at one disk.
+coefficient of every hole of its cables, `worn_hole` what then stands at one disk.
 """
 
 from collections.abc import Iterator
@@ -18,13 +18,16 @@ SLIP_RANGE = -4.5, -3.7
 """Decimal logarithms of the presliding lengths that are drawn, 30 to 200 micrometres."""
 
 
-def _rub(draft: Draft, coefficient):
-    draft.friction[:] = coefficient
+def _rub(draft: Draft, coefficient, cables=None):
+    draft.friction[:, draft.columns(cables)] = coefficient
 
 
 def _rubbing(given: Conditions) -> Iterator[Candidate]:
-    if given.friction == 0:
-        yield Candidate((), lambda u: {"coefficient": u}, 0, 0.6)  # dry steel on steel
+    mu = given.friction
+    for place in given.of_cables():
+        if place or mu == 0:
+            # from a cable that does not rub at all to dry steel on steel, or to as much more than the others
+            yield Candidate(place, lambda u: {"coefficient": mu + u}, -mu, 0.6)
 
 
 def _follow(draft: Draft, presliding_m):
@@ -77,7 +80,13 @@ def _losing(given: Conditions) -> Iterator[Candidate]:
 
 
 FRICTION_RECORDS = (
-    Record("cable_friction", _rub, (size("coefficient", FROM_ZERO),), _rubbing, turn=17, once=True),
+    Record(
+        "cable_friction",
+        _rub,
+        (size("coefficient", FROM_ZERO, Scale.EXCESS), several("cables", "cables")),
+        _rubbing,
+        turn=17,
+    ),
     Record(
         "slip_history",
         _follow,
