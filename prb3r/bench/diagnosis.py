@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.bench.prototype import PLATES, PRESLIDING
-from prb3r.diagnosis.run import diagnose
+from prb3r.diagnosis.run import diagnosis_of
 from prb3r.proof.concealed.designs import Design, Steps, design_of
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import recording_of
@@ -52,7 +52,7 @@ def diagnosis_table(designs: int, say: Callable[[str], None] = lambda text: None
             design = grown(design_of(DESIGN_SEED, number), friction)
             recording = recording_of(design, _label(number))
             begin = time.perf_counter()
-            verdict = diagnose(recording, jobs=CORES).verdict
+            verdict = diagnosis_of(recording, jobs=CORES).verdict
             rows.append(
                 {
                     "friction": friction,
