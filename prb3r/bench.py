@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from prb3r.markdown import markdown_table
 from prb3r.mechanics.chain import Chain, Loads, loads, pose
 from prb3r.mechanics.equilibrium import Outcome, solve
 from prb3r.mechanics.plate import PlateModel, gauss_collocation, plate_model
@@ -317,30 +318,47 @@ def markdown(result: Bench) -> str:
             f"history: 40 steps of cables 1 and 3 with reversals, presliding {1e6 * PRESLIDING:g} um, for 20 of them.  "
             f"Errors are against an elastica with {CONVERGED_POINTS} Gauss points per plate under the same loads.",
             "",
-            "| method | 20 equilibria, ms | each, us | times engine | largest tip error, % of length |",
-            "|---|---|---|---|---|",
-            *(
-                f"| {row['method']} | {1e3 * row['time_of_20_s']:.3g} | {1e6 * row['time_each_s']:.3g} "
-                f"| {_plain(row['times_engine'])} | {row['tip_error_percent']:.2g} |"
-                for row in methods
+            *markdown_table(
+                ("method", "20 equilibria, ms", "each, us", "times engine", "largest tip error, % of length"),
+                (
+                    (
+                        row["method"],
+                        f"{1e3 * row['time_of_20_s']:.3g}",
+                        f"{1e6 * row['time_each_s']:.3g}",
+                        _plain(row["times_engine"]),
+                        f"{row['tip_error_percent']:.2g}",
+                    )
+                    for row in methods
+                ),
             ),
             "",
             "The same rod in ever more plates:",
             "",
-            "| plates | loads | each, us | per plate, us | of the shortest chain's |",
-            "|---|---|---|---|---|",
-            *(
-                f"| {row['plates']} | {row['loads']} | {_plain(1e6 * row['time_each_s'])} "
-                f"| {1e6 * row['time_per_plate_s']:.3g} | {row['per_plate_of_shortest']:.2f} |"
-                for row in scaling
+            *markdown_table(
+                ("plates", "loads", "each, us", "per plate, us", "of the shortest chain's"),
+                (
+                    (
+                        str(row["plates"]),
+                        row["loads"],
+                        _plain(1e6 * row["time_each_s"]),
+                        f"{1e6 * row['time_per_plate_s']:.3g}",
+                        f"{row['per_plate_of_shortest']:.2f}",
+                    )
+                    for row in scaling
+                ),
             ),
             "",
-            "| goal | asked | measured | |",
-            "|---|---|---|---|",
-            *(
-                f"| {row['goal']} | {row['relation']} {row['asked']:g} | {_plain(row['measured'])} "
-                f"| {'met' if row['met'] else '**missed**'} |"
-                for row in goals
+            *markdown_table(
+                ("goal", "asked", "measured", ""),
+                (
+                    (
+                        row["goal"],
+                        f"{row['relation']} {row['asked']:g}",
+                        _plain(row["measured"]),
+                        "met" if row["met"] else "**missed**",
+                    )
+                    for row in goals
+                ),
             ),
             "",
         ]

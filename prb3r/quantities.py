@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from prb3r.markdown import markdown_table
+
 SUFFIXES = {
     "_n_m_per_rad": "N m/rad",
     "_rad_per_n_m": "rad/(N m)",
@@ -191,11 +193,11 @@ def _in_si(unit: str) -> tuple[str, float]:
     return base, size
 
 
-def markdown_table(columns: Iterable[str | Quantity]) -> str:
+def data_dictionary(columns: Iterable[str | Quantity]) -> str:
     """The data dictionary of some columns as a Markdown table."""
     rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
-    lines = [f"| `{q.name}` | {q.symbol} | {q.unit or 'text'} | {q.meaning} |" for q in rows]
-    return "\n".join(["| column | symbol | unit | meaning |", "|---|---|---|---|", *lines])
+    cells = [(f"`{q.name}`", q.symbol, q.unit or "text", q.meaning) for q in rows]
+    return "\n".join(markdown_table(("column", "symbol", "unit", "meaning"), cells))
 
 
 def other_unit(name: str, valid: Iterable[str]) -> str:

@@ -10,7 +10,8 @@ import prb3r
 
 ROOT = Path(prb3r.__file__).parent
 ORDER = {
-    "": "errors quantities mechanics model runs study recording diagnosis proof present bench progress check cli",
+    "": "errors markdown quantities mechanics model runs study recording diagnosis proof present "
+    "bench progress check cli",
     "model": "files laws effects manipulator steps",
     "diagnosis": "settings library fit evidence search checks result stages run",
     "proof": "rig concealed judging prove",
@@ -19,6 +20,7 @@ ORDER = {
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""
 ALLOWED = {
     "errors": set(),
+    "markdown": set(),
     "quantities": set(),
     "mechanics": {"numpy", "scipy", "numba"},
     "model": {"numpy", "pandas", "pydantic", "scipy"},

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from prb3r.quantities import KNOWN, SUFFIXES, Quantity, describe, label, markdown_table, scale, unit_ending
+from prb3r.quantities import KNOWN, SUFFIXES, Quantity, data_dictionary, describe, label, scale, unit_ending
 
 
 def test_longest_unit_ending_wins_whatever_the_stem():
@@ -37,7 +37,7 @@ def test_labels_and_scales_change_unit_together():
 
 
 def test_data_dictionary_has_a_row_per_column():
-    table = markdown_table(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
+    table = data_dictionary(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
     assert len(table) == 4
     assert table[3] == "| `gain` | g | 1 | what is gained |"
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
+from prb3r.markdown import markdown_table
 from prb3r.quantities import Quantity, describe
 from prb3r.runs import store
 from prb3r.runs.provenance import read_manifest
@@ -49,20 +50,15 @@ class Comparison:
 
     def markdown(self) -> str:
         """Table, front and recommendation."""
-        rows = [
-            f"| {o.words} ({o.better} is better) | {' | '.join(self._cells(k))} |"
-            for k, o in enumerate(self.objectives)
-        ]
-        marks = ["**yes**" if on else "no" for on in self.front]
-        head = f"| | {' | '.join(self.values.index)} |"
-        rule = "|---|" + "---|" * len(self.values)
-        rows.append(f"| on the Pareto front | {' | '.join(marks)} |")
+        rows = [[f"{o.words} ({o.better} is better)", *self._cells(k)] for k, o in enumerate(self.objectives)]
+        rows.append(["on the Pareto front", *("**yes**" if on else "no" for on in self.front)])
+        table = markdown_table(["", *map(str, self.values.index)], rows)
         note = f"Worst value over the {self.shared} cases that all designs share"
         note += (
             f"; {self.failed} of them left out because a design has no stable equilibrium there" if self.failed else ""
         )
         note += f"; {self.left_out} cases that only some designs have are not used" if self.left_out else ""
-        return "\n".join([head, rule, *rows, "", f"{note}. Best values in bold.", "", *recommendation(self)])
+        return "\n".join([*table, "", f"{note}. Best values in bold.", "", *recommendation(self)])
 
     def _cells(self, k: int) -> list[str]:
         column, scores = self.values.iloc[:, k], self.scores[:, k]
