@@ -45,6 +45,7 @@ class Conditions:
 
     @property
     def plates(self) -> int:
+        """Number of plates of all segments."""
         return sum(self.segments)
 
     @property
@@ -86,6 +87,7 @@ class Candidate:
 
     @property
     def sized(self) -> bool:
+        """Whether it comes in sizes."""
         return self.low < self.high
 
     @property
