@@ -47,7 +47,7 @@ class Sizes:
     refit_gain: float = 0.99
     """A step that leaves more of the squared distance than this is the last: a per cent decides nothing."""
     relative_change: float = 1e-3
-    """Of constants and tensions for derivatives; the tolerance of the rig is a thousandth of it."""
+    """Of constants and tensions for one-sided derivatives; the tolerance of the rig is a thousandth of it."""
     rank_tolerance: float = 1e-9
     """Singular values of normal equations below this part of the largest are zero: columns are parallel to 3e-5."""
     size_tolerance: float = 0.05
