@@ -275,13 +275,15 @@ def prove_command(output, cases, jobs, seed) -> None:
 
     An interrupted run goes on where it stopped when it is started again.
     """
-    from prb3r.present.proof.report import publish_proof, scores_table
-    from prb3r.proof.concealed.composition import FULL
-    from prb3r.proof.prove import prove as run_proof
+    from prb3r.present.proof.report import publish_proof
+    from prb3r.present.proof.scores import scores_table
+    from prb3r.proof.prove import run_proof
+    from prb3r.proof.settings import SETTINGS
     from prb3r.runs.files import ensure_writable
 
     ensure_writable(Path(output))
     kept = Path(output) / ".journal"
-    found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
+    cases = cases or SETTINGS.population.full
+    found = run_proof(cases, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
     files = publish_proof(found, Path(output))
     click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))

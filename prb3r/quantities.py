@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from prb3r.markdown import markdown_table
+
 UNIT_OF_ENDING = {
     "_n_m_per_rad": "N m/rad",
     "_rad_per_n_m": "rad/(N m)",
@@ -194,8 +196,8 @@ def _in_si(unit: str) -> tuple[str, float]:
 def nomenclature_table(columns: Iterable[str | Quantity]) -> str:
     """The data dictionary of some columns as a Markdown table."""
     rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
-    lines = [f"| `{q.name}` | {q.symbol} | {q.unit or 'text'} | {q.meaning} |" for q in rows]
-    return "\n".join(["| column | symbol | unit | meaning |", "|---|---|---|---|", *lines])
+    cells = [(f"`{q.name}`", q.symbol, q.unit or "text", q.meaning) for q in rows]
+    return "\n".join(markdown_table(("column", "symbol", "unit", "meaning"), cells))
 
 
 def other_unit(name: str, valid: Iterable[str]) -> str:

@@ -10,7 +10,8 @@ import pandas as pd
 
 from prb3r.bench.prototype import PLATES, PRESLIDING
 from prb3r.diagnosis.run import diagnosis_of
-from prb3r.proof.concealed.designs import Design, Steps, design_of
+from prb3r.proof.concealed.design import Design, LoadSteps
+from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import recording_of
 
@@ -99,7 +100,7 @@ def grown(design: Design, friction: str) -> Design:
     )
 
 
-def _resampled(steps: Steps, cables: Sequence[str], count: int, share: float) -> Steps:
+def _resampled(steps: LoadSteps, cables: Sequence[str], count: int, share: float) -> LoadSteps:
     """Much the same path in `count` steps: loads in between in proportion, cables paid out where tensions fall."""
     at = np.linspace(0, len(steps) - 1, count)
     factors = {"cable": share, "tip": share**2}  # a longer arm gives a force at its tip more leverage

@@ -7,7 +7,7 @@ import pandas as pd
 from prb3r.bench.measure import Measured
 from prb3r.bench.methods import CONVERGED_POINTS
 from prb3r.bench.prototype import PRESLIDING
-from prb3r.present.markdown import table_lines
+from prb3r.markdown import markdown_table
 
 
 def bench_page(result: Measured) -> str:
@@ -67,7 +67,7 @@ def _goals(goals: pd.DataFrame) -> list[str]:
         ]
         for row in goals.itertuples()
     ]
-    return table_lines(["goal", "asked", "measured", "of asked", ""], rows)
+    return markdown_table(["goal", "asked", "measured", "of asked", ""], rows)
 
 
 def _methods(methods: pd.DataFrame) -> list[str]:
@@ -82,7 +82,7 @@ def _methods(methods: pd.DataFrame) -> list[str]:
         for row in methods.itertuples()
     ]
     head = ["method", "times engine", "largest tip error, % of length", "20 equilibria, ms", "one, us"]
-    return table_lines(head, rows)
+    return markdown_table(head, rows)
 
 
 def _scaling(scaling: pd.DataFrame) -> list[str]:
@@ -96,7 +96,9 @@ def _scaling(scaling: pd.DataFrame) -> list[str]:
         ]
         for row in scaling.itertuples()
     ]
-    return table_lines(["plates", "loads", "a plate, of the shortest chain's", "a plate, us", "equilibrium, us"], rows)
+    return markdown_table(
+        ["plates", "loads", "a plate, of the shortest chain's", "a plate, us", "equilibrium, us"], rows
+    )
 
 
 def _jacobians(jacobians: pd.DataFrame) -> list[str]:
@@ -104,7 +106,7 @@ def _jacobians(jacobians: pd.DataFrame) -> list[str]:
         [row.loads, str(row.parameters), f"{row.of_as_many_solves:.2f}", _plain(1e6 * row.time_each_s)]
         for row in jacobians.itertuples()
     ]
-    return table_lines(["loads", "parameters", "of as many solves", "an equilibrium, us"], rows)
+    return markdown_table(["loads", "parameters", "of as many solves", "an equilibrium, us"], rows)
 
 
 def _diagnosis(diagnosis: pd.DataFrame) -> list[str]:
@@ -112,7 +114,7 @@ def _diagnosis(diagnosis: pd.DataFrame) -> list[str]:
         [row.friction, str(row.design), row.concealed or "nothing", row.verdict, f"{row.seconds:.1f}"]
         for row in diagnosis.itertuples()
     ]
-    return table_lines(["friction", "design", "concealed", "verdict", "s"], rows)
+    return markdown_table(["friction", "design", "concealed", "verdict", "s"], rows)
 
 
 def _plain(number: float) -> str:

@@ -10,6 +10,7 @@ import jinja2
 import matplotlib
 from matplotlib.figure import Figure
 
+from prb3r.markdown import markdown_table
 from prb3r.present import style
 from prb3r.runs.files import write_whole
 
@@ -22,6 +23,13 @@ class Table:
     rows: list[list[str]]
     words: Sequence[int] = (0,)
     """Columns of words; the others hold numbers."""
+
+    @property
+    def markdown(self) -> str:
+        """With a line end after each line."""
+        numbers = set(range(len(self.head))) - set(self.words)
+        rows = [[str(cell) for cell in row] for row in self.rows]
+        return "".join(f"{line}\n" for line in markdown_table(self.head, rows, numbers))
 
 
 @dataclass(frozen=True)
@@ -36,15 +44,13 @@ class Picture:
 
 def templates() -> jinja2.Environment:
     """The pages of reports; what they do not know is an error."""
-    pages = jinja2.Environment(
+    return jinja2.Environment(
         loader=jinja2.PackageLoader("prb3r.present"),
         undefined=jinja2.StrictUndefined,
         autoescape=jinja2.select_autoescape(["html.j2"]),
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    pages.filters["md"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
-    return pages
 
 
 def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:

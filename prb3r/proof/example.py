@@ -14,7 +14,7 @@ from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.recording import Measurement, Prior, RecordingFile
 from prb3r.recording.writing import write_recording
 
-SEED = 20261123
+EXAMPLE_SEED = 20261123
 PLATE = {"plates": 7, "length_m": 0.030, "clamp_m": 0.008, "width_m": 0.030, "thickness_m": 0.0008}
 ARMS = {"1": (0.0255, 2), "2": (0.021, 1), "3": (-0.021, 1), "4": (-0.0255, 2)}
 NOMINAL: dict[str, Any] = {
@@ -43,7 +43,7 @@ MEASUREMENT = Measurement(
 HIDDEN_ROWS, HIDDEN_CELLS = 0.015, 0.015
 """Shares of markers that the camera did not see, and of single readings."""
 
-LOADS, SLIPS = [f"cable_{name}_n" for name in ARMS], [f"slip_{name}" for name in ARMS]
+LOAD_COLUMNS, SLIP_COLUMNS = [f"cable_{name}_n" for name in ARMS], [f"slip_{name}" for name in ARMS]
 
 
 def programme() -> list[dict[str, Any]]:
@@ -58,7 +58,7 @@ def programme() -> list[dict[str, Any]]:
             slips = {f"slip_{held}": 1 if b and not falls else -1, f"slip_{pulled}": 1 if falls else -1}
             loads = {f"cable_{held}_n": float(a), f"cable_{pulled}_n": float(b)}
             rows.append({"sequence": f"cable-{held}-then-{pulled}"} | loads | slips)
-    idle: dict[str, Any] = dict.fromkeys(LOADS, 0.0) | dict.fromkeys(SLIPS, -1)
+    idle: dict[str, Any] = dict.fromkeys(LOAD_COLUMNS, 0.0) | dict.fromkeys(SLIP_COLUMNS, -1)
     return [{"sequence": row["sequence"], "step": k % 7 + 1} | idle | row for k, row in enumerate(rows)]
 
 
@@ -67,9 +67,9 @@ def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[
     markers = []
     for name in dict.fromkeys(row["sequence"] for row in rows):
         steps = [row for row in rows if row["sequence"] == name]
-        scatter = 1 + MEASUREMENT.tension_sd_relative * rng.normal(size=(len(steps), len(LOADS)))
+        scatter = 1 + MEASUREMENT.tension_sd_relative * rng.normal(size=(len(steps), len(LOAD_COLUMNS)))
         applied = [
-            row | {load: row[load] * factor for load, factor in zip(LOADS, factors, strict=True)}
+            row | {load: row[load] * factor for load, factor in zip(LOAD_COLUMNS, factors, strict=True)}
             for row, factors in zip(steps, scatter, strict=True)
         ]
         seen = np.stack(observe(CONCEALED, simulate(CONCEALED, applied), frame=FRAME), 2)[:, 1:]
@@ -83,7 +83,7 @@ def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[
     return markers
 
 
-def write(folder: str | Path) -> None:
+def write_example(folder: str | Path) -> None:
     """Simulate the example and write its folder."""
     described = RecordingFile(
         name="bench example",
@@ -92,7 +92,7 @@ def write(folder: str | Path) -> None:
         prior=Prior(youngs_modulus=0.05, friction_coefficient=0.3),
     )
     rows = programme()
-    markers = measured(rows, np.random.default_rng(SEED))
+    markers = measured(rows, np.random.default_rng(EXAMPLE_SEED))
     write_recording(folder, described, NOMINAL, _columns(rows), _columns(markers))
 
 
@@ -101,4 +101,4 @@ def _columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 if __name__ == "__main__":
-    write(sys.argv[1] if len(sys.argv) > 1 else "studies/recordings/bench-example")
+    write_example(sys.argv[1] if len(sys.argv) > 1 else "studies/recordings/bench-example")

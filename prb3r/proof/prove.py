@@ -1,47 +1,42 @@
 """The benchmark: draw and seal, record, diagnose, open, score."""
 
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
-from prb3r.proof.concealed.designs import Design, Steps
+from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import bias_of, recording_of
 from prb3r.proof.concealed.sealing import Seal
+from prb3r.proof.judging.experiments import promising, resolved, tested
 from prb3r.proof.judging.intervals import Score, share_of
-from prb3r.proof.judging.methods import METHODS, Task, Verdict, judged
-from prb3r.proof.judging.opened import Judged
-from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal, resolved, tested, worth
+from prb3r.proof.judging.methods import METHODS, MethodTask, Verdict, verdict_of
+from prb3r.proof.judging.opened import OpenedCase
+from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal
+from prb3r.proof.settings import SETTINGS
 from prb3r.recording.recording import Recording
-from prb3r.runs.engine import run_tasks
-from prb3r.runs.journal import Journal
+from prb3r.runs.journal import Journal, Stages
 from prb3r.runs.provenance import environment, fingerprint
-from prb3r.runs.tasks import Piece, Workers
 
 MAIN = "diagnose"
-COMPARED = 10
-"""One of so many recordings is judged by the other methods too."""
-
-Say = Callable[[str], None]
-T = TypeVar("T")
+"""The method that is proved."""
 
 
 @dataclass(frozen=True)
-class Play:
-    """A recording to be made by the bench."""
+class RecordingTask:
+    """A recording to be made of the rig."""
 
     design: Design
     label: Label
-    extra: Steps = ()
+    extra: LoadSteps = ()
+    """Steps of one more sequence."""
 
 
-class Asked(NamedTuple):
+class VerdictTask(NamedTuple):
     """A recording, or why there is none, and who is to judge it."""
 
     case: int
@@ -52,23 +47,73 @@ class Asked(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Concealed:
+    """Designs, recordings and the labels under seal."""
+
+    seed: int
+    designs: tuple[Design, ...]
+    seal: Seal
+    tasks: tuple[RecordingTask, ...]
+    """By case.  They hold the truth: nothing of them but the recording reaches a method."""
+    recordings: tuple[Recording | str, ...]
+    """By case; why there is none."""
+
+    def verdict_task(self, case: int, method: str) -> VerdictTask:
+        """Of a case and the method that is to judge it."""
+        return VerdictTask(case, self.recordings[case], self._without(case), method, self.seed)
+
+    def experiment(self, verdict: Verdict) -> RecordingTask | None:
+        """The recording again, with the experiment that a verdict proposes; None if it promises nothing."""
+        if (proposal := promising(verdict)) is None:
+            return None
+        task = self.tasks[verdict.case]
+        return replace(task, extra=_with_tip_loads(task.design, proposal.steps))
+
+    def second_task(self, case: int, recording: Recording | str) -> VerdictTask:
+        """Of a case after its experiment."""
+        return VerdictTask(case, recording, self._without(case), MAIN, self.seed)
+
+    def _without(self, case: int) -> frozenset[str]:
+        """Kinds taken out of the library of the diagnosis."""
+        return frozenset(self.tasks[case].label.without)
+
+    def opened(self, verdicts: Iterable[Verdict]) -> list[OpenedCase]:
+        """Every verdict with its label.
+
+        Raises
+        ------
+        EngineError
+            If there is a case without a verdict.
+        """
+        verdicts = list(verdicts)
+        labels = {label.case: label for label in self.seal.opened({verdict.case for verdict in verdicts})}
+        return [OpenedCase(labels[v.case], v, self._friction(labels[v.case])) for v in verdicts]
+
+    def _friction(self, label: Label) -> float:
+        """True friction coefficient of a recording."""
+        return self.designs[label.design].friction * float(np.exp(label.constants[1]))
+
+
+@dataclass(frozen=True)
 class Proof:
     """All that a run has to show."""
 
     seed: int
     digest: str
+    """Hash of the labels, known before the first verdict."""
     designs: tuple[Design, ...]
     bias: tuple[float, ...]
     """Whitened norm of engine less rig, of each design."""
-    cases: Mapping[str, tuple[Judged, ...]]
+    cases: Mapping[str, tuple[OpenedCase, ...]]
     """By method."""
-    followed: tuple[tuple[Judged, Verdict], ...]
+    followed: tuple[tuple[OpenedCase, Verdict], ...]
     """Ambiguous verdicts and those after the proposed experiment."""
     seconds: float
     environment: Mapping[str, Any]
 
     @property
-    def main(self) -> tuple[Judged, ...]:
+    def main(self) -> tuple[OpenedCase, ...]:
+        """Cases of the method that is proved."""
         return self.cases[MAIN]
 
     def scores(self, method: str = MAIN) -> list[tuple[Goal, Score]]:
@@ -78,13 +123,16 @@ class Proof:
         return [*measured[: len(GOALS)], (FOLLOWED, after), *measured[len(GOALS) :]]
 
 
-def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None, kept: Path | None = None) -> Proof:
+def run_proof(
+    cases: int, seed: int, jobs: int, say: Callable[[str], None] = lambda text: None, kept: Path | None = None
+) -> Proof:
     """Run the benchmark.
 
     Parameters
     ----------
     cases : recordings of a run.
     seed : of everything; the same seed, the same scores.
+    jobs : worker processes.
     say : hears what is under way, the hash of the labels among it.
     kept : file of what is there already if the run was interrupted; removed at the end.
 
@@ -93,110 +141,78 @@ def prove(cases: int, seed: int, jobs: int, say: Say = lambda text: None, kept: 
     EngineError
         If `kept` cannot be written.
     """
-    journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed}")
-    work = partial(_all, jobs=jobs, say=say, journal=journal)
-    numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases))]
-    say(f"{len(numbered)} designs")
-    designs = work("designs", drawn_design, numbered)
-    asked = requests(seed, cases, designs)
-    own = [(design, [each for each in asked if each.design == k]) for k, design in enumerate(designs)]
-    say(f"{cases} labels; what can be told apart is computed by the bench")
-    labels = sorted((label for part in work("labels", labels_of, own) for label in part), key=lambda each: each.case)
-    seal = Seal(labels)
-    say(f"labels sealed, SHA-256 {seal.digest}")
-    bias = work("bias", bias_of, designs)
-    say("recordings")
-    plays = [Play(designs[label.design], label) for label in labels]
-    recordings = work("recordings", recorded, plays)
+    stages = stages_of(cases, seed, jobs, say, kept)
+    concealed = concealed_recordings(cases, seed, stages)
+    bias = stages.results("bias", bias_of, concealed.designs)
     say("verdicts")
-    tasks = [
-        Asked(label.case, recording, frozenset(label.without), method, seed)
-        for label, recording in zip(labels, recordings, strict=True)
-        for method in (METHODS if label.case % COMPARED == 0 else (MAIN,))
+    compared = SETTINGS.protocol.compared
+    asked = [
+        concealed.verdict_task(case, method)
+        for case in range(cases)
+        for method in (METHODS if case % compared == 0 else (MAIN,))
     ]
-    verdicts = work("verdicts", answered, tasks)
-    again = [
-        (each.case, _on(plays[each.case].design, proposal.steps))
-        for each in verdicts
-        if each.method == MAIN and (proposal := worth(each)) is not None
-    ]
+    verdicts = stages.results("verdicts", answer, asked)
+    again = [(v.case, task) for v in verdicts if v.method == MAIN and (task := concealed.experiment(v)) is not None]
     say(f"{len(again)} proposed experiments")
-    repeated = work("experiments", recorded, [replace(plays[case], extra=steps) for case, steps in again])
-    more = [
-        Asked(case, each, frozenset(labels[case].without), MAIN, seed)
-        for (case, _), each in zip(again, repeated, strict=True)
-    ]
-    second = work("answers", answered, more)
-    opened = {label.case: label for label in seal.opened({each.case for each in verdicts})}
-    found = {
-        method: tuple(
-            Judged(opened[v.case], v, _friction(designs, opened[v.case])) for v in verdicts if v.method == method
-        )
-        for method in METHODS
-    }
-    first = {case.label.case: case for case in found[MAIN]}
+    repeated = stages.results("experiments", record, [task for _, task in again])
+    more = [concealed.second_task(case, recording) for (case, _), recording in zip(again, repeated, strict=True)]
+    second = stages.results("answers", answer, more)
+    opened = concealed.opened(verdicts)
+    by_method = {method: tuple(case for case in opened if case.verdict.method == method) for method in METHODS}
+    first = {case.label.case: case for case in by_method[MAIN]}
     proof = Proof(
         seed,
-        seal.digest,
-        tuple(designs),
+        concealed.seal.digest,
+        concealed.designs,
         tuple(bias),
-        found,
-        tuple((first[each.case], each) for each in second),
-        journal.seconds,
+        by_method,
+        tuple((first[verdict.case], verdict) for verdict in second),
+        stages.journal.seconds,
         environment(Path("proof")),
     )
-    journal.discard()
+    stages.journal.discard()
     return proof
 
 
-def recorded(play: Play) -> Recording | str:
+def stages_of(cases: int, seed: int, jobs: int, say: Callable[[str], None], kept: Path | None) -> Stages:
+    """Stages that go on where an interrupted run of the same benchmark stopped; arguments as of :func:`run_proof`."""
+    journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed}")
+    return Stages(journal, jobs, say)
+
+
+def concealed_recordings(cases: int, seed: int, stages: Stages) -> Concealed:
+    """Draw designs and labels, seal the labels, and record; the hash of the labels is said before the recordings."""
+    numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases))]
+    stages.say(f"{len(numbered)} designs")
+    designs = stages.results("designs", drawn_design, numbered)
+    asked = requests(seed, cases, designs)
+    by_design = [(design, [request for request in asked if request.design == k]) for k, design in enumerate(designs)]
+    stages.say(f"{cases} labels; what can be told apart is computed with the rig")
+    labels = [label for part in stages.results("labels", labels_of, by_design) for label in part]
+    labels.sort(key=lambda label: label.case)
+    seal = Seal(labels)
+    stages.say(f"labels sealed, SHA-256 {seal.digest}")
+    stages.say("recordings")
+    tasks = tuple(RecordingTask(designs[label.design], label) for label in labels)
+    return Concealed(seed, tuple(designs), seal, tasks, tuple(stages.results("recordings", record, tasks)))
+
+
+def record(task: RecordingTask) -> Recording | str:
     """A recording, or why there is none."""
     try:
-        return recording_of(play.design, play.label, play.extra)
+        return recording_of(task.design, task.label, task.extra)
     except ValueError as error:
         return str(error)
 
 
-def answered(asked: Asked) -> Verdict:
+def answer(task: VerdictTask) -> Verdict:
     """The verdict on a recording; on none, a failure."""
-    case, recording, without, method, seed = asked
-    if isinstance(recording, str):
-        return Verdict(case, method, "failed", reason=f"not recorded: {recording}")
-    return judged(Task(case, recording, without, method, seed))
+    if isinstance(task.recording, str):
+        return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
+    return verdict_of(MethodTask(task.case, task.recording, task.without, task.method, task.seed))
 
 
-def _on(design: Design, steps: Sequence[Mapping[str, float]]) -> Steps:
+def _with_tip_loads(design: Design, steps: Sequence[Mapping[str, float]]) -> LoadSteps:
     """Proposed steps with the load columns of a design."""
     tip = {"tip_x_n": 0.0, "tip_y_n": 0.0} if "tip_x_n" in design.program[0][0] else {}
     return tuple({**tip, **step} for step in steps)
-
-
-def _friction(designs: Sequence[Design], label: Label) -> float:
-    return designs[label.design].friction * float(np.exp(label.constants[1]))
-
-
-def _all(
-    stage: str, function: Callable[[Any], T], tasks: Sequence[Any], *, jobs: int, say: Say, journal: Journal
-) -> list[T]:
-    """Results in the order of the tasks; those that are there already are not made again.
-
-    Raises
-    ------
-    RuntimeError
-        If one has none.
-    """
-    out: dict[int, T] = journal.known(stage)
-    told = time.monotonic()
-
-    def keep(number: int, pieces: list[Piece]) -> None:
-        nonlocal told
-        if pieces[0].fate != "done":
-            raise RuntimeError(f"task {number}: {pieces[0].reason}")
-        out[number] = pieces[0].value
-        journal.add(stage, number, pieces[0].value)
-        if time.monotonic() - told > 20:
-            told = time.monotonic()
-            say(f"{len(out)} of {len(tasks)}")
-
-    run_tasks(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=jobs))
-    return [out[k] for k in range(len(tasks))]

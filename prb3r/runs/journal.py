@@ -3,10 +3,18 @@
 import pickle
 import time
 import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 from prb3r.errors import EngineError, Problem
+from prb3r.runs.engine import run_tasks
+from prb3r.runs.tasks import Piece, Workers
+
+TOLD_EVERY_S = 20.0
+"""How often a stage says how far it is."""
+_Result = TypeVar("_Result")
 
 
 class Journal:
@@ -49,13 +57,13 @@ class Journal:
         return dict(self._values.get(stage, {}))
 
     def add(self, stage: str, number: int, value: Any) -> None:
-        """Append the value of a stage with its number to the file."""
+        """Keep the value of task `number` of a stage: it is on disk when this returns."""
         if self._path:
             with open(self._path, "ab") as file:
                 _write(file, (stage, number, value, self.seconds))
 
     def discard(self) -> None:
-        """Remove the file, as all of it has been used."""
+        """Remove the file: nothing is left to go on from."""
         if self._path:
             self._path.unlink(missing_ok=True)
 
@@ -67,6 +75,41 @@ class Journal:
             self._values.setdefault(stage, {})[number] = value
             whole = file.tell()
         file.truncate(whole)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Work in stages of many tasks each, kept as it is done."""
+
+    journal: Journal
+    jobs: int
+    """Worker processes."""
+    say: Callable[[str], None] = lambda text: None
+    """Hears how far a stage is."""
+
+    def results(self, stage: str, function: Callable[[Any], _Result], tasks: Sequence[Any]) -> list[_Result]:
+        """Results in the order of the tasks; those that are there already are not made again.
+
+        Raises
+        ------
+        RuntimeError
+            If a task has none.
+        """
+        out: dict[int, _Result] = self.journal.known(stage)
+        told = time.monotonic()
+
+        def keep(number: int, pieces: list[Piece]) -> None:
+            nonlocal told
+            if pieces[0].fate != "done":
+                raise RuntimeError(f"task {number}: {pieces[0].reason}")
+            out[number] = pieces[0].value
+            self.journal.add(stage, number, pieces[0].value)
+            if time.monotonic() - told > TOLD_EVERY_S:
+                told = time.monotonic()
+                self.say(f"{len(out)} of {len(tasks)}")
+
+        run_tasks(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=self.jobs))
+        return [out[k] for k in range(len(tasks))]
 
 
 def _entry(file: BinaryIO) -> Any:

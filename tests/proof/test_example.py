@@ -8,7 +8,7 @@ import pytest
 
 from prb3r.mechanics.equilibrium import solve
 from prb3r.model.manipulator import Manipulator
-from prb3r.proof.example import CONCEALED, FRAME, SEED, measured, programme
+from prb3r.proof.example import CONCEALED, EXAMPLE_SEED, FRAME, measured, programme
 from prb3r.recording.reading import load_recording
 
 FOLDER = Path(__file__).parents[2] / "studies/recordings/bench-example"
@@ -19,7 +19,7 @@ def test_the_first_sequence_is_simulated_again():
     rows = programme()
     shipped = load_recording(FOLDER)
     pd.testing.assert_frame_equal(shipped.steps, pd.DataFrame(rows), check_dtype=False)
-    again = pd.DataFrame(measured(rows[:7], np.random.default_rng(SEED)))
+    again = pd.DataFrame(measured(rows[:7], np.random.default_rng(EXAMPLE_SEED)))
     markers = pd.read_csv(FOLDER / "markers.csv").iloc[: len(again)]
     assert (again.iloc[:, :3] == markers.iloc[:, :3]).all(axis=None)
     assert (again.isna() == markers.isna()).all(axis=None)

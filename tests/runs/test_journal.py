@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from prb3r.errors import EngineError
-from prb3r.proof.prove import _all
-from prb3r.runs.journal import Journal
+from prb3r.runs.journal import Journal, Stages
 
 
 def filled(path):
@@ -55,8 +54,9 @@ def test_what_is_there_is_not_made_again(tmp_path):
     filled(tmp_path / "journal")
     said = []
     kept = Journal(tmp_path / "journal", "one run")
-    found = _all("squares", square, [(0, tmp_path)] * 5 + [(6, tmp_path)], jobs=1, say=said.append, journal=kept)
-    assert [float(np.mean(each)) for each in found] == [0, 1, 4, 9, 16, 36]
+    tasks = [(0, tmp_path)] * 5 + [(6, tmp_path)]
+    results = Stages(kept, 1, said.append).results("squares", square, tasks)
+    assert [float(np.mean(result)) for result in results] == [0, 1, 4, 9, 16, 36]
     assert [each.name for each in tmp_path.glob("made*")] == ["made-6"]
     kept.discard()
     assert not (tmp_path / "journal").exists()

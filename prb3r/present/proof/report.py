@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +10,18 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from prb3r.markdown import markdown_table
 from prb3r.present import style
 from prb3r.present.page import save_figure
-from prb3r.proof.concealed.labels import CLASSES, Label
+from prb3r.present.proof.scores import goal_text, scores_table
+from prb3r.proof.concealed.labels import Label
 from prb3r.proof.judging.breakdown import by_effect, confusion
-from prb3r.proof.judging.intervals import Score
-from prb3r.proof.judging.methods import METHODS, Verdict
-from prb3r.proof.judging.opened import Judged, first_right, mentioned
-from prb3r.proof.judging.scores import Goal
-from prb3r.proof.prove import MAIN, Proof
+from prb3r.proof.judging.methods import Verdict
+from prb3r.proof.judging.opened import OpenedCase, failed, first_right, mentioned
+from prb3r.proof.prove import Proof
+from prb3r.proof.settings import SETTINGS
 from prb3r.runs.files import write_whole
 from prb3r.runs.store import arrow_table, write_arrow
-
-SHARES = ("clean", "right", "truth", "plate", "95", "parameter", "held-out excess", "both", "outside", "error of E")
-"""How the names of scores begin that are shown in percent; the rest are shares too, or plain numbers."""
-PLAIN = ("held-out chi-square",)
 
 
 def publish_proof(proof: Proof, folder: Path) -> list[Path]:
@@ -32,8 +29,8 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(style.RC):
         figures = save_figure(confusion_figure(proof), folder, "confusion")
-    text = write_whole(folder / "proof.md", markdown(proof).encode())
-    numbers = write_whole(folder / "proof.json", json.dumps(plain(proof), indent=1, default=str).encode())
+    text = write_whole(folder / "proof.md", proof_page(proof).encode())
+    numbers = write_whole(folder / "proof.json", json.dumps(plain_proof(proof), indent=1, default=str).encode())
     write_arrow(
         arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
         folder / "cases.parquet",
@@ -41,52 +38,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     return [text, numbers, folder / "cases.parquet", *figures]
 
 
-def scores_table(proof: Proof) -> list[str]:
-    """Markdown: every score with its goal and interval, and what the other methods reach on a part of the cases."""
-    others = [name for name in METHODS if name != MAIN]
-    beside = {name: dict(_by_name(proof.scores(name))) for name in others}
-    lines = [
-        f"| score | goal | {MAIN} | 95 % interval | n | met | shown | {' | '.join(others)} |",
-        "|---" * (7 + len(others)) + "|",
-    ]
-    for goal, score in proof.scores():
-        cells = [goal.name, _goal(goal), _value(goal, score.value), _interval(goal, score), str(score.count)]
-        cells += [_answer(goal.met(score)), _answer(goal.shown(score))]
-        cells += [_beside(goal, beside[name][goal.name]) for name in others]
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
-
-
-def _by_name(scores: Sequence[tuple[Goal, Score]]) -> list[tuple[str, Score]]:
-    return [(goal.name, score) for goal, score in scores]
-
-
-def _goal(goal: Goal) -> str:
-    if not goal.relation:
-        return ""
-    asked = "-".join(f"{100 * each:g}" for each in goal.asked)
-    return f"{goal.relation} {asked} %".replace("in ", "").replace("<=", "≤").replace(">=", "≥")
-
-
-def _value(goal: Goal, value: float) -> str:
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.3g}" if goal.name.startswith(PLAIN) else f"{100 * value:.1f} %"
-
-
-def _interval(goal: Goal, score: Score) -> str:
-    return f"{_value(goal, score.low)} to {_value(goal, score.high)}" if score.count else "–"
-
-
-def _beside(goal: Goal, score: Score) -> str:
-    return f"{_value(goal, score.value)} ({score.count})" if score.count else "–"
-
-
-def _answer(answer: bool | None) -> str:
-    return "" if answer is None else "yes" if answer else "**no**"
-
-
-def markdown(proof: Proof) -> str:
+def proof_page(proof: Proof) -> str:
     """The whole result as a page."""
     git = proof.environment["git"]
     revision = f"{git['revision'][:12]}{' with changes' if git['dirty'] else ''}" if git else "unknown"
@@ -128,13 +80,12 @@ def _effects(proof: Proof) -> list[str]:
         "Sizes in smallest detectable sizes. *First*: named first, of the distinguishable. *Among*: named or listed as "
         "indistinguishable, of all.",
         "",
-        "| effect | size | first | among |",
-        "|---|---|---|---|",
     ]
-    for row in by_effect(proof.main):
-        cells = [f"{row[key].hits} of {row[key].count}" for key in ("first", "among")]
-        lines.append(f"| {row['kind']} | {row['size']:g} | {cells[0]} | {cells[1]} |")
-    return lines
+    rows = [
+        [row["kind"], f"{row['size']:g}", *(f"{row[key].hits} of {row[key].count}" for key in ("first", "among"))]
+        for row in by_effect(proof.main)
+    ]
+    return lines + markdown_table(("effect", "size", "first", "among"), rows)
 
 
 def _hidden(proof: Proof) -> list[str]:
@@ -145,31 +96,43 @@ def _hidden(proof: Proof) -> list[str]:
         "Six sequences, unloading in the last two alone. *Loading alone*: E and mu refitted to the others, which they "
         "fit (p: chance of so large a chi-square). Errors against the true constants.",
         "",
-        "| case | concealed | p | E, loading alone | mu | E, all sequences | mu | E, explained | mu | verdict |",
-        "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for label, verdict, _ in proof.main:
-        if label.cls == "hidden" and verdict.verdict != "failed":
-            p = f"{verdict.loading[2]:.2g}" if verdict.loading else "–"
-            pairs = [verdict.loading[:2] if verdict.loading else None, verdict.calibrated, verdict.explained]
-            cells = [
-                f"{100 * np.expm1(found - true):+.1f} %" if pair else "–"
-                for pair in pairs
-                for found, true in zip(pair or (0.0, 0.0), label.constants, strict=True)
-            ]
-            said = ", ".join(claim.kind for claim in verdict.named) or verdict.verdict
-            lines.append(f"| {label.case} | {_concealed(label)} | {p} | {' | '.join(cells)} | {said} |")
-    return lines
+    head = (
+        "case",
+        "concealed",
+        "p",
+        "E, loading alone",
+        "mu",
+        "E, all sequences",
+        "mu",
+        "E, explained",
+        "mu",
+        "verdict",
+    )
+    return lines + markdown_table(head, [_hidden_row(case) for case in proof.main if _is_hidden(case)])
+
+
+def _is_hidden(case: OpenedCase) -> bool:
+    return case.label.cls == "hidden" and not failed(case)
+
+
+def _hidden_row(case: OpenedCase) -> list[str]:
+    label, verdict = case.label, case.verdict
+    estimates = [verdict.loading[:2] if verdict.loading else None, verdict.calibrated, verdict.explained]
+    errors = [
+        f"{100 * np.expm1(value - true):+.1f} %" if estimate else "–"
+        for estimate in estimates
+        for value, true in zip(estimate or (0.0, 0.0), label.constants, strict=True)
+    ]
+    chance = f"{verdict.loading[2]:.2g}" if verdict.loading else "–"
+    said = ", ".join(claim.kind for claim in verdict.named) or verdict.verdict
+    return [str(label.case), _concealed(label), chance, *errors, said]
 
 
 def _designs(proof: Proof) -> list[str]:
     rows = [{**design.described(), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
-    names = list(rows[0])
-    lines = ["## Designs", "", f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
-    for row in rows:
-        cells = [f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()]
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
+    cells = [[f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
+    return ["## Designs", "", *markdown_table(list(rows[0]), cells)]
 
 
 def _concealed(label: Label) -> str:
@@ -181,24 +144,27 @@ def _concealed(label: Label) -> str:
         return f"sequence s{q + 1}, step {k + 1}: {factor:g} of the noted weight on cable {name}"
     shown = lambda value: f"{value:.4g}" if isinstance(value, float) else str(value)  # noqa: E731
     return "; ".join(
-        f"{each['kind']} {', '.join(f'{key} {shown(value)}' for key, value in each.items() if key != 'kind')}".strip()
-        for each in label.effects
+        f"{effect['kind']} {', '.join(f'{name} {shown(v)}' for name, v in effect.items() if name != 'kind')}".strip()
+        for effect in label.effects
     )
 
 
-def plain(proof: Proof) -> dict[str, Any]:
-    """For `proof.json`."""
+def plain_proof(proof: Proof) -> dict[str, Any]:
+    """The whole result as `proof.json` holds it."""
     methods = {
-        name: [{"score": g.name, "goal": _goal(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores]
-        for name, scores in ((name, proof.scores(name)) for name in METHODS)
+        name: [
+            {"score": g.name, "goal": goal_text(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores
+        ]
+        for name, scores in ((name, proof.scores(name)) for name in proof.cases)
     }
     rows, columns, table = confusion(proof.main)
     return {
         "schema": 1,
+        "settings": asdict(SETTINGS),
         "seed": proof.seed,
         "labels_sha256": proof.digest,
         "recordings": len(proof.main),
-        "by_class": {cls: sum(case.label.cls == cls for case in proof.main) for cls in CLASSES},
+        "by_class": {cls: sum(case.label.cls == cls for case in proof.main) for cls in SETTINGS.population.shares},
         "seconds": proof.seconds,
         "environment": dict(proof.environment),
         "scores": methods,
@@ -209,7 +175,7 @@ def plain(proof: Proof) -> dict[str, Any]:
 
 def case_columns(proof: Proof) -> dict[str, list[Any]]:
     """One row a recording and method."""
-    cases = [case for method in METHODS for case in proof.cases[method]]
+    cases = [case for cases in proof.cases.values() for case in cases]
     return {
         "case": [c.label.case for c in cases],
         "method": [c.verdict.method for c in cases],
@@ -232,7 +198,7 @@ def case_columns(proof: Proof) -> dict[str, list[Any]]:
     }
 
 
-def _right(case: Judged) -> bool | None:
+def _right(case: OpenedCase) -> bool | None:
     return first_right(case) if case.label.effects else None
 
 
@@ -243,15 +209,15 @@ def _finite(value: float) -> float | None:
 def _claims(verdict: Verdict) -> str:
     """Named effects with their values."""
     texts = []
-    for each in verdict.named:
-        places = [f"{key} {value}" for key, value in each.place.items()]
-        values = [f"{name} {value[0]:.4g}" for name, value in each.parameters.items()]
-        texts.append(" ".join([each.kind, *places, *values]) + (" (in part)" if each.partial else ""))
+    for claim in verdict.named:
+        places = [f"{key} {value}" for key, value in claim.place.items()]
+        values = [f"{name} {value[0]:.4g}" for name, value in claim.parameters.items()]
+        texts.append(" ".join([claim.kind, *places, *values]) + (" (in part)" if claim.partial else ""))
     return "; ".join(texts)
 
 
 def confusion_figure(proof: Proof) -> Figure:
-    """Named effect by true effect, single effects at 2 and 5 times the detectable size."""
+    """Named effect by true effect, single effects above the detectable size."""
     rows, columns, table = confusion(proof.main)
     width = style.DOUBLE * style.MM
     figure = Figure(figsize=(width, width * (0.35 + 0.6 * len(rows) / max(len(columns), 1))), layout="constrained")

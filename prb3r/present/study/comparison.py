@@ -6,8 +6,8 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from prb3r.markdown import markdown_table
 from prb3r.present import style
-from prb3r.present.markdown import table_lines
 from prb3r.present.page import save_figure
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
@@ -41,7 +41,7 @@ def comparison_page(comparison: DesignComparison) -> str:
         note += f"; {comparison.failed} of them left out because a design has no stable equilibrium there"
     if comparison.left_out:
         note += f"; {comparison.left_out} cases that only some designs have are not used"
-    table = table_lines(["", *comparison.values.index], rows)
+    table = markdown_table(["", *comparison.values.index], rows)
     return "\n".join([*table, "", f"{note}. Best values in bold.", "", *recommendation(comparison)])
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.designs import Design
+from prb3r.proof.concealed.design import Design
 from prb3r.proof.rig.simulate import RigStates, observe
 
 
@@ -15,25 +15,32 @@ def truth(
     log_stiffness: float = 0.0,
     log_friction: float = 0.0,
 ) -> dict[str, Any]:
-    """The manipulator with other constants and effects."""
+    """The design's manipulator with other constants (ln of factors on E and mu) and with effects."""
     plain = design.manipulator
     friction = {**plain["friction"], "coefficient": plain["friction"]["coefficient"] * float(np.exp(log_friction))}
     stiffer = plain["youngs_modulus_pa"] * float(np.exp(log_stiffness))
     return {**plain, "youngs_modulus_pa": stiffer, "friction": friction, "effect": list(effects)}
 
 
-def read(
+def exact_readings(
     design: Design,
     manipulator: Mapping[str, Any],
     states: Sequence[RigStates],
     frames: Sequence[Sequence[float]] | None = None,
 ) -> np.ndarray:
-    """(steps, disks, kinds) exact readings of all sequences, each in its frame."""
+    """(steps, disks, kinds) readings of all sequences without noise, m and rad.
+
+    Parameters
+    ----------
+    manipulator : whose camera effects act
+    states : of each sequence
+    frames : rotation (rad) and shift (m) of each sequence; None: none
+    """
     parts = []
-    for k, found in enumerate(states):
+    for k, part in enumerate(states):
         frame = (0.0, 0.0, 0.0) if frames is None else frames[k]
-        x, y, angle = observe(manipulator, found, image_centre=design.image_centre, frame=frame)
-        bend = np.diff(found.angle, axis=1)
+        x, y, angle = observe(manipulator, part, image_centre=design.image_centre, frame=frame)
+        bend = np.diff(part.angle, axis=1)
         all_kinds = np.stack([x[:, 1:], y[:, 1:], angle[:, 1:], bend], -1)
         parts.append(all_kinds[:, :, list(design.kinds)])
     return np.concatenate(parts)

@@ -5,9 +5,10 @@ This is the independent side's list, written from the meaning of the effects; th
 
 import numpy as np
 
-from prb3r.proof.concealed.designs import Design, X
+from prb3r.proof.concealed.design import Design
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
+from prb3r.recording.recording import Kind
 
 
 def conditions_of(design: Design) -> Conditions:
@@ -21,7 +22,7 @@ def conditions_of(design: Design) -> Conditions:
         friction=design.friction,
         declared=manipulator["friction"].get("direction", "declared") == "declared",
         tip_loaded=any(step.get("tip_y_n", 0.0) for step in steps),
-        positions=X in design.kinds,
+        positions=Kind.X in design.kinds,
         pull=design.pull,
         arm=max(abs(cable["offset_m"]) for cable in manipulator["cable"]),
         length=design.length,

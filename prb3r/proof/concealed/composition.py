@@ -5,43 +5,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.proof.concealed.candidates import concealable, kinds
-from prb3r.proof.concealed.designs import HISTORY, LOADING, PLAIN, POOR, Design, design_of
+from prb3r.proof.concealed.design import Design, Flavour
+from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.drawing import label_of
 from prb3r.proof.concealed.foreign import LAWS, possible
 from prb3r.proof.concealed.labels import Label, Request
-from prb3r.proof.concealed.responses import Bench
+from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.rig.effects import RECORDS
-
-FULL = 1200
-SHARES = {
-    "clean": 400,
-    "single": 420,
-    "pair": 84,
-    "foreign": 84,
-    "deleted": 44,
-    "decoy": 44,
-    "confusable": 60,
-    "hidden": 64,
-}
-"""Recordings of each class in a full run."""
-KINDS = concealable()
-TWINS = tuple(kind for kind, record in RECORDS.items() if record.twins is not None)
-"""Kinds that are asked for, the commonest first; those that another kind may be the same as."""
-MULTIPLES = (1.0, 2.0, 5.0)
-HISTORY_SHARE = 0.03
-"""Of clean and single recordings, those with friction along the load path."""
+from prb3r.proof.settings import SETTINGS
 
 
-def flavours(cases: int) -> list[str]:
-    """Of the designs of a run."""
-    share = cases / FULL
-    plain, special = max(4, round(24 * share)), max(1, round(4 * share))
-    return [PLAIN] * plain + [LOADING] * special + [POOR] * special + [HISTORY] * (2 if cases >= 300 else 0)
+def flavours(cases: int) -> list[Flavour]:
+    """Of the designs of a run of so many recordings."""
+    chosen = SETTINGS.population
+    share = cases / chosen.full
+    plain = max(chosen.fewest_plain, round(chosen.plain_designs * share))
+    special = max(chosen.fewest_special, round(chosen.special_designs * share))
+    history = chosen.history_designs if cases >= chosen.history_from else 0
+    return (
+        [Flavour.PLAIN] * plain + [Flavour.LOADING] * special + [Flavour.POOR] * special + [Flavour.HISTORY] * history
+    )
 
 
 def counts(cases: int) -> dict[str, int]:
     """Recordings of every class; they add up to `cases`."""
-    exact = {name: cases * share / FULL for name, share in SHARES.items()}
+    chosen = SETTINGS.population
+    exact = {name: cases * share / chosen.full for name, share in chosen.shares.items()}
     out = {name: int(value) for name, value in exact.items()}
     late = sorted(exact, key=lambda name: out[name] - exact[name])
     for name in late[: cases - sum(out.values())]:
@@ -50,56 +39,70 @@ def counts(cases: int) -> dict[str, int]:
 
 
 def requests(seed: int, cases: int, designs: Sequence[Design]) -> list[Request]:
-    """Every recording of a run, on designs that can show it."""
+    """Every recording of a run, on designs that can show it, spread evenly over them."""
     rng, shows = np.random.default_rng([seed, 0]), [kinds(design) for design in designs]
-    asked: list[tuple[str, str, float]] = []
-    for cls, count in counts(cases).items():
-        for i in range(count):
-            kind, multiple = KINDS[i % len(KINDS)], MULTIPLES[(i + i // len(KINDS)) % 3]
-            if cls == "clean":
-                kind = "awkward" if i % 2 else ""
-            elif cls == "pair":
-                kind, multiple = ("cancelling" if i % 2 else "", 5.0)
-            elif cls == "foreign":
-                kind = list(LAWS)[i % len(LAWS)]
-            elif cls == "decoy":
-                kind = "frame" if i % 4 == 3 else "weight"
-            elif cls == "confusable":
-                kind, multiple = (TWINS[i % len(TWINS)] if i % 5 == 4 else "", 5.0)
-            elif cls == "hidden":
-                kind = ("pulley_friction", "tension_offset", "", "worn_hole", "hole_offset")[i % 5]
-            asked.append((cls, kind, multiple))
+    asked = [(cls, *_asked(cls, i)) for cls, count in counts(cases).items() for i in range(count)]
     load = np.zeros(len(designs))
     out = []
     for case, (cls, kind, multiple) in enumerate(asked):
         able = [k for k, design in enumerate(designs) if _able(design, shows[k], cls, kind, case)]
-        able = able or [k for k, design in enumerate(designs) if design.flavour == PLAIN]
+        able = able or [k for k, design in enumerate(designs) if design.flavour == Flavour.PLAIN]
         chosen = min(able, key=lambda k: (load[k], rng.random()))
         load[chosen] += 1
         out.append(Request(case, seed, cls, chosen, kind, multiple))
     return out
 
 
+def _asked(cls: str, i: int) -> tuple[str, float]:
+    """Kind and size, in smallest detectable ones, that recording `i` of a class asks for."""
+    chosen, library = SETTINGS.population, concealable()
+    in_turn = chosen.multiples[(i + i // len(library)) % len(chosen.multiples)]
+    match cls:
+        case "clean":
+            return ("awkward" if _last(i, chosen.awkward_every) else ""), in_turn
+        case "pair":
+            return ("cancelling" if _last(i, chosen.cancelling_every) else ""), chosen.pair_multiple
+        case "foreign":
+            return list(LAWS)[i % len(LAWS)], in_turn
+        case "decoy":
+            return ("frame" if _last(i, chosen.frame_decoy_every) else "weight"), in_turn
+        case "confusable":
+            twinned = [kind for kind, record in RECORDS.items() if record.twins is not None]
+            return (twinned[i % len(twinned)] if _last(i, chosen.twin_every) else ""), chosen.pair_multiple
+        case "hidden":
+            return chosen.hidden_kinds[i % len(chosen.hidden_kinds)], in_turn
+        case _:
+            return library[i % len(library)], in_turn
+
+
+def _last(i: int, every: int) -> bool:
+    """Whether `i` is the last of its group of so many."""
+    return i % every == every - 1
+
+
 def _able(design: Design, shown: set[str], cls: str, kind: str, case: int) -> bool:
-    slow = case % round(1 / HISTORY_SHARE) == 0 and cls in ("clean", "single")
-    flavour = {"hidden": LOADING, "confusable": POOR}.get(cls, PLAIN)
+    """Whether a design serves for a recording."""
+    history = case % round(1 / SETTINGS.population.history_share) == 0 and cls in ("clean", "single")
+    flavour = {"hidden": Flavour.LOADING, "confusable": Flavour.POOR}.get(cls, Flavour.PLAIN)
     if cls == "confusable" and kind:
-        flavour = PLAIN
+        flavour = Flavour.PLAIN
     if cls in ("single", "deleted") and kind not in shown:
         return False
     if cls == "foreign" and kind not in possible(design):
         return False
-    return design.flavour == (HISTORY if slow else flavour) or (design.flavour == PLAIN and slow)
+    if history:
+        return design.flavour in (Flavour.HISTORY, Flavour.PLAIN)
+    return design.flavour == flavour
 
 
 def labels_of(task: tuple[Design, Sequence[Request]]) -> list[Label]:
     """The labels of all requests for one design."""
     design, asked = task
-    bench = Bench(design)
-    loading = Bench(design, design.loading_only) if design.flavour == LOADING else None
-    return [label_of(each, bench, loading) for each in asked]
+    responses = Responses(design)
+    loading = Responses(design, design.loading_only) if design.flavour == Flavour.LOADING else None
+    return [label_of(request, responses, loading) for request in asked]
 
 
-def drawn_design(task: tuple[int, int, str]) -> Design:
+def drawn_design(task: tuple[int, int, Flavour]) -> Design:
     """A design from its seed, number and flavour."""
     return design_of(*task)

@@ -5,147 +5,181 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prb3r.proof.concealed.designs import ANGLE, HISTORY, Design, Steps, X
+from prb3r.proof.concealed.design import Design, Flavour, LoadSteps
 from prb3r.proof.rig.simulate import RigStates, simulate
+from prb3r.proof.settings import SETTINGS
+from prb3r.recording.recording import Kind
 
-Frame = tuple[float, float, float]
 
-
-class Moment(NamedTuple):
+class Instant(NamedTuple):
     """One step of a recording, as it is about to be loaded."""
 
     design: Design
     sequence: int
+    """Its number, from 0."""
     step: int
+    """Its number in the sequence, from 0."""
     bends: np.ndarray
     """(n,) of the nominal manipulator there, rad."""
     yielded: bool
-    """Whether the most loaded plate has been bent far before."""
+    """Whether the watched plate has been bent far before."""
 
 
-Change = Callable[[Moment, float, Mapping[str, float]], tuple[list[dict[str, Any]], dict[str, float], float]]
-"""Of a moment, a size and a step: effects, changes of the step, and ln of a factor on stiffness."""
+class Change(NamedTuple):
+    """What a law changes at one step."""
+
+    effects: list[dict[str, Any]]
+    """Tables of a manipulator file."""
+    loads: Mapping[str, float]
+    """Columns of the step that are others than noted."""
+    log_stiffness: float
+    """ln of a factor on E."""
 
 
-def friction_grows(at: Moment, u: float, step: Mapping[str, float]):
+class ForeignLaw(NamedTuple):
+    """Physics outside the library."""
+
+    change: Callable[[Instant, float, Mapping[str, float]], Change]
+    """Of an instant, a size and a step."""
+    largest: float
+    """Size."""
+    signed: bool = False
+    """Whether it can act either way."""
+    jumps: bool = False
+    """Whether its action comes in jumps with its size."""
+
+
+def _friction_grows(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """A friction coefficient that grows with the tension."""
-    mu, effects = at.design.friction, []
+    effects = []
     for name in at.design.cables:
-        grown = mu * (1 + u * step[f"cable_{name}_n"] / at.design.pull)
+        grown = at.design.friction * (1 + u * step[f"cable_{name}_n"] / at.design.pull)
         effects += [
             {"kind": "worn_hole", "disk": disk, "coefficient": grown, "cables": [name]}
             for disk in range(at.design.plates)
         ]
-    return effects, {}, 0.0
+    return Change(effects, {}, 0.0)
 
 
-def creep(at: Moment, u: float, step: Mapping[str, float]):
-    """Plates that give way with time under load."""
-    return [], {}, -u * np.log1p(at.step)
+def _creep(at: Instant, u: float, step: Mapping[str, float]) -> Change:
+    """Plates that give way under load with the logarithm of time."""
+    return Change([], {}, -u * np.log1p(at.step))
 
 
-def drift(at: Moment, u: float, step: Mapping[str, float]):
+def _drift(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """A stiffness that drifts from sequence to sequence."""
-    return [], {}, u * (at.sequence / max(len(at.design.program) - 1, 1) - 0.5)
+    return Change([], {}, u * (at.sequence / max(len(at.design.program) - 1, 1) - 0.5))
 
 
-def gradient(at: Moment, u: float, step: Mapping[str, float]):
+def _gradient(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Stiffness that changes steadily along the arm."""
-    along = np.linspace(-1, 1, at.design.plates)
-    effects = [{"kind": "weakened_plate", "plate": k + 1, "factor": float(np.exp(u * a))} for k, a in enumerate(along)]
-    return effects, {}, 0.0
+    return Change(_plate_factors(u * np.linspace(-1, 1, at.design.plates)), {}, 0.0)
 
 
-def one_way(at: Moment, u: float, step: Mapping[str, float]):
+def _one_way(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Plates that are stiffer one way than the other."""
-    signs = np.sign(at.bends)
-    effects = [{"kind": "weakened_plate", "plate": k + 1, "factor": float(np.exp(u * s))} for k, s in enumerate(signs)]
-    return effects, {}, 0.0
+    return Change(_plate_factors(u * np.sign(at.bends)), {}, 0.0)
 
 
-def yielding(at: Moment, u: float, step: Mapping[str, float]):
+def _plate_factors(logarithms: np.ndarray) -> list[dict[str, Any]]:
+    return [
+        {"kind": "weakened_plate", "plate": plate, "factor": float(np.exp(value))}
+        for plate, value in enumerate(logarithms, 1)
+    ]
+
+
+def _yielding(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """A plate that stays bent once it has been bent far."""
-    curvature = at.design.largest_bend / 0.014
-    plate = 1 + at.design.number % at.design.plates
-    bent = {"kind": "precurvature", "plates": [plate], "curvature_per_m": u * curvature}
-    return [bent] if at.yielded else [], {}, 0.0
+    curvature = at.design.largest_bend / SETTINGS.foreign.prototype_arc_m
+    bent = {"kind": "precurvature", "plates": [1 + _watched(at.design)], "curvature_per_m": u * curvature}
+    return Change([bent] if at.yielded else [], {}, 0.0)
 
 
-def dead_zone(at: Moment, u: float, step: Mapping[str, float]):
+def _dead_zone(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """A cable that a clutch lets go below some tension."""
     name = f"cable_{at.design.cables[at.design.number % len(at.design.cables)]}_n"
-    return [], {name: step[name] if step[name] > u * at.design.pull else 0.0}, 0.0
+    return Change([], {name: step[name] if step[name] > u * at.design.pull else 0.0}, 0.0)
 
 
-def saturation(at: Moment, u: float, step: Mapping[str, float]):
+def _saturation(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Tensions that fall behind the more, the higher they are."""
     names = [f"cable_{name}_n" for name in at.design.cables]
-    return [], {name: step[name] * (1 - u * (step[name] / at.design.pull) ** 2) for name in names}, 0.0
+    return Change([], {name: step[name] * (1 - u * (step[name] / at.design.pull) ** 2) for name in names}, 0.0)
 
 
-def leak(at: Moment, u: float, step: Mapping[str, float]):
+def _leak(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Cables that drag their neighbours along."""
     names = [f"cable_{name}_n" for name in at.design.cables]
     total = sum(step[name] for name in names)
-    return [], {name: step[name] + u * (total - step[name]) for name in names}, 0.0
+    return Change([], {name: step[name] + u * (total - step[name]) for name in names}, 0.0)
 
 
-def frame_moves(at: Moment, u: float, step: Mapping[str, float]):
+def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """A camera that is knocked between sequences; see :func:`knocks`."""
-    return [], {}, 0.0
+    return Change([], {}, 0.0)
 
 
-LAWS: dict[str, tuple[Change, float]] = {
-    "friction_grows": (friction_grows, 1.5),
-    "creep": (creep, 0.2),
-    "drift": (drift, 0.4),
-    "gradient": (gradient, 0.7),
-    "one_way": (one_way, 0.4),
-    "yielding": (yielding, 0.5),
-    "dead_zone": (dead_zone, 0.9),
-    "saturation": (saturation, 0.4),
-    "leak": (leak, 0.3),
-    "frame_moves": (frame_moves, 6.0),
+LAWS: dict[str, ForeignLaw] = {
+    "friction_grows": ForeignLaw(_friction_grows, SETTINGS.foreign.largest_friction_growth),
+    "creep": ForeignLaw(_creep, SETTINGS.foreign.largest_creep),
+    "drift": ForeignLaw(_drift, SETTINGS.foreign.largest_drift, signed=True),
+    "gradient": ForeignLaw(_gradient, SETTINGS.foreign.largest_gradient, signed=True),
+    "one_way": ForeignLaw(_one_way, SETTINGS.foreign.largest_one_way, signed=True),
+    "yielding": ForeignLaw(_yielding, SETTINGS.foreign.largest_yielding, signed=True),
+    "dead_zone": ForeignLaw(_dead_zone, SETTINGS.foreign.largest_dead_zone, jumps=True),
+    "saturation": ForeignLaw(_saturation, SETTINGS.foreign.largest_saturation),
+    "leak": ForeignLaw(_leak, SETTINGS.foreign.largest_leak),
+    "frame_moves": ForeignLaw(_frame_moves, SETTINGS.foreign.largest_knock, signed=True),
 }
-"""Each with its largest size."""
+"""By name."""
 
 
 def possible(design: Design) -> list[str]:
     """Laws that make sense on a design."""
     without = set() if design.friction > 0 else {"friction_grows"}
-    if not {X, ANGLE} & set(design.kinds):
+    if not {Kind.X, Kind.ANGLE} & set(design.kinds):
         without |= {"frame_moves"}
-    return [] if design.flavour == HISTORY else [name for name in LAWS if name not in without]
+    return [] if design.flavour == Flavour.HISTORY else [name for name in LAWS if name not in without]
 
 
-def knocks(design: Design, law: str, size: float) -> list[Frame]:
-    """Additional frame of every sequence."""
+def knocks(design: Design, law: str, size: float) -> list[tuple[float, float, float]]:
+    """Additional frame (rotation, rad, and shift, m) of every sequence."""
     if law != "frame_moves":
         return [(0.0, 0.0, 0.0)] * len(design.program)
     rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
-    way = np.cos(2.3 * np.arange(len(design.program)) + design.number)
-    return [(size * rotation * w, size * shift * w, -size * shift * w) for w in way.tolist()]
+    sway = np.cos(SETTINGS.foreign.knock_phase * np.arange(len(design.program)) + design.number)
+    return [(size * rotation * w, size * shift * w, -size * shift * w) for w in sway.tolist()]
+
+
+def _watched(design: Design) -> int:
+    """Index of the plate that may yield."""
+    return design.number % design.plates
 
 
 def followed_foreign(
-    design: Design, manipulator: Mapping[str, Any], program: Sequence[Steps], law: str, size: float
+    design: Design, manipulator: Mapping[str, Any], program: Sequence[LoadSteps], law: str, size: float
 ) -> list[RigStates] | None:
-    """States along the whole program under a law; None where an equilibrium ceases."""
-    change, _ = LAWS[law]
-    found, yielded = [], False
-    watched = design.number % design.plates
+    """States along the whole program under a law; None where an equilibrium ceases.
+
+    Parameters
+    ----------
+    manipulator : with its true constants; when plates yield follows from the design's nominal one
+    """
+    out, yielded = [], False
+    yield_bend = SETTINGS.foreign.yield_from * design.largest_bend
     for q, steps in enumerate(program):
         plain = simulate(design.manipulator, steps)
         parts = []
         for k, step in enumerate(steps):
             bends = np.diff(plain.angle[k])
-            effects, moved, log_stiffness = change(Moment(design, q, k, bends, yielded), size, step)
-            stiffer = manipulator["youngs_modulus_pa"] * float(np.exp(log_stiffness))
-            changed = {**manipulator, "youngs_modulus_pa": stiffer, "effect": [*manipulator["effect"], *effects]}
-            states = simulate(changed, [{**step, **moved}])
+            change = LAWS[law].change(Instant(design, q, k, bends, yielded), size, step)
+            stiffer = manipulator["youngs_modulus_pa"] * float(np.exp(change.log_stiffness))
+            effects = [*manipulator["effect"], *change.effects]
+            changed = {**manipulator, "youngs_modulus_pa": stiffer, "effect": effects}
+            states = simulate(changed, [{**step, **change.loads}])
             if not states.converged.all():
                 return None
             parts.append(states)
-            yielded = yielded or bool(np.abs(bends[watched]) > 0.6 * design.largest_bend)
-        found.append(RigStates(*(np.concatenate([getattr(p, f) for p in parts]) for f in RigStates.__annotations__)))
-    return found
+            yielded = yielded or bool(np.abs(bends[_watched(design)]) > yield_bend)
+        out.append(RigStates(*(np.concatenate([getattr(p, f) for p in parts]) for f in RigStates.__annotations__)))
+    return out

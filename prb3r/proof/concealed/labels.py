@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.responses import APART
+from prb3r.proof.settings import SETTINGS
 
-CLASSES = ("clean", "single", "pair", "foreign", "deleted", "decoy", "confusable", "hidden")
 AWKWARD = ("missing", "outliers", "heavy", "uniform", "scatter", "frame")
-FAR_OUTSIDE = 100.0
-"""Squared distance from the library at which something counts as outside it."""
+"""Ways in which a recording can be awkward: readings missing, gross outliers, heavy-tailed or uniform noise, tensions
+that scatter more, a frame at the edge of what is stated."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +20,7 @@ class Request:
     case: int
     seed: int
     cls: str
+    """One of the classes of the population."""
     design: int
     kind: str = ""
     """Of effect, foreign law or decoy; empty: any."""
@@ -37,6 +37,7 @@ class Label:
     design: int
     noise_seed: int
     effects: tuple[Mapping[str, Any], ...] = ()
+    """Tables of a manipulator file."""
     sizes: tuple[float, ...] = ()
     """In the rig's own scale, zero for nothing."""
     multiple: float = 0.0
@@ -47,12 +48,15 @@ class Label:
     pair_distance: float | None = None
     """Outside the library: squared distance to the nearest two effects together."""
     places: tuple[Any, ...] = ()
-    """Places of the same kind that are nearer than `APART`, with their squared distances."""
+    """Places of the same kind that are not told apart, with their squared distances."""
     foreign: tuple[str, float] | None = None
+    """Law outside the library, and its size."""
     without: tuple[str, ...] = ()
+    """Kinds taken out of the library of the diagnosis."""
     constants: tuple[float, float] = (0.0, 0.0)
     """ln of the factors on E and mu."""
     frame: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Rotation, rad, and shift, m."""
     awkward: tuple[str, ...] = ()
     wrong_weight: tuple[int, int, str, float] | None = None
     """Sequence, step and cable whose applied tension is another than the noted, and its factor."""
@@ -62,17 +66,19 @@ class Label:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        return tuple(each["kind"] for each in self.effects)
+        """Kinds of its effects, in their order."""
+        return tuple(effect["kind"] for effect in self.effects)
 
     @property
     def distance(self) -> float:
-        """To the nearest effect of another kind."""
+        """Squared, to the nearest effect of another kind."""
         return min(self.nearest.values(), default=np.inf)
 
     @property
     def distinguishable(self) -> bool:
-        return self.distance >= APART
+        """Whether all other kinds are told apart from it."""
+        return self.distance >= SETTINGS.sizes.apart
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """All fields as JSON takes them."""
         return asdict(self)

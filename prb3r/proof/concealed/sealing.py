@@ -36,7 +36,7 @@ class Seal:
         content = zlib.decompress(self._content)
         if hashlib.sha256(content).hexdigest() != self.digest:
             raise EngineError(Problem("seal", "the labels are not those that were sealed"))
-        return [Label(**{name: _tuples(value) for name, value in each.items()}) for each in json.loads(content)]
+        return [Label(**{name: _tuples(value) for name, value in label.items()}) for label in json.loads(content)]
 
 
 def _tuples(value):

@@ -6,84 +6,110 @@ from typing import Any
 import numpy as np
 
 from prb3r.proof.concealed.candidates import shaped, twins
-from prb3r.proof.concealed.responses import APART, NEAR, NORM, Bench, Response, nearest
+from prb3r.proof.concealed.distances import linear_distance, nearest_by_kind
+from prb3r.proof.concealed.responses import Response, Responses
 from prb3r.proof.rig.effects.candidate import Candidate
+from prb3r.proof.settings import SETTINGS
 
 
 @dataclass(frozen=True)
-class Found:
+class SizedEffect:
     """An effect with a size, as the rig sees it."""
 
     candidate: Candidate
     size: float
     change: np.ndarray
+    """(r + c,) whitened."""
     norm: float
+    """Of what calibration cannot do as well."""
 
     @property
     def effect(self) -> dict[str, Any]:
+        """The table of a manipulator file."""
         return self.candidate.effect(self.size)
 
+    @property
+    def kind(self) -> str:
+        """Of the effect."""
+        return self.candidate.kind
 
-def found(bench: Bench, candidate: Candidate, norm: float, sign: float) -> Found | None:
-    """The size at which a candidate stands out by `norm`, checked with the full rig; None if no bench has it."""
+
+def effect_of_norm(responses: Responses, candidate: Candidate, norm: float, sign: float) -> SizedEffect | None:
+    """The effect at the size of a sign at which it stands out by `norm`, checked with the full rig.
+
+    Of a candidate without a size, the effect as it is.  None if no rig could have that size.
+    """
     if not candidate.sized:
-        change = bench.response([candidate.effect(1.0)])
-        return None if change is None else Found(candidate, 1.0, change, bench.norm(change))
+        change = responses.to([candidate.effect(1.0)])
+        return None if change is None else SizedEffect(candidate, 1.0, change, responses.norm(change))
     probe = abs(candidate.probe) * sign
     if not candidate.low <= probe <= candidate.high:
         return None
-    size, change = probe, bench.response([candidate.effect(probe)])
-    for _ in range(5):
-        if change is None or not (strength := bench.norm(change)):
+    size, change = probe, responses.to([candidate.effect(probe)])
+    for _ in range(SETTINGS.sizes.size_trials):
+        if change is None or not (strength := responses.norm(change)):
             return None
-        if abs(strength / norm - 1) < 0.05:
-            return Found(candidate, size, change, strength)
+        if abs(strength / norm - 1) < SETTINGS.sizes.size_tolerance:
+            return SizedEffect(candidate, size, change, strength)
         size *= norm / strength
         if not candidate.low <= size <= candidate.high:
             return None
-        change = bench.response([candidate.effect(size)])
+        change = responses.to([candidate.effect(size)])
     return None
 
 
-def of_kind(bench: Bench, kind: str, rng: np.random.Generator) -> Candidate | None:
-    """A candidate of a kind (any, if empty) at a random place with a random shape."""
-    own = [each for each in bench.responses if kind in ("", each.kind)]
-    if not own:
+def candidate_of_kind(responses: Responses, kind: str, rng: np.random.Generator) -> Candidate | None:
+    """A candidate of a kind (any, if empty) at a random place with a random shape; None if the design has none."""
+    of_kind = [response for response in responses.of_candidates if kind in ("", response.kind)]
+    if not of_kind:
         return None
-    kinds = sorted({each.kind for each in own})
-    kind = kinds[int(rng.integers(len(kinds)))]
-    group = [each for each in own if each.kind == kind]
-    variants = sorted({each.group[0].variant for each in group})
-    variant = variants[int(rng.integers(len(variants)))]
-    group = [each for each in group if each.group[0].variant == variant]
-    return shaped(bench.design, group[int(rng.integers(len(group)))].group[0], rng)
+    kind = _any_of(sorted({response.kind for response in of_kind}), rng)
+    of_kind = [response for response in of_kind if response.kind == kind]
+    variant = _any_of(sorted({response.group[0].variant for response in of_kind}), rng)
+    of_variant = [response for response in of_kind if response.group[0].variant == variant]
+    return shaped(responses.design, _any_of(of_variant, rng).group[0], rng)
 
 
-def _signs(candidate: Candidate, rng: np.random.Generator) -> list[float]:
-    return [1.0] if candidate.low >= 0 else rng.permutation([-1.0, 1.0]).tolist()
+def _any_of(options, rng: np.random.Generator):
+    return options[int(rng.integers(len(options)))]
 
 
-def drawn(bench: Bench, kind: str, multiple: float, rng: np.random.Generator) -> Found | None:
-    """A random effect of a kind at a multiple of its smallest detectable size."""
-    candidate = of_kind(bench, kind, rng)
+def draw_effect(responses: Responses, kind: str, multiple: float, rng: np.random.Generator) -> SizedEffect | None:
+    """A random effect of a kind at a multiple of its smallest detectable size; None if none was met."""
+    candidate = candidate_of_kind(responses, kind, rng)
     if candidate is None:
         return None
-    for sign in _signs(candidate, rng):
-        if (one := found(bench, candidate, multiple * NORM, sign)) is not None:
-            return one
+    signs = [1.0] if candidate.low >= 0 else rng.permutation([-1.0, 1.0]).tolist()
+    for sign in signs:
+        drawn = effect_of_norm(responses, candidate, multiple * SETTINGS.sizes.detectable, sign)
+        if drawn is not None:
+            return drawn
     return None
 
 
-def rivals_of(bench: Bench, one: Found, near: float = NEAR) -> dict[str, float]:
-    """Squared distances to the other kinds, laws that are the same under another name included; see `nearest`."""
+def distances_by_kind(
+    responses: Responses, drawn: SizedEffect, near: float = SETTINGS.sizes.refitted_below
+) -> dict[str, float]:
+    """Squared distances to the other kinds, laws that are the same under another name included.
+
+    Parameters
+    ----------
+    near : rivals below it are refitted, see :func:`nearest_by_kind`
+    """
     twin = []
-    for each in twins(bench.design, one.candidate, one.size):
-        if (column := bench.unit(each)) is not None:
-            twin.append(Response((each,), column[:, None]))
-    return nearest(bench, one.change, [*bench.responses, *twin], [one.candidate.kind], near)
+    for candidate in twins(responses.design, drawn.candidate, drawn.size):
+        if (column := responses.per_unit(candidate)) is not None:
+            twin.append(Response((candidate,), column[:, None]))
+    return nearest_by_kind(responses, drawn.change, [*responses.of_candidates, *twin], [drawn.kind], near)
 
 
-def places_of(bench: Bench, one: Found) -> tuple[Any, ...]:
-    same = [r for r in bench.responses if r.kind == one.candidate.kind and r.group[0].place != one.candidate.place]
-    near = [(dict(r.group[0].place), round(bench.distance(one.change, r), 3)) for r in same]
-    return tuple((place, far) for place, far in near if far < APART)
+def places_near(responses: Responses, drawn: SizedEffect) -> tuple[Any, ...]:
+    """Other places of the same kind that are not told apart, with their squared distances."""
+    out = []
+    for response in responses.of_candidates:
+        form = response.group[0]
+        if form.kind == drawn.kind and form.place != drawn.candidate.place:
+            far = round(linear_distance(responses, drawn.change, response), 3)
+            if far < SETTINGS.sizes.apart:
+                out.append((dict(form.place), far))
+    return tuple(out)

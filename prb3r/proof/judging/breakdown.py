@@ -6,12 +6,17 @@ from typing import Any
 import numpy as np
 
 from prb3r.proof.judging.intervals import share_of
-from prb3r.proof.judging.opened import Judged, confident, first_right, mentioned, size_class
+from prb3r.proof.judging.opened import OpenedCase, confident, first_right, mentioned, size_class
+from prb3r.proof.settings import SETTINGS
 
 
-def confusion(cases: Sequence[Judged]) -> tuple[list[str], list[str], np.ndarray]:
-    """True kinds, named kinds and counts, of single effects at 2 and 5 times the detectable size."""
-    chosen = [case for case in cases if case.label.cls == "single" and size_class(case.label) > 1]
+def confusion(cases: Sequence[OpenedCase]) -> tuple[list[str], list[str], np.ndarray]:
+    """True kinds, named kinds and counts, of single effects above the detectable size."""
+    chosen = [
+        case
+        for case in cases
+        if case.label.cls == "single" and size_class(case.label) > min(SETTINGS.population.multiples)
+    ]
     rows = sorted({case.label.kinds[0] for case in chosen})
     columns = [*rows, "another kind", "adequate", "unexplained", "failed"]
     table = np.zeros((len(rows), len(columns)), int)
@@ -23,16 +28,15 @@ def confusion(cases: Sequence[Judged]) -> tuple[list[str], list[str], np.ndarray
     return rows, columns, table
 
 
-def by_effect(cases: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Right first, by kind and size."""
+def by_effect(cases: Sequence[OpenedCase]) -> list[dict[str, Any]]:
+    """Rows of kind, size, and the scores `first` (of the distinguishable) and `among` (of all), single effects."""
     out = []
     chosen = [case for case in cases if case.label.cls == "single"]
     for kind in sorted({case.label.kinds[0] for case in chosen}):
-        for size in (1.0, 2.0, 5.0):
-            own = [c for c in chosen if c.label.kinds[0] == kind and size_class(c.label) == size]
-            apart = [first_right(c) for c in own if c.label.distinguishable]
-            if own:
-                right = share_of(apart)
-                among = share_of([c.label.kinds[0] in mentioned(c.verdict) for c in own])
+        for size in SETTINGS.population.multiples:
+            alike = [c for c in chosen if c.label.kinds[0] == kind and size_class(c.label) == size]
+            if alike:
+                right = share_of([first_right(c) for c in alike if c.label.distinguishable])
+                among = share_of([c.label.kinds[0] in mentioned(c.verdict) for c in alike])
                 out.append({"kind": kind, "size": size, "first": right, "among": among})
     return out

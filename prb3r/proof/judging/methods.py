@@ -40,14 +40,15 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Proposal:
+class ProposedExperiment:
     """An experiment that is to tell two explanations apart."""
 
-    one: str
-    """Name of an effect."""
-    other: str
+    names: tuple[str, str]
+    """Of the two effects."""
     separation: float
+    """Squared distance that it promises."""
     steps: tuple[Mapping[str, float], ...]
+    """Load columns of each step."""
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,14 @@ class Verdict:
     explained: tuple[float, float] = (0.0, 0.0)
     loading: tuple[float, float, float] | None = None
     """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
-    proposals: tuple[Proposal, ...] = ()
+    proposals: tuple[ProposedExperiment, ...] = ()
     remarks: tuple[str, ...] = ()
     seconds: float = 0.0
     reason: str = ""
 
 
 @dataclass(frozen=True)
-class Task:
+class MethodTask:
     """A recording to be judged."""
 
     case: int
@@ -89,50 +90,50 @@ class Task:
     seed: int
 
 
-def judged(task: Task) -> Verdict:
+def verdict_of(task: MethodTask) -> Verdict:
     """The verdict of a method on a recording; what raises is a verdict too."""
     begin = time.perf_counter()
     try:
-        found = METHODS[task.method](task)
+        verdict = METHODS[task.method](task)
     except Exception as error:
         first = next(iter(str(error).splitlines()), "")
-        found = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
-    return replace(found, seconds=round(time.perf_counter() - begin, 3))
+        verdict = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
+    return replace(verdict, seconds=round(time.perf_counter() - begin, 3))
 
 
-def diagnosed(task: Task, settings: Settings | None = None) -> Verdict:
+def diagnosed(task: MethodTask, settings: Settings | None = None) -> Verdict:
     """The diagnosis as it is, or with other settings."""
     asked = stages.Task(task.recording, task.seed, task.without, settings=settings or Settings())
     return _verdict(task, stages.diagnose(asked))
 
 
-def each_alone(task: Task) -> Verdict:
+def each_alone(task: MethodTask) -> Verdict:
     """The diagnosis with every hypothesis judged as if it were the only one."""
     return diagnosed(task, Settings(tested_alone=True))
 
 
-def all_believed(task: Task) -> Verdict:
+def all_believed(task: MethodTask) -> Verdict:
     """The diagnosis with every reading and every weight believed."""
     return diagnosed(task, Settings(believe_all=True))
 
 
-def without_covariance(task: Task) -> Verdict:
+def without_covariance(task: MethodTask) -> Verdict:
     """The diagnosis as if tensions did not scatter."""
     return diagnosed(replace(task, recording=_exact_tensions(task.recording)))
 
 
-def calibration_alone(task: Task) -> Verdict:
+def calibration_alone(task: MethodTask) -> Verdict:
     """E and mu refitted, nothing else."""
     single = _single(task, task.recording, names=lambda best, calibrated: False)
     return replace(single, verdict="adequate")
 
 
-def lowest_error(task: Task) -> Verdict:
+def lowest_error(task: MethodTask) -> Verdict:
     """The one effect with the lowest error, always."""
     return _single(task, task.recording, names=lambda best, calibrated: True)
 
 
-def plain_bic(task: Task) -> Verdict:
+def plain_bic(task: MethodTask) -> Verdict:
     """The one effect with the lowest BIC in which every reading counts, tensions taken as exact."""
 
     def names(best: Fit, calibrated: Fit) -> bool:
@@ -142,7 +143,7 @@ def plain_bic(task: Task) -> Verdict:
     return _single(task, _exact_tensions(task.recording), names)
 
 
-METHODS: dict[str, Callable[[Task], Verdict]] = {
+METHODS: dict[str, Callable[[MethodTask], Verdict]] = {
     "diagnose": diagnosed,
     "E and mu alone": calibration_alone,
     "lowest error": lowest_error,
@@ -158,7 +159,7 @@ def _exact_tensions(recording: Recording) -> Recording:
     return replace(recording, measurement=measurement)
 
 
-def _single(task: Task, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
+def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
     """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
     asked = stages.Task(recording, task.seed, task.without)
     begun = stages.doubt(stages.calibrate(asked), serially)
@@ -196,7 +197,7 @@ def _constants(fitted: Fit | FittedModel) -> tuple[float, float]:
     return float(fitted.constants.log_stiffness), float(fitted.constants.log_friction)
 
 
-def _verdict(task: Task, found: Diagnosis) -> Verdict:
+def _verdict(task: MethodTask, found: Diagnosis) -> Verdict:
     held = found.heldout
     return Verdict(
         task.case,
@@ -211,7 +212,9 @@ def _verdict(task: Task, found: Diagnosis) -> Verdict:
         explained=_constants(found.explained),
         loading=_loading(task.recording),
         proposals=tuple(
-            Proposal(pair.first, pair.second, float(pair.experiment.separation), _rows(pair.experiment.steps))
+            ProposedExperiment(
+                (pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps)
+            )
             for pair in found.experiments
         ),
         remarks=found.remarks,

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.proof.concealed.labels import Label
-from prb3r.proof.concealed.responses import NORM
 from prb3r.proof.judging.methods import Claim, Verdict
 from prb3r.proof.rig.effects import RECORDS
+from prb3r.proof.settings import SETTINGS
 
 
-class Judged(NamedTuple):
-    """A recording, opened."""
+class OpenedCase(NamedTuple):
+    """A recording whose label is known, with the verdict on it."""
 
     label: Label
     verdict: Verdict
@@ -21,8 +21,12 @@ class Judged(NamedTuple):
 
 
 def size_class(label: Label) -> float:
-    """1, 2 or 5 times the smallest detectable size; of an effect without a size, by its norm."""
-    return 5.0 if label.norm > 4.5 * NORM else 2.0 if label.norm > 1.8 * NORM else 1.0
+    """Which of the population's sizes, in smallest detectable ones, a label counts among, by its norm."""
+    sizes, chosen = sorted(SETTINGS.population.multiples, reverse=True), SETTINGS.sizes
+    for size in sizes[:-1]:
+        if label.norm > chosen.class_margin * size * chosen.detectable:
+            return size
+    return sizes[-1]
 
 
 def confident(verdict: Verdict) -> tuple[Claim, ...]:
@@ -30,16 +34,18 @@ def confident(verdict: Verdict) -> tuple[Claim, ...]:
     return verdict.named if verdict.verdict in ("explained", "ambiguous") else ()
 
 
-def failed(case: Judged) -> bool:
+def failed(case: OpenedCase) -> bool:
+    """Whether there is no verdict."""
     return case.verdict.verdict == "failed"
 
 
-def named_or_failed(case: Judged) -> bool:
-    """A crash counts against every score it belongs to."""
+def named_or_failed(case: OpenedCase) -> bool:
+    """Whether anything is named; a failure counts against every score it belongs to."""
     return bool(case.verdict.named) or failed(case)
 
 
-def first_right(case: Judged) -> bool:
+def first_right(case: OpenedCase) -> bool:
+    """Whether the kind that is named first, without reserve, is the true one."""
     named = confident(case.verdict)
     return bool(named) and named[0].kind == case.label.kinds[0]
 
@@ -47,10 +53,10 @@ def first_right(case: Judged) -> bool:
 def mentioned(verdict: Verdict) -> set[str]:
     """Kinds that are named or listed as indistinguishable."""
     named = confident(verdict)
-    return {each.kind for each in named} | {rival[0] for each in named for rival in each.rivals}
+    return {claim.kind for claim in named} | {rival[0] for claim in named for rival in claim.rivals}
 
 
-def own_claim(case: Judged) -> Claim | None:
+def right_claim(case: OpenedCase) -> Claim | None:
     """The claim that is of the true kind, at the true place."""
     true = case.label.effects[0]
     for claim in confident(case.verdict):
@@ -61,9 +67,10 @@ def own_claim(case: Judged) -> Claim | None:
     return None
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(said: Any, true: Any) -> bool:
+    """Whether two values of a place are the same, lists in any order."""
     listed = lambda value: sorted(map(str, value)) if isinstance(value, list | tuple) else str(value)  # noqa: E731
-    return listed(one) == listed(other)
+    return listed(said) == listed(true)
 
 
 def plate_of(kind: str, place: Mapping[str, Any]) -> int | None:
@@ -75,7 +82,7 @@ def plate_of(kind: str, place: Mapping[str, Any]) -> int | None:
     return None
 
 
-def plate_error(case: Judged) -> float:
+def plate_error(case: OpenedCase) -> float:
     """By how many plates the place is missed; infinite where the kind is."""
     kind = case.label.kinds[0]
     true = plate_of(kind, case.label.effects[0])
@@ -84,9 +91,9 @@ def plate_error(case: Judged) -> float:
     return np.inf if true is None or said is None else abs(said - true)
 
 
-def parameters(case: Judged) -> list[tuple[float, bool | None]]:
+def parameters(case: OpenedCase) -> list[tuple[float, bool | None]]:
     """Relative error of every parameter of the one true effect, and whether its interval covers it."""
-    claim, true = own_claim(case), case.label.effects[0]
+    claim, true = right_claim(case), case.label.effects[0]
     if failed(case):
         return [(np.inf, False)]
     if claim is None:

@@ -5,12 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.proof.concealed.labels import FAR_OUTSIDE
-from prb3r.proof.concealed.responses import APART, SAME
 from prb3r.proof.judging.intervals import Score, median_of, ratio_of, share_of
-from prb3r.proof.judging.methods import Proposal, Verdict, kind_of, name_of
 from prb3r.proof.judging.opened import (
-    Judged,
+    OpenedCase,
     confident,
     failed,
     first_right,
@@ -21,6 +18,12 @@ from prb3r.proof.judging.opened import (
     plate_of,
     size_class,
 )
+from prb3r.proof.settings import SETTINGS
+
+EDGE, PLAINLY, LARGE = SETTINGS.population.multiples
+"""Sizes, in smallest detectable ones: names and places are scored from the second on, numbers at the third."""
+Test = Callable[[OpenedCase], bool]
+Measure = Callable[[Sequence[OpenedCase]], Score]
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Goal:
     relation: str
     """`>=`, `<=`, `in`, or empty for information."""
     asked: tuple[float, ...]
-    measure: Callable[[Sequence[Judged]], Score]
+    measure: Measure
 
     def met(self, score: Score) -> bool | None:
         """By the point estimate; None without data or goal."""
@@ -52,67 +55,68 @@ def _within(goal: Goal, low: float, high: float) -> bool | None:
     return bool(low >= goal.asked[0] and high <= goal.asked[1])
 
 
-def _of(cls: str, *sizes: float) -> Callable[[Judged], bool]:
+def _of(cls: str, *sizes: float) -> Test:
     return lambda case: case.label.cls == cls and (not sizes or size_class(case.label) in sizes)
 
 
-def _share(chosen: Callable[[Judged], bool], hit: Callable[[Judged], bool]) -> Callable[[Sequence[Judged]], Score]:
+def _share(chosen: Callable[[OpenedCase], bool], hit: Callable[[OpenedCase], bool]) -> Measure:
     return lambda cases: share_of([hit(case) for case in cases if chosen(case)])
 
 
-def _first(size: float) -> Callable[[Sequence[Judged]], Score]:
+def _first(size: float) -> Measure:
     return _share(lambda case: _of("single", size)(case) and case.label.distinguishable, first_right)
 
 
-def _placed(case: Judged) -> bool:
-    if not (_of("single", 2.0, 5.0)(case) and case.label.distinguishable):
+def _placed(case: OpenedCase) -> bool:
+    if not (_of("single", PLAINLY, LARGE)(case) and case.label.distinguishable):
         return False
     return plate_of(case.label.kinds[0], case.label.effects[0]) is not None
 
 
-def _covering(cases: Sequence[Judged]) -> Score:
-    chosen = [case for case in cases if _of("single", 2.0, 5.0)(case)]
-    return share_of([one for case in chosen for _, one in parameters(case) if one is not None])
+def _covering(cases: Sequence[OpenedCase]) -> Score:
+    chosen = [case for case in cases if _of("single", PLAINLY, LARGE)(case)]
+    return share_of([covered for case in chosen for _, covered in parameters(case) if covered is not None])
 
 
-def _errors(cases: Sequence[Judged]) -> Score:
-    return median_of([error for case in cases if _of("single", 5.0)(case) for error, _ in parameters(case)])
+def _errors(cases: Sequence[OpenedCase]) -> Score:
+    return median_of([error for case in cases if _of("single", LARGE)(case) for error, _ in parameters(case)])
 
 
-def _heldout(cases: Sequence[Judged]) -> Score:
-    """Pooled over effects at 5 times the detectable size; a failure removes nothing of the quarter that was there."""
+def _heldout(cases: Sequence[OpenedCase]) -> Score:
+    """Pooled over large effects; a failure removes nothing of what is expected in the sequences set aside."""
     parts = []
     for case in cases:
-        if _of("single", 5.0)(case) and failed(case):
-            parts.append((0.0, case.label.norm**2 / 4))
-        elif _of("single", 5.0)(case) and case.verdict.heldout is not None:
+        if _of("single", LARGE)(case) and failed(case):
+            parts.append((0.0, SETTINGS.protocol.heldout_share * case.label.norm**2))
+        elif _of("single", LARGE)(case) and case.verdict.heldout is not None:
             before, after, count = case.verdict.heldout
             if before > count:
                 parts.append((before - after, before - count))
     return ratio_of(parts)
 
 
-def _after(cases: Sequence[Judged]) -> Score:
-    chosen = [c.verdict.heldout for c in cases if _of("single", 5.0)(c) and c.verdict.heldout is not None]
+def _after(cases: Sequence[OpenedCase]) -> Score:
+    chosen = [c.verdict.heldout for c in cases if _of("single", LARGE)(c) and c.verdict.heldout is not None]
     return median_of([after / count for _, after, count in chosen])
 
 
-def outside(case: Judged) -> bool:
-    return case.label.cls in ("foreign", "deleted") and case.label.distance >= FAR_OUTSIDE
+def outside(case: OpenedCase) -> bool:
+    """Whether the physics is far outside the library of the diagnosis."""
+    return case.label.cls in ("foreign", "deleted") and case.label.distance >= SETTINGS.sizes.far_outside
 
 
-def far_outside(case: Judged) -> bool:
+def far_outside(case: OpenedCase) -> bool:
     """Whether not even two effects of the library together come near."""
-    return outside(case) and (case.label.pair_distance or 0.0) >= APART
+    return outside(case) and (case.label.pair_distance or 0.0) >= SETTINGS.sizes.apart
 
 
-def _flagged(case: Judged) -> bool:
-    near = [kind for kind, far in case.label.nearest.items() if far < SAME]
+def _flagged(case: OpenedCase) -> bool:
+    near = [kind for kind, far in case.label.nearest.items() if far < SETTINGS.sizes.same]
     kinds = mentioned(case.verdict)
     return case.verdict.verdict == "ambiguous" and case.label.kinds[0] in kinds and bool(kinds & set(near))
 
 
-def _weight_named(case: Judged) -> bool:
+def _weight_named(case: OpenedCase) -> bool:
     if case.label.wrong_weight is None or case.verdict.verdict != "adequate":
         return False
     sequence, step, _, _ = case.label.wrong_weight
@@ -120,33 +124,33 @@ def _weight_named(case: Judged) -> bool:
     return any(remark.startswith(wanted) for remark in case.verdict.remarks)
 
 
-def _pair(case: Judged) -> bool:
-    return case.label.cls == "pair" and case.label.distance >= APART
+def _pair(case: OpenedCase) -> bool:
+    return case.label.cls == "pair" and case.label.distance >= SETTINGS.sizes.apart
 
 
-def _false_constant(which: str) -> Callable[[Sequence[Judged]], Score]:
+def _false_constant(which: str) -> Measure:
     """Error of E in the class where calibration hides the effect."""
 
-    def measure(cases: Sequence[Judged]) -> Score:
-        found = []
+    def measure(cases: Sequence[OpenedCase]) -> Score:
+        errors = []
         for case in cases:
             values = case.verdict.loading if which == "loading" else getattr(case.verdict, which)
             if case.label.cls == "hidden" and values is not None and case.verdict.verdict != "failed":
-                found.append(abs(float(np.expm1(values[0] - case.label.constants[0]))))
-        return median_of(found)
+                errors.append(abs(float(np.expm1(values[0] - case.label.constants[0]))))
+        return median_of(errors)
 
     return measure
 
 
 GOALS: tuple[Goal, ...] = (
     Goal("clean sets with a named effect", "<=", (0.01,), _share(_of("clean"), named_or_failed)),
-    Goal("right effect first, at 2 times detectable", ">=", (0.95,), _first(2.0)),
-    Goal("right effect first, at 5 times detectable", ">=", (0.99,), _first(5.0)),
+    Goal(f"right effect first, at {PLAINLY:g} times detectable", ">=", (0.95,), _first(PLAINLY)),
+    Goal(f"right effect first, at {LARGE:g} times detectable", ">=", (0.99,), _first(LARGE)),
     Goal(
         "truth among named and indistinguishable",
         ">=",
         (0.98,),
-        _share(_of("single", 2.0, 5.0), lambda c: c.label.kinds[0] in mentioned(c.verdict)),
+        _share(_of("single", PLAINLY, LARGE), lambda c: c.label.kinds[0] in mentioned(c.verdict)),
     ),
     Goal(
         "plate exactly",
@@ -156,13 +160,13 @@ GOALS: tuple[Goal, ...] = (
     ),
     Goal("plate within one", ">=", (0.99,), _share(_placed, lambda c: plate_error(c) <= 1)),
     Goal("95 % intervals cover", "in", (0.90, 0.98), _covering),
-    Goal("parameter error at 5 times, median", "<=", (0.05,), _errors),
+    Goal(f"parameter error at {LARGE:g} times, median", "<=", (0.05,), _errors),
     Goal("held-out excess error removed", ">=", (0.90,), _heldout),
     Goal(
         "both of a pair named",
         ">=",
         (0.80,),
-        _share(_pair, lambda c: set(c.label.kinds) <= {each.kind for each in confident(c.verdict)}),
+        _share(_pair, lambda c: set(c.label.kinds) <= {claim.kind for claim in confident(c.verdict)}),
     ),
     Goal(
         "outside the library: `unexplained`",
@@ -185,13 +189,13 @@ INFORMATION: tuple[Goal, ...] = (
         "right effect first, at the detectable size",
         "",
         (),
-        _share(lambda c: _of("single", 1.0)(c) and c.label.distinguishable, first_right),
+        _share(lambda c: _of("single", EDGE)(c) and c.label.distinguishable, first_right),
     ),
     Goal(
         "effect at the detectable size noticed",
         "",
         (),
-        _share(_of("single", 1.0), lambda c: c.verdict.verdict not in ("adequate", "failed")),
+        _share(_of("single", EDGE), lambda c: c.verdict.verdict not in ("adequate", "failed")),
     ),
     Goal(
         "pairs: truth named or indistinguishable, both",
@@ -221,12 +225,12 @@ INFORMATION: tuple[Goal, ...] = (
     Goal("held-out chi-square a reading, median", "", (), _after),
     Goal("calibration hides it: true effect first", "", (), _share(_of("hidden"), first_right)),
     Goal(
-        "calibration hides it: loading alone fits (p > 0.01)",
+        f"calibration hides it: loading alone fits (p > {SETTINGS.protocol.loading_fits:g})",
         "",
         (),
         _share(
             lambda c: c.label.cls == "hidden" and c.verdict.loading is not None,
-            lambda c: c.verdict.loading is not None and c.verdict.loading[2] > 0.01,
+            lambda c: c.verdict.loading is not None and c.verdict.loading[2] > SETTINGS.protocol.loading_fits,
         ),
     ),
     Goal("calibration hides it: error of E, loading alone, median", "", (), _false_constant("loading")),
@@ -234,26 +238,3 @@ INFORMATION: tuple[Goal, ...] = (
     Goal("calibration hides it: error of E, explained, median", "", (), _false_constant("explained")),
     Goal("failed", "", (), _share(lambda c: True, lambda c: c.verdict.verdict == "failed")),
 )
-
-
-def worth(verdict: Verdict) -> Proposal | None:
-    """The first proposal that promises to tell two explanations apart; it is carried out."""
-    return next((each for each in verdict.proposals if each.separation >= APART), None)
-
-
-def tested(case: Judged) -> Proposal | None:
-    """The proposal that is carried out, if the truth is one of the two effects that it is to tell apart."""
-    proposal = worth(case.verdict)
-    if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":
-        return None
-    true = [] if proposal is None else [kind_of(name) == case.label.kinds[0] for name in (proposal.one, proposal.other)]
-    return proposal if sum(true) == 1 else None
-
-
-def resolved(first: Judged, second: Verdict) -> bool:
-    """Whether after the proposed experiment the truth is named first and the rival that it was to refute is gone."""
-    proposal, named = tested(first), confident(second)
-    if proposal is None or not named or named[0].kind != first.label.kinds[0]:
-        return False
-    other = proposal.other if kind_of(proposal.one) == first.label.kinds[0] else proposal.one
-    return all(other != name_of(kind, place) for each in named for kind, place, *_ in each.rivals)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.rig.arrays import Rig
 from prb3r.proof.rig.draft import Draft, nominal_draft
 from prb3r.proof.rig.effects import RECORDS
-from prb3r.proof.rig.kernels import Rig
 
 STANDARD_GRAVITY = 9.80665
 """m/s^2, exact by convention (CGPM 1901): what turns kilograms into newtons where a file does not say."""
@@ -72,7 +72,7 @@ def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
     known = record.parameters
     wrong = [f"unknown {name}" + did_you_mean(name, known) for name in sorted(given - set(known))]
     wrong += [f"{name} is missing" for name in known if name not in given | record.optional]
-    complaints = {each.name: each.check(effect[each.name], draft) for each in record.taken if each.name in given}
+    complaints = {p.name: p.check(effect[p.name], draft) for p in record.taken if p.name in given}
     return wrong + [f"{name}: {complaint}" for name, complaint in complaints.items() if complaint]
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.rig.kernels import LINEAR
+from prb3r.proof.rig.arrays import LINEAR_LAW
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Draft:
     cables: tuple[str, ...]
     segment_of: np.ndarray
     """(n,) number of each plate's segment, from 1."""
-    law: tuple[int, float, float] = (LINEAR, 0.0, 1.0)
+    law: tuple[int, float, float] = (LINEAR_LAW, 0.0, 1.0)
     """Which, and its two numbers."""
     compliance: float = 0.0
     """Of a hinge at each end of each arc, rad/(N m)."""

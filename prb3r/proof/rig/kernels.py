@@ -10,55 +10,20 @@ its proximal end, answers with an end pose; equilibrium is where the answer is t
 `w`: moment about the arc's start `P_0` and force which the distal part exerts on the plate.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
-LINEAR, CUBIC, BILINEAR = 0, 1, 2
-"""Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee."""
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, Pulls, Slips
+
 CLEARANCE_BEND = 0.005
 """Bend over which a cable changes over to the other side of its holes, rad."""
-
-
-class Rig(NamedTuple):
-    """A manipulator in arrays: `n` plates, `m` cables.  SI units."""
-
-    arc: np.ndarray  # (n,) flexible length
-    clamp: np.ndarray  # (n,)
-    disk: float  # thickness
-    rigidity: np.ndarray  # (n,) EI
-    rest: np.ndarray  # (n,) stress-free curvature
-    law: int  # of every plate: one of the three above
-    law_first: float  # c, or the knee
-    law_second: float  # ratio
-    compliance: float  # of the hinge at each end of each arc
-    contact_angle: float
-    contact_stiffness: float
-    offset: np.ndarray  # (n, m) of each plate's span
-    clearance: float
-    reach: np.ndarray  # (m,) plates that a cable crosses; 0 if dead
-    friction: np.ndarray  # (n, m) coefficient at the hole before plate i
-    pulley: np.ndarray  # (m,) -ln(efficiency)
-    edges: bool  # turning counted at both edges of a hole
-    presliding: float  # infinite: declared slip
-    moment: np.ndarray  # (n,) extra bending moment all along an arc
-    moment_per_bend: np.ndarray  # (n,) and per bend of the plate
-
-
-class Forces(NamedTuple):
-    """Loads at one instant: tension entering the base holes (before pulley friction), dead loads on disks and tip."""
-
-    tension: np.ndarray  # (m,)
-    disk: np.ndarray  # (n, 2) at the disks' centres
-    tip: np.ndarray  # (2,) at the centre of the last disk's distal face
 
 
 @njit(cache=True)
 def curvature(moment, rigidity, law, first, second):
     """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
     bare = moment / rigidity
-    if law == CUBIC and first != 0:
+    if law == CUBIC_LAW and first != 0:
         root = np.sqrt(3 * abs(first))
         if first > 0:
             k = 2 / root * np.sinh(np.arcsinh(1.5 * root * bare) / 3)
@@ -68,7 +33,7 @@ def curvature(moment, rigidity, law, first, second):
             k = np.nan
         return k, 1 / (rigidity * (1 + 3 * first * k**2))
     excess = abs(bare) - first
-    if law == BILINEAR and excess > 0:
+    if law == BILINEAR_LAW and excess > 0:
         return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
     return bare, 1 / rigidity
 
@@ -150,8 +115,10 @@ def lengths_beyond(rig, ends):
 
 
 @njit(cache=True)
-def pull_cable(rig, j, tension, slip, sticking, ends, wrench, d_wrench, tensions):
+def pull_cable(rig, j, tension, slips, ends, pulls):
     """Add what cable `j` does to every plate's wrench and tangent, and note its span tensions."""
+    slip, sticking = slips
+    wrench, d_wrench, tensions = pulls
     reach, n = rig.reach[j], len(ends)
     angle, offset, d_offset = np.zeros(n), np.zeros(n), np.zeros(n)
     d_length, d_angle = np.zeros((n, 3)), np.zeros((n, 3))
@@ -239,7 +206,7 @@ def imbalance(rig, forces, slip, sticking, ends, elements):
     n, m = rig.offset.shape
     wrench, d_wrench, tensions = np.zeros((n, 3)), np.zeros((n, 3, n, 3)), np.zeros((n, m))
     for j in range(m):
-        pull_cable(rig, j, forces.tension[j], slip, sticking, ends, wrench, d_wrench, tensions)
+        pull_cable(rig, j, forces.tension[j], Slips(slip, sticking), ends, Pulls(wrench, d_wrench, tensions))
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
     gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
     for i in range(n):

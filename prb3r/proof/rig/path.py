@@ -1,245 +1,160 @@
-"""Following a load path: balances by Newton's iteration, sub-steps that end where a hole begins to slip.
+"""Following the loads of a sequence in sub-steps that end where a hole begins to slip.
 
-Over a sub-step the slip state of a hole uses the cable lengths at its end,
-
-    sigma <- clip(sigma + (length beyond the hole: after - before) / presliding, -1, 1),
-
-which is exact while that length moves one way.  Motion kinks where a hole begins to slip, so a sub-step ends at the
-first such event; a turn between events shows in the parabola through beginning, middle and end.  Just after an event
-any small load may change which holes slip, a problem without scale that no halving cures: the careful iteration
-changes one hole at a time (Katzenelson's way through piecewise linear equations).
+Motion kinks where a hole begins to slip, so a sub-step ends at the first such event; a turn between events shows in
+the parabola through beginning, middle and end.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.proof.rig.balance import (
+    SHORTEST_SUBSTEP,
+    AppliedLoads,
+    HoleStates,
+    LoadRamp,
+    RigBalance,
+    find_balance,
+    forces_of,
+)
 from prb3r.proof.rig.build import BuiltRig
-from prb3r.proof.rig.kernels import Forces, Rig, imbalance, lengths_beyond, poses
+from prb3r.proof.rig.kernels import poses
 
-RESIDUAL, ROUNDED = 1e-11, 1e-8
-"""Largest gap of a converged balance (bends in rad, positions in plate lengths); where rounding forbids it, largest
-move of the last iteration, with a gap no larger than the second."""
-NEWTON, LEAP = 25, 0.3
-"""Iterations, and largest change of a plate's bend in one of them, rad."""
-LONGEST, SMALLEST, MOST = 1 / 32, 1e-10, 1500
-"""Sub-steps with loading history, in parts of a step, and their number: beyond, the path ends at a limit load."""
-EVENT, TRIALS = 1e-4, 40
+LONGEST_SUBSTEP, MOST_SUBSTEPS = 1 / 32, 1500
+"""With loading history, in parts of a step, and their number: beyond, the path ends at a limit load."""
+EVENT_ERROR, EVENT_TRIALS = 1e-4, 40
 """How exactly in slip state a sub-step ends where a hole begins to slip, and in how many trials."""
-TURN = 0.1
+TURNING = 0.1
 """A turning angle, rad: what an error of slip state may later cost in shape."""
+LEAST_PART, MOST_PART = 0.05, 0.95
+"""Between which a sub-step is cut at a turn of a cable's travel."""
 
 
-class Memory(NamedTuple):
-    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
+class RigPath:
+    """Follows the loads of one sequence.
 
-    slip: np.ndarray
-    beyond: np.ndarray
+    Parameters
+    ----------
+    elements : steps along the arc of each plate
+    tolerance : of one sub-step: position in parts of the length, or slip state in the shape it may cost
+    """
 
-    def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
-        """Slip states that follow the cables' lengths without limit."""
-        return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
+    def __init__(self, built: BuiltRig, elements: int, tolerance: float) -> None:
+        self.built, self.elements, self.tolerance = built, elements, tolerance
+        self.length = (built.rig.arc + 2 * built.rig.clamp + built.rig.disk).sum()
+        self.history = np.isfinite(built.rig.presliding)
+        self.longest = LONGEST_SUBSTEP if self.history else 1.0
+        self.weight = TURNING * built.rig.friction
+        self.weight[:1] += built.rig.pulley
 
-
-class State(NamedTuple):
-    """A balance: end poses of the plates (n, 3), what its holes remember, span tensions (n, m)."""
-
-    ends: np.ndarray
-    memory: Memory
-    tension: np.ndarray
-
-
-class Load(NamedTuple):
-    """Applied tensions, declared slips, forces on disks and tip, (m,), (m,), (n, 2), (2,): linear between steps."""
-
-    tension: np.ndarray
-    slip: np.ndarray
-    disk: np.ndarray
-    tip: np.ndarray
-
-
-class Way(NamedTuple):
-    """From one load to the next."""
-
-    begin: Load
-    end: Load
-
-    def at(self, share: float) -> Load:
-        return Load(*((1 - share) * a + share * b for a, b in zip(*self, strict=True)))
-
-
-def forces_of(setup: BuiltRig, load: Load, constant: float = 1.0) -> Forces:
-    """What arrives at the rig: `constant` is the share of the constant effects."""
-    return Forces(
-        np.maximum(load.tension + constant * setup.tension_offset, 0),
-        load.disk + constant * setup.disk_force,
-        setup.tip_efficiency * load.tip + constant * setup.tip_force,
-    )
-
-
-def balance(rig: Rig, forces: Forces, memory: Memory, guess: np.ndarray, elements: int) -> State | None:
-    """Equilibrium near `guess` at the end of a sub-step that began with `memory`, or None."""
-    first = _iterate(rig, forces, memory, guess, elements, careful=False)
-    if first is not None or not np.isfinite(rig.presliding):
-        return first
-    return _iterate(rig, forces, memory, guess, elements, careful=True)
-
-
-@np.errstate(all="ignore")
-def _iterate(rig: Rig, forces: Forces, memory: Memory, ends: np.ndarray, elements: int, careful: bool) -> State | None:
-    """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
-    lengths = rig.arc + 2 * rig.clamp
-    scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
-    slip = memory.slip_at(rig, ends)
-    sticking, moved = np.abs(slip) < 1, np.inf
-    for _ in range(NEWTON + 2 * slip.size if careful else NEWTON):
-        gap, tangent, tension = imbalance(rig, forces, np.clip(slip, -1, 1), sticking, ends, elements)
-        error = np.abs(gap / scale).max()
-        if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
-            return State(ends, Memory(np.clip(slip, -1, 1), lengths_beyond(rig, ends)), tension)
-        if not np.isfinite(error):
-            return None
-        try:
-            move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
-        except np.linalg.LinAlgError:
-            return None
-        moved = np.abs(move / scale).max()
-        move = move * min(1, LEAP / moved)
-        after = memory.slip_at(rig, ends + move)
-        if careful:
-            side = np.sign(np.where(sticking, after, slip))
-            change = sticking != (side * after < 1)
-            way = np.divide(side - slip, after - slip, out=np.ones_like(slip), where=change & (after != slip))
-            hole = np.unravel_index(np.argmin(way), way.shape)
-            if way[hole] < 1:
-                move = move * max(way[hole], 0)
-                sticking[hole] ^= True
-                after = memory.slip_at(rig, ends + move)
-        else:
-            sticking = np.abs(after) < 1
-        ends, slip = ends + move, after
-    return None
-
-
-def rest(setup: BuiltRig, nothing: Load, elements: int) -> State | None:
-    """No applied load, the constant effects raised from nothing, no slip at any hole."""
-    rig = setup.rig._replace(presliding=np.inf)
-    zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
-    state = State(np.stack([lengths, 0 * lengths, 0 * lengths], 1), Memory(zero, zero), zero)
-    done, share = 0.0, 1.0
-    while done < 1:
-        to = min(done + share, 1)
-        forces = forces_of(setup, nothing, to)
-        found = balance(rig._replace(rest=to * rig.rest), forces, Memory(zero, zero), state.ends, elements)
-        if found is not None:
-            done, state = to, found
-        elif share < SMALLEST:
-            return None
-        else:
-            share /= 2
-    return state
-
-
-class Path:
-    """Follows the loads of one sequence."""
-
-    def __init__(self, setup: BuiltRig, elements: int, tolerance: float) -> None:
-        self.setup, self.elements, self.tolerance = setup, elements, tolerance
-        self.length = (setup.rig.arc + 2 * setup.rig.clamp + setup.rig.disk).sum()
-        self.history = np.isfinite(setup.rig.presliding)
-        self.longest = LONGEST if self.history else 1.0
-        self.grip = TURN * setup.rig.friction
-        self.grip[:1] += setup.rig.pulley
-
-    def substep(self, state: State | None, load: Load, guess: np.ndarray | None = None) -> State | None:
+    def substep(
+        self, state: RigBalance | None, loads: AppliedLoads, guess: np.ndarray | None = None
+    ) -> RigBalance | None:
+        """The balance under `loads` after one sub-step from `state`, looked for near `guess`; None if there is none."""
         if state is None:
             return None
-        memory = state.memory if self.history else Memory(np.tile(load.slip, (len(state.ends), 1)), state.memory.beyond)
+        holes = (
+            state.holes if self.history else HoleStates(np.tile(loads.slip, (len(state.ends), 1)), state.holes.beyond)
+        )
         guess = state.ends if guess is None else guess
-        return balance(self.setup.rig, forces_of(self.setup, load), memory, guess, self.elements)
+        return find_balance(self.built.rig, forces_of(self.built, loads), holes, guess, self.elements)
 
-    def equal_substeps(self, state: State | None, way: Way, count: int) -> State | None:
+    def equal_substeps(self, state: RigBalance | None, ramp: LoadRamp, count: int) -> RigBalance | None:
+        """The balance at the end of a ramp in `count` equal sub-steps."""
         for k in range(1, count + 1):
-            state = self.substep(state, way.at(k / count))
+            state = self.substep(state, ramp.at(k / count))
         return state
 
-    def adaptive(self, state: State, way: Way) -> State | None:
-        """Accept a sub-step where it passes no event, hides no reversal and agrees with its two halves."""
+    def adaptive(self, state: RigBalance, ramp: LoadRamp) -> RigBalance | None:
+        """The balance at the end of a ramp; None where the path ends before.
+
+        A sub-step is accepted where it passes no event, hides no reversal and agrees with its two halves.
+        """
         done, longest = 0.0, self.longest
-        for _ in range(MOST):
-            whole, share = self.until_event(state, way, done, min(longest, 1 - done))
+        for _ in range(MOST_SUBSTEPS):
+            whole, share = self.until_event(state, ramp, done, min(longest, 1 - done))
             if whole is None:
                 return None
-            half = self.substep(state, way.at(done + share / 2), (state.ends + whole.ends) / 2)
-            halves = self.substep(half, way.at(done + share), whole.ends)
+            half = self.substep(state, ramp.at(done + share / 2), (state.ends + whole.ends) / 2)
+            halves = self.substep(half, ramp.at(done + share), whole.ends)
             cut = self.agreed_part(state, half, whole, halves)
             if cut == 1:
                 state, done, longest = whole, done + share, self.longest
                 if done >= 1:
                     return state
-            elif cut * share < SMALLEST:
+            elif cut * share < SHORTEST_SUBSTEP:
                 return None
             else:
                 longest = cut * share
         return None
 
-    def until_event(self, state: State, way: Way, done: float, share: float) -> tuple[State | None, float]:
+    def until_event(
+        self, state: RigBalance, ramp: LoadRamp, done: float, share: float
+    ) -> tuple[RigBalance | None, float]:
         """Go `share` ahead, or to where the first hole begins to slip, or as far as there is a balance."""
-        found = self.substep(state, way.at(done + share))
-        while found is None and share > SMALLEST:
+        after = self.substep(state, ramp.at(done + share))
+        while after is None and share > SHORTEST_SUBSTEP:
             share /= 2
-            found = self.substep(state, way.at(done + share))
-        if not self.history or found is None:
-            return found, share
-        low, low_over, low_found = 0.0, self.overshoot(state, state), None
-        high, high_over = share, self.overshoot(state, found)
-        if high_over <= EVENT:
-            return found, share
-        far, far_ends, last_over = share, found.ends, 0.0
-        for _ in range(TRIALS):
+            after = self.substep(state, ramp.at(done + share))
+        if after is None or not self.history or self.overshoot(state, after) <= EVENT_ERROR:
+            return after, share
+        return self._event(state, ramp, done, share, after)
+
+    def _event(
+        self, state: RigBalance, ramp: LoadRamp, done: float, share: float, after: RigBalance
+    ) -> tuple[RigBalance | None, float]:
+        """Where between `state` and `after`, `share` ahead, the first hole begins to slip: by the Illinois rule."""
+        low, low_over, low_after = 0.0, self.overshoot(state, state), None
+        high, high_over = share, self.overshoot(state, after)
+        far, far_ends, last_over = share, after.ends, 0.0
+        for _ in range(EVENT_TRIALS):
             share = low - (high - low) * low_over / (high_over - low_over)
-            found = self.substep(state, way.at(done + share), state.ends + share / far * (far_ends - state.ends))
-            if found is None:
+            guess = state.ends + share / far * (far_ends - state.ends)
+            trial = self.substep(state, ramp.at(done + share), guess)
+            if trial is None:
                 high, high_over = share, -low_over
                 continue
-            over = self.overshoot(state, found)
-            if abs(over) <= EVENT:
-                return found, share
+            over = self.overshoot(state, trial)
+            if abs(over) <= EVENT_ERROR:
+                return trial, share
             if over > 0:
                 high, high_over, low_over = share, over, low_over / (2 if last_over > 0 else 1)
-                far, far_ends = share, found.ends
+                far, far_ends = share, trial.ends
             else:
-                low, low_over, low_found, high_over = share, over, found, high_over / (2 if last_over < 0 else 1)
+                low, low_over, low_after, high_over = share, over, trial, high_over / (2 if last_over < 0 else 1)
             last_over = over
-        return low_found, low
+        return low_after, low
 
-    def overshoot(self, before: State, after: State) -> float:
+    def overshoot(self, before: RigBalance, after: RigBalance) -> float:
         """How far the first hole is beyond the slip state at which it begins to slip; negative: none is."""
-        old = before.memory.slip
-        new = old + (after.memory.beyond - before.memory.beyond) / self.setup.rig.presliding
-        up, down = np.where(old < 1 - EVENT, new - 1, -1), np.where(old > EVENT - 1, -1 - new, -1)
-        return np.maximum(up, down)[self.grip > 0].max(initial=-1)
+        old = before.holes.slip
+        new = old + (after.holes.beyond - before.holes.beyond) / self.built.rig.presliding
+        up = np.where(old < 1 - EVENT_ERROR, new - 1, -1)
+        down = np.where(old > EVENT_ERROR - 1, -1 - new, -1)
+        return np.maximum(up, down)[self.weight > 0].max(initial=-1)
 
-    def agreed_part(self, before: State, half: State | None, whole: State, halves: State | None) -> float:
-        """Part of a sub-step to be trusted, 1 for all of it."""
+    def agreed_part(
+        self, before: RigBalance, half: RigBalance | None, whole: RigBalance, halves: RigBalance | None
+    ) -> float:
+        """Part of a sub-step that its two halves agree with, 1 for all of it."""
         if half is None or halves is None or self.apart(whole, halves) > self.tolerance:
             return 0.5
         if not self.history:
             return 1.0
-        presliding, old = self.setup.rig.presliding, before.memory.slip
-        middle = (half.memory.beyond - before.memory.beyond) / presliding
-        last = (whole.memory.beyond - before.memory.beyond) / presliding
+        presliding, old = self.built.rig.presliding, before.holes.slip
+        middle = (half.holes.beyond - before.holes.beyond) / presliding
+        last = (whole.holes.beyond - before.holes.beyond) / presliding
         slope, bow = 4 * middle - last, 2 * last - 4 * middle  # of the parabola through the three
         turning = np.divide(-slope, 2 * bow, out=np.ones_like(bow), where=bow != 0)
         turning = np.where((turning > 0) & (turning < 1), turning, 1.0)
         extreme = turning * (slope + turning * bow)
         path = np.clip(np.clip(old + extreme, -1, 1) + last - extreme, -1, 1)
-        lost = self.grip * np.abs(path - np.clip(old + last, -1, 1))
+        lost = self.weight * np.abs(path - np.clip(old + last, -1, 1))
+        if lost.size == 0 or lost.max() < self.tolerance:
+            return 1.0
         worst = np.unravel_index(np.argmax(lost), lost.shape)
-        return 1.0 if lost.size == 0 or lost[worst] < self.tolerance else float(np.clip(turning[worst], 0.05, 0.95))
+        return float(np.clip(turning[worst], LEAST_PART, MOST_PART))
 
-    def apart(self, a: State, b: State) -> float:
-        """Largest distance of two states, in parts of the length."""
-        shape = np.abs(poses(self.setup.rig, a.ends) - poses(self.setup.rig, b.ends))[:, :2].max() / self.length
-        slip = self.grip * np.abs(a.memory.slip - b.memory.slip)
+    def apart(self, a: RigBalance, b: RigBalance) -> float:
+        """Largest distance of two balances, in parts of the length."""
+        shape = np.abs(poses(self.built.rig, a.ends) - poses(self.built.rig, b.ends))[:, :2].max() / self.length
+        slip = self.weight * np.abs(a.holes.slip - b.holes.slip)
         return max(shape, slip.max(initial=0) if self.history else 0.0)

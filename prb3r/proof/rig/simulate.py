@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.rig.balance import AppliedLoads, LoadRamp, rest
 from prb3r.proof.rig.build import BuiltRig, build_rig
 from prb3r.proof.rig.kernels import poses
-from prb3r.proof.rig.path import Load, Path, Way, rest
+from prb3r.proof.rig.path import RigPath
 
 
 @dataclass(frozen=True)
@@ -37,20 +38,20 @@ class RigStates:
     """(s, n, m) slip state at the hole before each plate."""
 
 
-def _loads(setup: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[Load]:
+def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[AppliedLoads]:
     """Read the steps.  Absent and empty loads are zero, absent and empty slips -1."""
-    n, m = setup.rig.offset.shape
-    weight = setup.gravity
+    n, m = built.rig.offset.shape
+    weight = built.gravity
     place: dict[str, tuple[str, Any, float]] = {
-        f"cable_{name}_n": ("tension", j, 1) for j, name in enumerate(setup.cables)
+        f"cable_{name}_n": ("tension", j, 1) for j, name in enumerate(built.cables)
     }
-    place |= {f"cable_{name}_kg": ("tension", j, weight) for j, name in enumerate(setup.cables)}
-    place |= {f"slip_{name}": ("slip", j, 1) for j, name in enumerate(setup.cables)}
+    place |= {f"cable_{name}_kg": ("tension", j, weight) for j, name in enumerate(built.cables)}
+    place |= {f"slip_{name}": ("slip", j, 1) for j, name in enumerate(built.cables)}
     place |= {f"disk{k}_{axis}_n": ("disk", (k - 1, c), 1) for k in range(1, n + 1) for c, axis in enumerate("xy")}
     place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
     loads, problems = [], []
     for k, step in enumerate(steps):
-        load = Load(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2))
+        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2))
         for name, value in step.items():
             if name not in place:
                 problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
@@ -88,18 +89,18 @@ def simulate(
     SpecError
         Effects or load columns that make no sense.
     """
-    setup = build_rig(manipulator)
-    loads, (n, m) = _loads(setup, steps), setup.rig.offset.shape
-    path = Path(setup, elements, tolerance)
-    before = Load(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
-    state = rest(setup, before, elements)
+    built = build_rig(manipulator)
+    loads, (n, m) = _loads(built, steps), built.rig.offset.shape
+    path = RigPath(built, elements, tolerance)
+    before = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
+    state = rest(built, before, elements)
     pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
     for k, load in enumerate(loads):
-        way, before = Way(before, load), load
-        if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*way, strict=True))):
-            state = path.equal_substeps(state, way, substeps) if substeps else path.adaptive(state, way)
+        ramp, before = LoadRamp(before, load), load
+        if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*ramp, strict=True))):
+            state = path.equal_substeps(state, ramp, substeps) if substeps else path.adaptive(state, ramp)
         if state is not None:
-            pose[k], tension[k], slip[k] = poses(setup.rig, state.ends), state.tension, state.memory.slip
+            pose[k], tension[k], slip[k] = poses(built.rig, state.ends), state.tension, state.holes.slip
     x, y, angle = np.moveaxis(pose, 2, 0)
     return RigStates(x, y, angle, np.isfinite(x[:, 0]), tension, slip)
 
@@ -120,9 +121,9 @@ def observe(
     image_centre : c, m
     frame : rotation in rad, and shift d in m
     """
-    setup, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
+    built, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
     cos, sin = np.cos(rotation), np.sin(rotation)
-    x = setup.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
-    y = setup.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]
-    stretch = 1 + setup.lens * (x**2 + y**2)
+    x = built.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
+    y = built.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]
+    stretch = 1 + built.lens * (x**2 + y**2)
     return image_centre[0] + x * stretch, image_centre[1] + y * stretch, states.angle + rotation

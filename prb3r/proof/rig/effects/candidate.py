@@ -7,8 +7,8 @@ from typing import Any
 Place = tuple[tuple[str, Any], ...]
 """Parameters that say where or which, with their values; lists as tuples."""
 PROBE = 2e-3
-"""Part of the largest size that stands for a derivative: its error is second order, 4e-6, and what the rig's own
-tolerance leaves (1e-6 of a sub-step) stays below a thousandth of it."""
+"""Part of the largest size that stands for a derivative: one-sided, so that it errs by parts in a thousand of how bent
+the response is; the tolerance of the rig (1e-6 of a sub-step) is far below it."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ class Conditions:
 
     @property
     def plates(self) -> int:
+        """Number of plates of all segments."""
         return sum(self.segments)
 
     @property
@@ -86,6 +87,7 @@ class Candidate:
 
     @property
     def sized(self) -> bool:
+        """Whether it comes in sizes."""
         return self.low < self.high
 
     @property

@@ -10,9 +10,9 @@ import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, SHARE, Record, Scale, one_of, several, size
+from prb3r.proof.rig.effects.record import FRACTION, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
 
-SLIPS = 4e-5, 2e-4
+PRESLIDINGS = 4e-5, 2e-4
 """Presliding lengths at which `slip_history` is tried, m: in the lower and upper part of `SLIP_RANGE`."""
 SLIP_RANGE = -4.5, -3.7
 """Decimal logarithms of the presliding lengths that are drawn, 30 to 200 micrometres."""
@@ -36,7 +36,7 @@ def _follow(draft: Draft, presliding_m):
 
 def _following(given: Conditions) -> Iterator[Candidate]:
     if given.friction > 0 and given.declared:
-        yield from map(_slipping, SLIPS)
+        yield from map(_slipping, PRESLIDINGS)
 
 
 def _slipping(presliding: float) -> Candidate:
@@ -107,7 +107,7 @@ FRICTION_RECORDS = (
     Record(
         "pulley_friction",
         _lose,
-        (size("efficiency", SHARE, Scale.LOGARITHM), several("cables", "cables")),
+        (size("efficiency", FRACTION, Scale.LOGARITHM), several("cables", "cables")),
         _losing,
         turn=1,
     ),

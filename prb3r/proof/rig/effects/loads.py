@@ -9,7 +9,7 @@ import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import ANY, SHARE, Record, Scale, size
+from prb3r.proof.rig.effects.record import ANY, FRACTION, Record, Scale, size
 
 GRAVITY = 12.0
 """Largest that is concealed, m/s^2: all of it in the plane, and a fifth for disks heavier than noted."""
@@ -84,5 +84,5 @@ LOAD_RECORDS = (
         vector=True,
         reshaped=_tip_force_anew,
     ),
-    Record("tip_load_friction", _hold_back, (size("efficiency", SHARE, Scale.LOGARITHM),), _held_back, turn=14),
+    Record("tip_load_friction", _hold_back, (size("efficiency", FRACTION, Scale.LOGARITHM),), _held_back, turn=14),
 )

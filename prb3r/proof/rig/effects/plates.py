@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions, Place
 from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
-from prb3r.proof.rig.kernels import BILINEAR, CUBIC
 
 THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
 """Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
@@ -87,9 +87,9 @@ def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Can
 def _follow_law(draft: Draft, law, cubic_m2=None, knee_per_m=None, ratio=None):
     cubic, bilinear = cubic_m2 is not None, knee_per_m is not None and ratio is not None
     if law == "cubic" and cubic and knee_per_m is None and ratio is None:
-        draft.law = (CUBIC, cubic_m2, 1.0)
+        draft.law = (CUBIC_LAW, cubic_m2, 1.0)
     elif law == "bilinear" and bilinear and not cubic:
-        draft.law = (BILINEAR, knee_per_m, ratio)
+        draft.law = (BILINEAR_LAW, knee_per_m, ratio)
     else:
         raise ValueError("law 'cubic' takes cubic_m2, law 'bilinear' takes knee_per_m and ratio")
 

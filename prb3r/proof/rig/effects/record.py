@@ -68,26 +68,27 @@ class Record:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        return tuple(each.name for each in self.taken)
+        """Names of all parameters that a manipulator file may give."""
+        return tuple(parameter.name for parameter in self.taken)
 
     @property
     def optional(self) -> frozenset[str]:
         """Parameters that may be left out."""
-        return frozenset(each.name for each in self.taken if each.optional)
+        return frozenset(parameter.name for parameter in self.taken if parameter.optional)
 
     @property
     def places(self) -> Mapping[str, str]:
         """Parameters that say where or which, and what they count."""
-        return {each.name: each.place for each in self.taken if each.place}
+        return {parameter.name: parameter.place for parameter in self.taken if parameter.place}
 
     @property
     def scales(self) -> Mapping[str, Scale]:
         """In which its parameters are compared."""
-        return {each.name: each.scale for each in self.taken}
+        return {parameter.name: parameter.scale for parameter in self.taken}
 
     def candidates(self, conditions: Conditions) -> Iterator[list[Candidate]]:
         """All forms that the conditions allow, in groups that act together."""
-        forms = [] if self.conceal is None else [replace(each, kind=self.kind) for each in self.conceal(conditions)]
+        forms = [] if self.conceal is None else [replace(form, kind=self.kind) for form in self.conceal(conditions)]
         yield from [forms] if self.vector and forms else ([form] for form in forms)
 
     def drawn(self, conditions: Conditions, candidate: Candidate, rng: np.random.Generator) -> Candidate:
@@ -97,7 +98,7 @@ class Record:
         return replace(self.reshaped(conditions, candidate, rng), kind=self.kind)
 
 
-def number(low: float = -np.inf, high: float = np.inf, open_low: bool = False) -> Check:
+def number_in(low: float = -np.inf, high: float = np.inf, open_low: bool = False) -> Check:
     """Of a finite number from `low`, itself left out if `open_low`, to `high`."""
 
     def check(value: Any, _: Draft) -> str:
@@ -109,7 +110,8 @@ def number(low: float = -np.inf, high: float = np.inf, open_low: bool = False) -
     return check
 
 
-ANY, FROM_ZERO, POSITIVE, SHARE = number(), number(0), number(0, open_low=True), number(0, 1, open_low=True)
+ANY, FROM_ZERO = number_in(), number_in(0)
+POSITIVE, FRACTION = number_in(0, open_low=True), number_in(0, 1, open_low=True)
 """Checks of a size: any number; not negative; above zero; above zero and at most one."""
 
 

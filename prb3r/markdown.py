@@ -1,0 +1,20 @@
+"""Tables in Markdown: the one place that knows how."""
+
+from collections.abc import Collection, Iterable, Sequence
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Collection[int] = ()) -> list[str]:
+    """The lines of a table.
+
+    Parameters
+    ----------
+    head : what stands above each column
+    rows : cells as text; bars are escaped and line ends become spaces
+    numbers : columns (from 0) that are set to the right
+    """
+    rule = [" ---: " if k in numbers else " --- " for k in range(len(head))]
+    return [_line(head), f"|{'|'.join(rule)}|", *map(_line, rows)]
+
+
+def _line(cells: Iterable[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

@@ -1,0 +1,60 @@
+"""The table of scores in Markdown."""
+
+import math
+
+from prb3r.markdown import markdown_table
+from prb3r.proof.judging.intervals import Score
+from prb3r.proof.judging.scores import Goal
+from prb3r.proof.prove import MAIN, Proof
+from prb3r.proof.settings import SETTINGS
+
+NOT_SHARES = ("held-out chi-square",)
+"""How the names of scores begin that are plain numbers; all others are shown in percent."""
+
+
+def scores_table(proof: Proof) -> list[str]:
+    """Markdown: every score with its goal and interval, and what the other methods reach on a part of the cases."""
+    others = [name for name in proof.cases if name != MAIN]
+    beside = {name: {goal.name: score for goal, score in proof.scores(name)} for name in others}
+    rows = [
+        [
+            goal.name,
+            goal_text(goal),
+            score_text(goal, score.value),
+            _interval(goal, score),
+            str(score.count),
+            _answer(goal.met(score)),
+            _answer(goal.shown(score)),
+            *(_beside(goal, beside[name][goal.name]) for name in others),
+        ]
+        for goal, score in proof.scores()
+    ]
+    confidence = f"{100 * SETTINGS.protocol.confidence:g} % interval"
+    return markdown_table(["score", "goal", MAIN, confidence, "n", "met", "shown", *others], rows)
+
+
+def goal_text(goal: Goal) -> str:
+    """What is asked; empty for information."""
+    if not goal.relation:
+        return ""
+    asked = "-".join(f"{100 * share:g}" for share in goal.asked)
+    return f"{goal.relation} {asked} %".replace("in ", "").replace("<=", "≤").replace(">=", "≥")
+
+
+def score_text(goal: Goal, value: float) -> str:
+    """A score or an end of its interval, in percent if it is a share."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.3g}" if goal.name.startswith(NOT_SHARES) else f"{100 * value:.1f} %"
+
+
+def _interval(goal: Goal, score: Score) -> str:
+    return f"{score_text(goal, score.low)} to {score_text(goal, score.high)}" if score.count else "–"
+
+
+def _beside(goal: Goal, score: Score) -> str:
+    return f"{score_text(goal, score.value)} ({score.count})" if score.count else "–"
+
+
+def _answer(answer: bool | None) -> str:
+    return "" if answer is None else "yes" if answer else "**no**"

@@ -1,0 +1,131 @@
+"""A design: a manipulator as its owner describes it, and how it is recorded."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from prb3r.proof.rig.simulate import RigStates, simulate
+from prb3r.recording.recording import Kind
+
+LoadSteps = tuple[Mapping[str, float], ...]
+"""Steps of one sequence: columns of the table of steps with their values."""
+
+
+class Flavour(StrEnum):
+    """What a design is for."""
+
+    PLAIN = "plain"
+    """Declared slip directions."""
+    HISTORY = "history"
+    """Friction that follows the load path."""
+    LOADING = "loading"
+    """Unloading in the last sequences alone: calibration can hide effects."""
+    POOR = "poor"
+    """Few sequences, loading only, with little read: effects are confused."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """A manipulator as its owner describes it, and how it is recorded."""
+
+    number: int
+    flavour: Flavour
+    manipulator: Mapping[str, Any]
+    """Contents of its file, nominal."""
+    measurement: Mapping[str, float]
+    """Stated standard deviations, as in a recording's file."""
+    prior: Mapping[str, float]
+    """Relative standard deviations; absent: flat."""
+    kinds: tuple[Kind, ...]
+    """What is read at every disk."""
+    program: tuple[LoadSteps, ...]
+    """Load steps of every sequence, as noted."""
+    largest_bend: float
+    """Of a plate of the nominal manipulator, rad."""
+
+    @property
+    def plates(self) -> int:
+        """Number of plates of all segments."""
+        return sum(segment["plates"] for segment in self.manipulator["segment"])
+
+    @property
+    def cables(self) -> tuple[str, ...]:
+        """Names of the cables, in file order."""
+        return tuple(cable["name"] for cable in self.manipulator["cable"])
+
+    @property
+    def length(self) -> float:
+        """From the base disk's distal face to the tip's, straight, m."""
+        disk = self.manipulator["disk"]["thickness_m"]
+        return sum(segment["plates"] * (segment["length_m"] + disk) for segment in self.manipulator["segment"])
+
+    @property
+    def friction(self) -> float:
+        """Nominal friction coefficient of all holes."""
+        return self.manipulator["friction"]["coefficient"]
+
+    @property
+    def follows_path(self) -> bool:
+        """Whether friction follows the load path, so that a tension matters to all later steps."""
+        return self.manipulator["friction"].get("direction", "declared") == "history"
+
+    @property
+    def pull(self) -> float:
+        """Largest noted tension, N."""
+        return max(step[f"cable_{name}_n"] for steps in self.program for step in steps for name in self.cables)
+
+    @property
+    def image_centre(self) -> tuple[float, float]:
+        """Of the camera: half-way along the straight arm, m."""
+        return (self.length / 2, 0.0)
+
+    @property
+    def loading_only(self) -> tuple[int, ...]:
+        """Numbers of the sequences in which no tension ever falls."""
+        names = [f"cable_{name}_n" for name in self.cables]
+        rising = [all(b[n] >= a[n] for a, b in pairwise(s) for n in names) for s in self.program]
+        return tuple(k for k, on in enumerate(rising) if on)
+
+    def deviation(self, kind: Kind) -> float:
+        """Standard deviation of a reading, m or rad."""
+        return self.measurement["position_sd_m" if kind.is_position else "angle_sd_rad"]
+
+    def described(self) -> dict[str, Any]:
+        """What may be said of it before the seal is broken: a row of the report."""
+        return {
+            "design": self.number,
+            "flavour": str(self.flavour),
+            "segments": len(self.manipulator["segment"]),
+            "plates": self.plates,
+            "cables": len(self.cables),
+            "sequences": len(self.program),
+            "steps": sum(len(steps) for steps in self.program),
+            "read": ", ".join(kind.name.lower() for kind in self.kinds),
+            "friction": self.friction,
+            "largest_bend_rad": self.largest_bend,
+        }
+
+
+def followed(manipulator: Mapping[str, Any], program: Sequence[LoadSteps]) -> list[RigStates] | None:
+    """The rig's states along each sequence of a program; None where an equilibrium ceases."""
+    out = []
+    for steps in program:
+        states = simulate(manipulator, steps)
+        if not states.converged.all():
+            return None
+        out.append(states)
+    return out
+
+
+def plate_bends(states: Sequence[RigStates]) -> np.ndarray:
+    """(steps, plates) bends of all sequences, rad."""
+    return np.concatenate([np.diff(part.angle, axis=1) for part in states])
+
+
+def largest_bend(states: Sequence[RigStates]) -> float:
+    """Of any plate at any step, either way, rad."""
+    return float(np.abs(plate_bends(states)).max())

@@ -1,0 +1,71 @@
+"""Labels of physics outside the library, at sizes at which it is far from every effect."""
+
+import numpy as np
+
+from prb3r.proof.concealed.camera import exact_readings
+from prb3r.proof.concealed.distances import (
+    distance_to_pairs,
+    distance_without_a_step,
+    nearest_by_kind,
+    refitted_distance,
+)
+from prb3r.proof.concealed.foreign import LAWS, followed_foreign, knocks, possible
+from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.responses import Responses
+from prb3r.proof.settings import SETTINGS
+
+TINY = 1e-9
+"""In place of a squared distance of zero, of which there is no logarithm."""
+
+
+def foreign_label(request: Request, responses: Responses, rng: np.random.Generator) -> Label | None:
+    """A law outside the library, as near to the distance asked for as a few sizes come; None if none was met."""
+    names, chosen = possible(responses.design), SETTINGS.foreign
+    if not names:
+        return None
+    law = request.kind if request.kind in names else names[int(rng.integers(len(names)))]
+    sign = -1.0 if LAWS[law].signed and rng.random() < chosen.reversed_half else 1.0
+    target, share = SETTINGS.sizes.far_outside * rng.uniform(*chosen.target), chosen.first_share
+    if LAWS[law].jumps:
+        share = rng.uniform(*chosen.first_dead_zone)
+    best: Label | None = None
+    for _ in range(chosen.tries):
+        label = _label_of_size(request, responses, law, sign * share * LAWS[law].largest)
+        if label is None:
+            break
+        if best is None or _outsideness(label, target) < _outsideness(best, target):
+            best = label
+        least, most = chosen.accepted
+        if least <= label.distance / target <= most:
+            break
+        change = np.sqrt(chosen.aim * target / max(label.distance, TINY))
+        share = float(np.clip(share * np.clip(change, *chosen.change), 0, 1))
+    return best
+
+
+def _outsideness(label: Label, target: float) -> float:
+    """How far a label is from the distance asked for, too near being the worse."""
+    ratio = float(np.log(max(label.distance, TINY) / target))
+    return ratio if ratio >= 0 else -SETTINGS.foreign.too_near * ratio
+
+
+def _label_of_size(request: Request, responses: Responses, law: str, size: float) -> Label | None:
+    """The label of a law at a size; None where an equilibrium ceases."""
+    design = responses.design
+    states = followed_foreign(design, design.manipulator, design.program, law, size)
+    if states is None:
+        return None
+    readings = exact_readings(design, design.manipulator, states, knocks(design, law, size))
+    change = responses.whiten(readings - responses.nominal)
+    nearest = nearest_by_kind(responses, change, responses.of_candidates, [], near=np.inf)
+    return Label(
+        request.case,
+        "foreign",
+        request.design,
+        0,
+        foreign=(law, size),
+        sizes=(size,),
+        norm=float(np.sqrt(refitted_distance(responses, change, None))),
+        nearest={**nearest, "wrong weight": distance_without_a_step(responses, change)},
+        pair_distance=distance_to_pairs(responses, change, responses.of_candidates),
+    )

@@ -1,0 +1,77 @@
+"""Two effects at once, perhaps such that they cancel in part."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.responses import Responses
+from prb3r.proof.concealed.sizing import SizedEffect, draw_effect
+from prb3r.proof.settings import SETTINGS
+
+
+def pair_label(request: Request, responses: Responses, rng: np.random.Generator) -> Label | None:
+    """Two effects of two kinds, each of which stands out of the other; None if none were met.
+
+    A pair that no third kind imitates is preferred; where a cancelling one is asked for, the one that cancels most.
+    """
+    chosen, cancelling = SETTINGS.labels, request.kind == "cancelling"
+    best: tuple[float, list[SizedEffect], dict[str, float]] | None = None
+    for _ in range(chosen.pair_tries):
+        pair = _drawn_pair(request, responses, rng)
+        if pair is None:
+            continue
+        a, b = (responses.free(effect.change) for effect in pair)
+        cos = float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
+        alone = SETTINGS.sizes.detectable * request.multiple * np.sqrt(1 - cos**2)
+        least = chosen.pair_least * SETTINGS.sizes.detectable
+        if alone < least or responses.readings([effect.effect for effect in pair]) is None:
+            continue
+        nearest = _nearest_thirds(responses, pair)
+        rank = (min(nearest.values()) >= SETTINGS.sizes.apart) * (-cos if cancelling else 1.0)
+        if best is None or rank > best[0]:
+            best = rank, pair, nearest
+        if best[0] >= (chosen.cancelling if cancelling else 1.0):
+            break
+    if best is None:
+        return None
+    _, pair, nearest = best
+    change = responses.to([effect.effect for effect in pair])
+    return Label(
+        request.case,
+        "pair",
+        request.design,
+        0,
+        effects=tuple(effect.effect for effect in pair),
+        sizes=tuple(effect.size for effect in pair),
+        multiple=request.multiple,
+        norm=responses.norm(change) if change is not None else 0.0,
+        nearest=nearest,
+        note=request.kind,
+    )
+
+
+def _drawn_pair(request: Request, responses: Responses, rng: np.random.Generator) -> list[SizedEffect] | None:
+    """Two effects with sizes, of two kinds, or None."""
+    drawn = [draw_effect(responses, "", request.multiple, rng) for _ in range(2)]
+    pair = [effect for effect in drawn if effect is not None and effect.candidate.sized]
+    return pair if len({effect.kind for effect in pair}) == 2 else None
+
+
+def _nearest_thirds(responses: Responses, pair: Sequence[SizedEffect]) -> dict[str, float]:
+    """From each of a pair, the squared distance to the nearest rival of a third kind, the other one refitted."""
+    out: dict[str, float] = {}
+    kinds = [effect.kind for effect in pair]
+    for effect, other in (pair, pair[::-1]):
+        unit = responses.free(other.change)
+        unit = unit / np.linalg.norm(unit)
+        a = responses.free(effect.change)
+        a = a - unit * (unit @ a)
+        for rival in responses.of_candidates:
+            if rival.kind in kinds:
+                continue
+            b = responses.free(rival.columns)
+            b = b - np.outer(unit, unit @ b)
+            left = a - b @ np.linalg.lstsq(b, a, rcond=None)[0] if rival.sized else a - b[:, 0]
+            out[rival.kind] = min(out.get(rival.kind, np.inf), round(float(left @ left), 3))
+    return out

@@ -1,0 +1,28 @@
+"""Proposed experiments: which are carried out, and whether they told two explanations apart."""
+
+from prb3r.proof.judging.methods import ProposedExperiment, Verdict, kind_of, name_of
+from prb3r.proof.judging.opened import OpenedCase, confident
+from prb3r.proof.settings import SETTINGS
+
+
+def promising(verdict: Verdict) -> ProposedExperiment | None:
+    """The first proposal that promises to tell two explanations apart; it is carried out."""
+    return next((proposal for proposal in verdict.proposals if proposal.separation >= SETTINGS.sizes.apart), None)
+
+
+def tested(case: OpenedCase) -> ProposedExperiment | None:
+    """The proposal that is carried out, if the truth is one of the two effects that it is to tell apart."""
+    proposal = promising(case.verdict)
+    if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":
+        return None
+    true = [] if proposal is None else [kind_of(name) == case.label.kinds[0] for name in proposal.names]
+    return proposal if sum(true) == 1 else None
+
+
+def resolved(first: OpenedCase, second: Verdict) -> bool:
+    """Whether after the proposed experiment the truth is named first and the rival that it was to refute is gone."""
+    proposal, named = tested(first), confident(second)
+    if proposal is None or not named or named[0].kind != first.label.kinds[0]:
+        return False
+    (rival,) = [name for name in proposal.names if kind_of(name) != first.label.kinds[0]]
+    return all(rival != name_of(kind, place) for claim in named for kind, place, *_ in claim.rivals)

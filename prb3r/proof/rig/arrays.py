@@ -1,0 +1,56 @@
+"""The rig and what acts on it as compiled code reads them: `n` plates, `m` cables, SI units."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+LINEAR_LAW, CUBIC_LAW, BILINEAR_LAW = 0, 1, 2
+"""Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee."""
+
+
+class Rig(NamedTuple):
+    """A manipulator in arrays: `n` plates, `m` cables.  SI units."""
+
+    arc: np.ndarray  # (n,) flexible length
+    clamp: np.ndarray  # (n,)
+    disk: float  # thickness
+    rigidity: np.ndarray  # (n,) EI
+    rest: np.ndarray  # (n,) stress-free curvature
+    law: int  # of every plate: one of the three above
+    law_first: float  # c, or the knee
+    law_second: float  # ratio
+    compliance: float  # of the hinge at each end of each arc
+    contact_angle: float
+    contact_stiffness: float
+    offset: np.ndarray  # (n, m) of each plate's span
+    clearance: float
+    reach: np.ndarray  # (m,) plates that a cable crosses; 0 if dead
+    friction: np.ndarray  # (n, m) coefficient at the hole before plate i
+    pulley: np.ndarray  # (m,) -ln(efficiency)
+    edges: bool  # turning counted at both edges of a hole
+    presliding: float  # infinite: declared slip
+    moment: np.ndarray  # (n,) extra bending moment all along an arc
+    moment_per_bend: np.ndarray  # (n,) and per bend of the plate
+
+
+class Slips(NamedTuple):
+    """Of the hole of each cable before each plate, (n, m) both."""
+
+    state: np.ndarray  # -1 drawn in, +1 paid out
+    sticking: np.ndarray  # whether the state follows the cable's length
+
+
+class Pulls(NamedTuple):
+    """What the distal part exerts on the plates."""
+
+    wrench: np.ndarray  # (n, 3) moment and force at each arc's start
+    by_ends: np.ndarray  # (n, 3, n, 3) its derivatives by the end poses
+    tension: np.ndarray  # (n, m) of the spans
+
+
+class Forces(NamedTuple):
+    """Loads at one instant: tension entering the base holes (before pulley friction), dead loads on disks and tip."""
+
+    tension: np.ndarray  # (m,)
+    disk: np.ndarray  # (n, 2) at the disks' centres
+    tip: np.ndarray  # (2,) at the centre of the last disk's distal face

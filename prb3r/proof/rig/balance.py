@@ -1,0 +1,149 @@
+"""Balances of the rig by Newton's iteration, with holes that slip or stick.
+
+Over a sub-step the slip state of a hole uses the cable lengths at its end,
+
+    sigma <- clip(sigma + (length beyond the hole: after - before) / presliding, -1, 1),
+
+which is exact while that length moves one way.  Just after a hole begins to slip any small load may change which holes
+do, a problem without scale that no halving cures: the careful iteration changes one hole at a time (Katzenelson's way
+through piecewise linear equations).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.proof.rig.arrays import Forces, Rig
+from prb3r.proof.rig.build import BuiltRig
+from prb3r.proof.rig.kernels import imbalance, lengths_beyond
+
+RESIDUAL, ROUNDED = 1e-11, 1e-8
+"""Largest gap of a converged balance (bends in rad, positions in plate lengths); where rounding forbids it, largest
+move of the last iteration, with a gap no larger than the second."""
+ITERATIONS, LARGEST_MOVE = 25, 0.3
+"""Of Newton, and change of a plate's bend in one of them, rad."""
+SHORTEST_SUBSTEP = 1e-10
+"""Part of a step below which no balance is looked for: the path ends at a limit load."""
+
+
+class AppliedLoads(NamedTuple):
+    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N: linear between steps."""
+
+    tension: np.ndarray
+    slip: np.ndarray
+    disk: np.ndarray
+    tip: np.ndarray
+
+
+class LoadRamp(NamedTuple):
+    """From the loads of one step to those of the next."""
+
+    begin: AppliedLoads
+    end: AppliedLoads
+
+    def at(self, share: float) -> AppliedLoads:
+        """Loads at a share (0 to 1) of the ramp."""
+        return AppliedLoads(*((1 - share) * a + share * b for a, b in zip(*self, strict=True)))
+
+
+class HoleStates(NamedTuple):
+    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
+
+    slip: np.ndarray
+    beyond: np.ndarray
+
+    def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
+        """Slip states (n, m) that follow the cables' lengths without limit."""
+        return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
+
+
+class RigBalance(NamedTuple):
+    """A balance: end poses of the plates (n, 3), what its holes remember, span tensions (n, m) in N."""
+
+    ends: np.ndarray
+    holes: HoleStates
+    tension: np.ndarray
+
+
+def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Forces:
+    """What arrives at the rig; `constant` is the share of the constant effects."""
+    return Forces(
+        np.maximum(loads.tension + constant * built.tension_offset, 0),
+        loads.disk + constant * built.disk_force,
+        built.tip_efficiency * loads.tip + constant * built.tip_force,
+    )
+
+
+def find_balance(rig: Rig, forces: Forces, holes: HoleStates, guess: np.ndarray, elements: int) -> RigBalance | None:
+    """The balance near `guess` (n, 3) at the end of a sub-step that began with `holes`; None if there is none.
+
+    `elements` : steps along the arc of each plate.
+    """
+    quick = _iterate(rig, forces, holes, guess, elements, careful=False)
+    if quick is not None or not np.isfinite(rig.presliding):
+        return quick
+    return _iterate(rig, forces, holes, guess, elements, careful=True)
+
+
+@np.errstate(all="ignore")
+def _iterate(
+    rig: Rig, forces: Forces, holes: HoleStates, ends: np.ndarray, elements: int, careful: bool
+) -> RigBalance | None:
+    """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
+    lengths = rig.arc + 2 * rig.clamp
+    scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
+    slip = holes.slip_at(rig, ends)
+    sticking, moved = np.abs(slip) < 1, np.inf
+    for _ in range(ITERATIONS + 2 * slip.size if careful else ITERATIONS):
+        gap, tangent, tension = imbalance(rig, forces, np.clip(slip, -1, 1), sticking, ends, elements)
+        error = np.abs(gap / scale).max()
+        if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
+            return RigBalance(ends, HoleStates(np.clip(slip, -1, 1), lengths_beyond(rig, ends)), tension)
+        if not np.isfinite(error):
+            return None
+        try:
+            move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
+        except np.linalg.LinAlgError:
+            return None
+        moved = np.abs(move / scale).max()
+        move = move * min(1, LARGEST_MOVE / moved)
+        after = holes.slip_at(rig, ends + move)
+        if careful:
+            part, hole = _first_change(slip, after, sticking)
+            if part < 1:
+                move = move * max(part, 0)
+                sticking[hole] ^= True
+                after = holes.slip_at(rig, ends + move)
+        else:
+            sticking = np.abs(after) < 1
+        ends, slip = ends + move, after
+    return None
+
+
+def _first_change(slip: np.ndarray, after: np.ndarray, sticking: np.ndarray) -> tuple[float, tuple[int, ...]]:
+    """Part of a move, from slip states (n, m) to those after it, at which the first hole changes, and which hole."""
+    side = np.sign(np.where(sticking, after, slip))
+    change = sticking != (side * after < 1)
+    part = np.divide(side - slip, after - slip, out=np.ones_like(slip), where=change & (after != slip))
+    hole = np.unravel_index(np.argmin(part), part.shape)
+    return float(part[hole]), tuple(map(int, hole))
+
+
+def rest(built: BuiltRig, nothing: AppliedLoads, elements: int) -> RigBalance | None:
+    """No applied load, the constant effects raised from nothing, no slip at any hole; None if that has no balance."""
+    rig = built.rig._replace(presliding=np.inf)
+    zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
+    holes = HoleStates(zero, zero)
+    state = RigBalance(np.stack([lengths, 0 * lengths, 0 * lengths], 1), holes, zero)
+    done, share = 0.0, 1.0
+    while done < 1:
+        to = min(done + share, 1)
+        raised = rig._replace(rest=to * rig.rest)
+        after = find_balance(raised, forces_of(built, nothing, to), holes, state.ends, elements)
+        if after is not None:
+            done, state = to, after
+        elif share < SHORTEST_SUBSTEP:
+            return None
+        else:
+            share /= 2
+    return state
