@@ -14,7 +14,7 @@ ORDER = {
     "bench progress check cli",
     "model": "files laws effects manipulator steps",
     "diagnosis": "settings library fit evidence search checks result stages run",
-    "proof": "rig settings concealed judging prove",
+    "proof": "rig settings concealed judging prove sweep",
     "present": "style page study diagnosis proof",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""

@@ -6,6 +6,7 @@ Nothing here knows a label or the rig: a recording in, a verdict out.
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.search.selection import examine, fits, shortlist
+from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import diagnose
 from prb3r.recording.recording import Recording
 
@@ -86,8 +88,11 @@ class MethodTask:
     case: int
     recording: Recording
     without: frozenset[str]
+    """Kinds taken out of the library."""
     method: str
     seed: int
+    settings: Settings = Settings()
+    """Of the diagnosis."""
 
 
 def verdict_of(task: MethodTask) -> Verdict:
@@ -101,20 +106,10 @@ def verdict_of(task: MethodTask) -> Verdict:
     return replace(verdict, seconds=round(time.perf_counter() - begin, 3))
 
 
-def diagnosed(task: MethodTask, *, trusting: bool = False, alone: bool = False) -> Verdict:
-    """The diagnosis as it is, or with a step left out."""
-    diagnosis = diagnose(task.recording, seed=task.seed, without=task.without, trusting=trusting, alone=alone)
-    return _verdict(task, diagnosis)
-
-
-def each_alone(task: MethodTask) -> Verdict:
-    """The diagnosis with every hypothesis judged as if it were the only one."""
-    return diagnosed(task, alone=True)
-
-
-def all_believed(task: MethodTask) -> Verdict:
-    """The diagnosis with every reading and every weight believed."""
-    return diagnosed(task, trusting=True)
+def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
+    """The diagnosis, with some of its settings changed."""
+    settings = replace(task.settings, **ablation)
+    return _verdict(task, diagnose(task.recording, seed=task.seed, without=task.without, settings=settings))
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -149,8 +144,8 @@ METHODS: dict[str, Callable[[MethodTask], Verdict]] = {
     "lowest error": lowest_error,
     "BIC, no covariance": plain_bic,
     "no tension covariance": without_covariance,
-    "each candidate alone": each_alone,
-    "every reading believed": all_believed,
+    "each candidate alone": partial(diagnosed, tested_alone=True),
+    "every reading believed": partial(diagnosed, believe_all=True),
 }
 
 
