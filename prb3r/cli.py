@@ -4,6 +4,7 @@ import json
 import os
 import sys
 from enum import IntEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -270,20 +271,31 @@ def bench_command(as_json, diagnosis, output) -> None:
 @click.option("--cases", type=click.IntRange(8), default=None, help="Recordings [default: 1200, about an hour].")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.option("--seed", type=click.IntRange(0), default=2, show_default=True, help="Of everything; 1 is for tuning.")
-def prove_command(output, cases, jobs, seed) -> None:
+@click.option("--settings", is_flag=True, help="Instead: how scores move with each number among the settings.")
+@click.option("--only", multiple=True, metavar="SETTING", help="Of these settings alone; may be repeated.")
+def prove_command(output, cases, jobs, seed, settings, only) -> None:
     """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict.
 
     An interrupted run goes on where it stopped when it is started again.
     """
-    from prb3r.present.proof.report import publish_proof
-    from prb3r.present.proof.scores import scores_table
-    from prb3r.proof.prove import run_proof
     from prb3r.proof.settings import SETTINGS
     from prb3r.runs.files import ensure_writable
 
-    ensure_writable(Path(output))
-    kept = Path(output) / ".journal"
-    cases = cases or SETTINGS.population.full
-    found = run_proof(cases, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
-    files = publish_proof(found, Path(output))
-    click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))
+    folder, jobs = Path(output), jobs or os.cpu_count() or 1
+    ensure_writable(folder)
+    say = partial(click.echo, err=True)
+    if settings or only:
+        from prb3r.present.proof.sweep import publish_sweep, sweep_table
+        from prb3r.proof.sweep import run_sweep
+
+        cases = cases or SETTINGS.protocol.sweep_cases
+        sweep = run_sweep(cases, seed, jobs, say, folder / ".journal-settings", only)
+        table, files = sweep_table(sweep), publish_sweep(sweep, folder)
+    else:
+        from prb3r.present.proof.report import publish_proof
+        from prb3r.present.proof.scores import scores_table
+        from prb3r.proof.prove import run_proof
+
+        proof = run_proof(cases or SETTINGS.population.full, seed, jobs, say, folder / ".journal")
+        table, files = scores_table(proof), publish_proof(proof, folder)
+    click.echo("\n".join([*table, "", f"{len(files)} files in {output}"]))

@@ -13,11 +13,11 @@ ORDER = {
     "": "errors markdown quantities mechanics model runs study recording diagnosis proof present front "
     "bench progress check cli",
     "model": "files laws effects manipulator steps",
-    "runs": "files store parts provenance journal tasks backends engine",
+    "runs": "files store parts provenance tasks backends engine journal",
     "study": "workspace metrics spec columns cases compare work manifest run designs",
     "recording": "recording findings units steps markers reading writing",
     "diagnosis": "confidence settings library fit evidence search checks result stages run",
-    "proof": "rig settings concealed judging prove",
+    "proof": "rig settings concealed judging prove sweep",
     "present": "style framing page study diagnosis proof",
     "bench": "prototype methods scaling jacobians diagnosis measure tables",
 }

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.settings import Settings
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.labels import Label
@@ -44,6 +45,8 @@ class VerdictTask(NamedTuple):
     without: frozenset[str]
     method: str
     seed: int
+    settings: Settings = Settings()
+    """Of the diagnosis."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,7 @@ def answer(task: VerdictTask) -> Verdict:
     """The verdict on a recording; on none, a failure."""
     if isinstance(task.recording, str):
         return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
-    return verdict_of(MethodTask(task.case, task.recording, task.without, task.method, task.seed))
+    return verdict_of(MethodTask(task.case, task.recording, task.without, task.method, task.seed, task.settings))
 
 
 def _with_tip_loads(design: Design, steps: Sequence[Mapping[str, float]]) -> LoadSteps:

@@ -6,6 +6,7 @@ Nothing here knows a label or the rig: a recording in, a verdict out.
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -86,8 +87,11 @@ class MethodTask:
     case: int
     recording: Recording
     without: frozenset[str]
+    """Kinds taken out of the library."""
     method: str
     seed: int
+    settings: Settings = Settings()
+    """Of the diagnosis."""
 
 
 def verdict_of(task: MethodTask) -> Verdict:
@@ -101,20 +105,10 @@ def verdict_of(task: MethodTask) -> Verdict:
     return replace(verdict, seconds=round(time.perf_counter() - begin, 3))
 
 
-def diagnosed(task: MethodTask, settings: Settings | None = None) -> Verdict:
-    """The diagnosis as it is, or with other settings."""
-    asked = stages.Task(task.recording, task.seed, task.without, settings=settings or Settings())
-    return _verdict(task, stages.diagnose(asked))
-
-
-def each_alone(task: MethodTask) -> Verdict:
-    """The diagnosis with every hypothesis judged as if it were the only one."""
-    return diagnosed(task, Settings(tested_alone=True))
-
-
-def all_believed(task: MethodTask) -> Verdict:
-    """The diagnosis with every reading and every weight believed."""
-    return diagnosed(task, Settings(believe_all=True))
+def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
+    """The diagnosis, with some of its settings changed."""
+    settings = replace(task.settings, **ablation)
+    return _verdict(task, stages.diagnose(stages.Task(task.recording, task.seed, task.without, settings=settings)))
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -149,8 +143,8 @@ METHODS: dict[str, Callable[[MethodTask], Verdict]] = {
     "lowest error": lowest_error,
     "BIC, no covariance": plain_bic,
     "no tension covariance": without_covariance,
-    "each candidate alone": each_alone,
-    "every reading believed": all_believed,
+    "each candidate alone": partial(diagnosed, tested_alone=True),
+    "every reading believed": partial(diagnosed, believe_all=True),
 }
 
 
@@ -161,7 +155,7 @@ def _exact_tensions(recording: Recording) -> Recording:
 
 def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
     """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
-    asked = stages.Task(recording, task.seed, task.without)
+    asked = stages.Task(recording, task.seed, task.without, settings=task.settings)
     begun = stages.doubt(stages.calibrate(asked), serially)
     calibrated = explained = begun.fitted
     found = []

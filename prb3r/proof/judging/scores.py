@@ -35,6 +35,8 @@ class Goal:
     """`>=`, `<=`, `in`, or empty for information."""
     asked: tuple[float, ...]
     measure: Measure
+    short: str = ""
+    """Of a headline: its name where there is little room."""
 
     def met(self, score: Score) -> bool | None:
         """By the point estimate; None without data or goal."""
@@ -143,9 +145,11 @@ def _false_constant(which: str) -> Measure:
 
 
 GOALS: tuple[Goal, ...] = (
-    Goal("clean sets with a named effect", "<=", (0.01,), _share(_of("clean"), named_or_failed)),
-    Goal(f"right effect first, at {PLAINLY:g} times detectable", ">=", (0.95,), _first(PLAINLY)),
-    Goal(f"right effect first, at {LARGE:g} times detectable", ">=", (0.99,), _first(LARGE)),
+    Goal("clean sets with a named effect", "<=", (0.01,), _share(_of("clean"), named_or_failed), "invented"),
+    Goal(
+        f"right effect first, at {PLAINLY:g} times detectable", ">=", (0.95,), _first(PLAINLY), f"first at {PLAINLY:g}"
+    ),
+    Goal(f"right effect first, at {LARGE:g} times detectable", ">=", (0.99,), _first(LARGE), f"first at {LARGE:g}"),
     Goal(
         "truth among named and indistinguishable",
         ">=",
@@ -159,20 +163,22 @@ GOALS: tuple[Goal, ...] = (
         _share(lambda c: _placed(c) and not c.label.places, lambda c: plate_error(c) == 0),
     ),
     Goal("plate within one", ">=", (0.99,), _share(_placed, lambda c: plate_error(c) <= 1)),
-    Goal("95 % intervals cover", "in", (0.90, 0.98), _covering),
+    Goal("95 % intervals cover", "in", (0.90, 0.98), _covering, "covered"),
     Goal(f"parameter error at {LARGE:g} times, median", "<=", (0.05,), _errors),
-    Goal("held-out excess error removed", ">=", (0.90,), _heldout),
+    Goal("held-out excess error removed", ">=", (0.90,), _heldout, "held out"),
     Goal(
         "both of a pair named",
         ">=",
         (0.80,),
         _share(_pair, lambda c: set(c.label.kinds) <= {claim.kind for claim in confident(c.verdict)}),
+        "pairs",
     ),
     Goal(
         "outside the library: `unexplained`",
         ">=",
         (0.90,),
         _share(outside, lambda c: c.verdict.verdict == "unexplained"),
+        "outside",
     ),
     Goal(
         "outside the library: wrong confident name",
@@ -180,7 +186,7 @@ GOALS: tuple[Goal, ...] = (
         (0.03,),
         _share(outside, lambda c: bool(confident(c.verdict)) or failed(c)),
     ),
-    Goal("confusable flagged", ">=", (0.98,), _share(_of("confusable"), _flagged)),
+    Goal("confusable flagged", ">=", (0.98,), _share(_of("confusable"), _flagged), "confusable"),
 )
 FOLLOWED = Goal("proposed experiment resolves the pair", ">=", (0.90,), lambda cases: share_of([]))
 INFORMATION: tuple[Goal, ...] = (

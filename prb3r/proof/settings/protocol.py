@@ -9,6 +9,11 @@ class Protocol:
 
     compared: int = 10
     """One of so many recordings is judged by the other methods too: each costs as much as a diagnosis."""
+    sweep_share: float = 0.2
+    """By which each number among the settings of the diagnosis moves, down and up, to show what depends on it: as far
+    as somebody else might have chosen it."""
+    sweep_cases: int = 60
+    """Recordings of such a run unless another number is asked for: each is diagnosed twice for every setting."""
     confidence: float = 0.95
     """Of all intervals."""
     draws: int = 2000

@@ -1,0 +1,90 @@
+"""How scores move with the settings of the diagnosis, on paper: one row a number, most telling first."""
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from prb3r.markdown import markdown_table
+from prb3r.present.proof.scores import score_text
+from prb3r.proof.judging.intervals import Score
+from prb3r.proof.judging.scores import Goal
+from prb3r.proof.settings import SETTINGS
+from prb3r.proof.sweep import Sweep, VariantScores
+from prb3r.runs.store import write_whole
+
+
+def publish_sweep(sweep: Sweep, folder: Path) -> list[Path]:
+    """Write `settings.md` and `settings.json`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    share = 100 * SETTINGS.protocol.sweep_share
+    lines = [
+        "# How scores move with the settings",
+        "",
+        f"{sweep.cases} recordings, seed {sweep.seed}, {sweep.seconds / 60:.0f} minutes; labels sealed before the "
+        f"first verdict: SHA-256 `{sweep.digest}`.",
+        "",
+        f"Each number moved by {share:g} % down / up, on the same recordings (whole numbers by one at least; of shares "
+        "near one what is left to one). *Changed*: recordings on which the verdict or a name is another. Scores: "
+        "change in percentage points, the row on top as they are.",
+        "",
+        *sweep_table(sweep),
+        "",
+    ]
+    text = write_whole(folder / "settings.md", "\n".join(lines).encode())
+    return [text, write_whole(folder / "settings.json", json.dumps(plain_sweep(sweep), indent=1).encode())]
+
+
+def sweep_table(sweep: Sweep) -> list[str]:
+    """Markdown: changes of the headline scores, the settings that change most recordings first."""
+    headline = [(goal, score) for goal, score in sweep.scores if goal.short]
+    shorts = [f"{goal.short} (n = {score.count})" for goal, score in headline]
+    head = ["setting", "value", "moved to", "changed", *shorts]
+    rows = [["as they are", "", "", "", *(score_text(goal, score.value) for goal, score in headline)]]
+    values = asdict(sweep.settings)
+    pairs = sorted(zip(sweep.lower, sweep.higher, strict=True), key=lambda pair: -pair[0].changed - pair[1].changed)
+    for low, high in pairs:
+        cells = [f"{_change(low, goal, score)} / {_change(high, goal, score)}" for goal, score in headline]
+        moved_to = f"{low.value:.4g} / {high.value:.4g}"
+        rows.append([low.field, f"{values[low.field]:.4g}", moved_to, f"{low.changed} / {high.changed}", *cells])
+    return markdown_table(head, rows, range(1, len(head)))
+
+
+def _change(variant: VariantScores, goal: Goal, before: Score) -> str:
+    """In percentage points; 0 where there is none."""
+    change = 100 * (dict(_values(variant))[goal.name] - before.value)
+    return "–" if not math.isfinite(change) else f"{change:+.1f}" if abs(change) >= 0.05 else "0"
+
+
+def _values(variant: VariantScores) -> list[tuple[str, float]]:
+    return [(goal.name, score.value) for goal, score in variant.scores]
+
+
+def plain_sweep(sweep: Sweep) -> dict[str, Any]:
+    """For `settings.json`: every score of every variant."""
+
+    def plain_scores(scores: tuple[tuple[Goal, Score], ...]) -> list[dict[str, Any]]:
+        return [{"score": goal.name, **asdict(score)} for goal, score in scores]
+
+    values = asdict(sweep.settings)
+    return {
+        "schema": 1,
+        "seed": sweep.seed,
+        "labels_sha256": sweep.digest,
+        "recordings": sweep.cases,
+        "seconds": sweep.seconds,
+        "settings": values,
+        "scores": plain_scores(sweep.scores),
+        "moved": [
+            {
+                "setting": variant.field,
+                "value": values[variant.field],
+                "moved_to": variant.value,
+                "changed": variant.changed,
+                "scores": plain_scores(variant.scores),
+            }
+            for pair in zip(sweep.lower, sweep.higher, strict=True)
+            for variant in pair
+        ],
+    }

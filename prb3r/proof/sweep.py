@@ -1,0 +1,142 @@
+"""How the scores of the benchmark move when each number among the settings of the diagnosis moves.
+
+The recordings are made once; every variant of the settings judges them all.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from prb3r.diagnosis.settings import Settings
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.judging.intervals import Score
+from prb3r.proof.judging.methods import Verdict
+from prb3r.proof.judging.opened import OpenedCase
+from prb3r.proof.judging.scores import GOALS, Goal
+from prb3r.proof.prove import MAIN, answer, concealed_recordings, stages_of
+from prb3r.proof.settings import SETTINGS
+
+
+class Variant(NamedTuple):
+    """Settings of which one number has moved."""
+
+    field: str
+    value: float
+    """That it was moved to."""
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class VariantScores:
+    """What a variant changes."""
+
+    field: str
+    value: float
+    scores: tuple[tuple[Goal, Score], ...]
+    changed: int
+    """Recordings on which the verdict, or what is named, is another than with the settings as they are."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All variants of the settings, judged on the same recordings."""
+
+    seed: int
+    digest: str
+    """Hash of the labels, known before the first verdict."""
+    cases: int
+    settings: Settings
+    scores: tuple[tuple[Goal, Score], ...]
+    """With the settings as they are."""
+    lower: tuple[VariantScores, ...]
+    higher: tuple[VariantScores, ...]
+    """Of the same fields, in the same order."""
+    seconds: float
+
+
+def numbers(settings: Settings) -> dict[str, float]:
+    """The fields that are one number each."""
+    values = {field.name: getattr(settings, field.name) for field in fields(settings)}
+    return {name: v for name, v in values.items() if isinstance(v, int | float) and not isinstance(v, bool)}
+
+
+def moved(value: float, share: float) -> float:
+    """A number moved by a share of itself, up or down.
+
+    A whole number moves by one at least.  Of a share near one, which the move would carry beyond one, what is left to
+    one moves the other way.
+    """
+    if isinstance(value, int):
+        step = max(round(abs(share * value)), 1)
+        return value + step if share > 0 else value - step
+    if 0.5 < value < 1 <= value * (1 + abs(share)):
+        return 1 - (1 - value) * (1 - share)
+    return value * (1 + share)
+
+
+def variants(settings: Settings, share: float, only: Collection[str] = ()) -> Iterator[Variant]:
+    """Settings with each number (or those of `only`) moved by a share of itself."""
+    for name, value in numbers(settings).items():
+        if not only or name in only:
+            to = moved(value, share)
+            change: dict[str, Any] = {name: to}
+            yield Variant(name, to, replace(settings, **change))
+
+
+def run_sweep(
+    cases: int,
+    seed: int,
+    jobs: int,
+    say: Callable[[str], None] = lambda text: None,
+    kept: Path | None = None,
+    only: Sequence[str] = (),
+) -> Sweep:
+    """Judge the same concealed recordings with every variant of the settings.
+
+    Parameters
+    ----------
+    only : fields that move; empty: all that are one number.
+
+    The other parameters are those of :func:`prb3r.proof.prove.run_proof`.
+
+    Raises
+    ------
+    SpecError
+        If a field of `only` is none of the numbers.
+    EngineError
+        If `kept` cannot be written.
+    """
+    settings, share = Settings(), SETTINGS.protocol.sweep_share
+    known = numbers(settings)
+    if unknown := [name for name in only if name not in known]:
+        problems = (Problem(name, f"is no number among the settings{did_you_mean(name, known)}") for name in unknown)
+        raise SpecError(*problems)
+    stages = stages_of(cases, seed, jobs, say, kept)
+    concealed = concealed_recordings(cases, seed, stages)
+    tasks = [concealed.verdict_task(case, MAIN) for case in range(cases)]
+
+    def opened(stage: str, chosen: Settings) -> list[OpenedCase]:
+        say(stage)
+        return concealed.opened(stages.results(stage, answer, [task._replace(settings=chosen) for task in tasks]))
+
+    base = opened("verdicts", settings)
+
+    def scored(variant: Variant) -> VariantScores:
+        moved_cases = opened(f"{variant.field} = {variant.value:.6g}", variant.settings)
+        differing = sum(_said(a.verdict) != _said(b.verdict) for a, b in zip(base, moved_cases, strict=True))
+        return VariantScores(variant.field, variant.value, _scores(moved_cases), differing)
+
+    lower, higher = (tuple(map(scored, variants(settings, sign * share, only))) for sign in (-1, 1))
+    seconds = stages.journal.seconds
+    stages.journal.discard()
+    return Sweep(seed, concealed.seal.digest, cases, settings, _scores(base), lower, higher, seconds)
+
+
+def _scores(cases: Sequence[OpenedCase]) -> tuple[tuple[Goal, Score], ...]:
+    return tuple((goal, goal.measure(cases)) for goal in GOALS)
+
+
+def _said(verdict: Verdict) -> tuple:
+    """Verdict and names, without their numbers."""
+    return verdict.verdict, tuple((claim.kind, tuple(claim.place.items())) for claim in verdict.named)
