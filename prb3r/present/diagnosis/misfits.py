@@ -53,7 +53,7 @@ def _title(diagnosis: Diagnosis, key: tuple[str, int], part: pd.DataFrame) -> st
     loads = diagnosis.tables["loads"]
     row = loads[(loads["sequence"] == key[0]) & (loads["step"] == key[1])].iloc[0]
     tension = {name: float(row[f"cable_{name}_n"]) for name in diagnosis.nominal.cable_names}
-    pulled = [f"{name}: {style.number(float(f'{t:.3g}'))} N" for name, t in tension.items() if t > 0]
+    pulled = [f"{name}: {style.digits(float(f'{t:.3g}'))} N" for name, t in tension.items() if t > 0]
     held = " (held out)" if part["held_out"].any() else ""
     cables = "no cable" if not pulled else f"cable {', '.join(pulled)}" if len(pulled) < 3 else f"{len(pulled)} cables"
     return f"{key[0]}, step {key[1]}{held}\n{cables}"

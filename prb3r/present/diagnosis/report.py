@@ -198,7 +198,7 @@ def _steps(steps: pd.DataFrame) -> Table:
     loads = [name for name in steps if name not in ("sequence", "step") and not str(name).startswith("slip_")]
     used = ["step", *(name for name in loads if (steps[name] != 0).any())]
     used += [name for name in steps if str(name).startswith("slip_") and (steps[name] != -1).any()]
-    rows = [[style.number(float(row[name])) for name in used] for row in steps.to_dict("records")]
+    rows = [[style.digits(float(row[name])) for name in used] for row in steps.to_dict("records")]
     return Table([style.shown(describe(str(name))).label for name in used], rows, ())
 
 
