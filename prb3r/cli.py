@@ -205,17 +205,17 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     ensure_writable(folder)
     steps = ("calibrate", "locate", "explain", "rivals", "closure", "next experiment", "write")
     with stages(loaded.name, steps) as report:
-        found = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
+        diagnosis = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
-        files = [*write(found, folder), *publish_diagnosis(found, folder)]
-    click.echo(_told_of(found, len(files), folder))
-    ctx.exit(ExitCode.SOME_FAILED if found.verdict == "unexplained" else ExitCode.DONE)
+        files = [*write(diagnosis, folder), *publish_diagnosis(diagnosis, folder)]
+    click.echo(_told_of(diagnosis, len(files), folder))
+    ctx.exit(ExitCode.SOME_FAILED if diagnosis.verdict == "unexplained" else ExitCode.DONE)
 
 
-def _told_of(found, files: int, folder: Path) -> str:
+def _told_of(diagnosis, files: int, folder: Path) -> str:
     from prb3r.diagnosis.result.projection import summary
 
-    return "\n".join([*summary(found), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
+    return "\n".join([*summary(diagnosis), f"{files} files in {folder}, the page to read is {folder / 'report.html'}"])
 
 
 @main.command("check")
@@ -287,6 +287,6 @@ def prove_command(output, cases, jobs, seed) -> None:
 
     ensure_writable(Path(output))
     kept = Path(output) / ".journal"
-    found = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
-    files = publish_proof(found, Path(output))
-    click.echo("\n".join([*scores_table(found), "", f"{len(files)} files in {output}"]))
+    proof = run_proof(cases or FULL, seed, jobs or os.cpu_count() or 1, lambda text: click.echo(text, err=True), kept)
+    files = publish_proof(proof, Path(output))
+    click.echo("\n".join([*scores_table(proof), "", f"{len(files)} files in {output}"]))
