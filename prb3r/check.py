@@ -17,9 +17,9 @@ MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
     """The manipulator among files to be checked, if it is the only one and in order."""
-    found = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
+    manipulators = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
     try:
-        return load_manipulator(found[0]) if len(found) == 1 else None
+        return load_manipulator(manipulators[0]) if len(manipulators) == 1 else None
     except SpecError:
         return None
 

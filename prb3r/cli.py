@@ -195,6 +195,7 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
+    from prb3r.diagnosis.stages import STAGES
     from prb3r.front import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.recording.reading import load_recording
@@ -204,9 +205,8 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     others = [load_recording(path) for path in holdout]
     folder = Path(output) if output else default_folder(loaded.name)
     ensure_writable(folder)
-    steps = ("calibrate", "locate", "explain", "rivals", "closure", "next experiment", "write")
-    with stages(loaded.name, steps) as report:
-        found = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
+    with stages(loaded.name, (*STAGES, "write")) as report:
+        diagnosis = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
         files = found.report(folder)
     click.echo("\n".join(summary_lines(found)))

@@ -10,7 +10,11 @@ import prb3r
 
 ROOT = Path(prb3r.__file__).parent
 ROOMS = (
-    "model",
+    "model/files",
+    "model/laws",
+    "model/manipulator",
+    "model/parameter",
+    "model/steps",
     "study",
     "runs",
     "recording",
@@ -21,7 +25,6 @@ ROOMS = (
     "check",
     "cli",
     "progress",
-    "errors",
     "quantities",
 )
 

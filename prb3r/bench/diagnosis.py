@@ -23,6 +23,8 @@ WORST = 3.0
 """The longest diagnosis may take so many times the goal of the median."""
 CORES = 2
 """Worker processes."""
+FRICTION = 0.3
+"""Coefficient of designs that are drawn without friction."""
 DESIGN_SEED = 11
 """Of the designs: not one of those that the proof is run with."""
 HIDDEN_EFFECTS: tuple[Mapping[str, Any], ...] = (
@@ -85,19 +87,14 @@ def grown(design: Design, friction: str) -> Design:
     old = design.manipulator
     segments = len(old["segment"])
     plates = [PLATES // segments + (k < PLATES % segments) for k in range(segments)]
-    rubbing = {"coefficient": design.friction or 0.3, "direction": friction}
+    rubbing = {"coefficient": design.friction or FRICTION, "direction": friction}
     if friction == "history":
         rubbing["presliding_m"] = PRESLIDING
     segment = [{**part, "plates": count} for part, count in zip(old["segment"], plates, strict=True)]
     drawn = [design.program[k % len(design.program)] for k in range(len(SEQUENCES))]
     program = [_resampled(steps, design.cables, count, share) for steps, count in zip(drawn, SEQUENCES, strict=True)]
-    return replace(
-        design,
-        manipulator={**old, "segment": segment, "friction": rubbing},
-        program=tuple(
-            _resampled(steps, design.cables, count, share) for steps, count in zip(program, SEQUENCES, strict=True)
-        ),
-    )
+    manipulator = {**old, "segment": segment, "friction": rubbing}
+    return replace(design, manipulator=manipulator, program=tuple(program))
 
 
 def _resampled(steps: LoadSteps, cables: Sequence[str], count: int, share: float) -> LoadSteps:

@@ -29,6 +29,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.recording import Recording
 
+STAGES = ("calibrate", "doubt", "test", "search", "check", "tell")
 Report = Callable[[str], None]
 """Hears which stage is under way."""
 

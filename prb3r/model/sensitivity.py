@@ -43,7 +43,7 @@ def sensitivities(
             problems.append(Problem("parameters", str(error)))
     sequences = sequences_of(manipulator, steps)
     numbers = {int(number) for sequence in sequences for number in sequence.steps}
-    for path in (found.path for found in known if found.path.startswith("step.")):
+    for path in (parameter.path for parameter in known if parameter.path.startswith("step.")):
         if int(path.split(".")[1]) not in numbers:
             problems.append(Problem("parameters", f"{path}: there is no such step"))
     if not known and not problems:
@@ -66,36 +66,36 @@ def _directions(
 ) -> list[Direction]:
     chain = manipulator.chain()
 
-    def problem(found: Parameter, value: float):
-        if not found.keys:
-            return chain, changed_loads(manipulator, chain, sequence.loads, sequence.steps, found.path, value)
-        other = changed(manipulator, found.keys, value)
-        if found.keys == ("gravity_m_s2",):  # turns kilograms into newtons
+    def problem(parameter: Parameter, value: float):
+        if not parameter.keys:
+            return chain, changed_loads(manipulator, chain, sequence.loads, sequence.steps, parameter.path, value)
+        other = changed(manipulator, parameter.keys, value)
+        if parameter.keys == ("gravity_m_s2",):  # turns kilograms into newtons
             return chain, sequences_of(other, steps)[index].loads
         return other.chain(), sequence.loads
 
     return [
-        direction(lambda value, found=found: problem(found, value), found.value, found.step)  # type: ignore[misc]
-        for found in known
+        direction(lambda value, parameter=parameter: problem(parameter, value), parameter.value, parameter.step)  # type: ignore[misc]
+        for parameter in known
     ]
 
 
 def _table(
     manipulator: Manipulator, sequence: LoadSequence, known: list[Parameter], directions: list[Direction]
 ) -> pd.DataFrame:
-    found = sensitivities_under_law(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
-    count, disks, parameters = found.dx.shape
+    derivatives = sensitivities_under_law(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
+    count, disks, parameters = derivatives.dx.shape
     tension = np.full((count, disks, len(manipulator.cable), parameters), np.nan)
-    tension[:, 1:] = found.dtension
+    tension[:, 1:] = derivatives.dtension
     return pd.DataFrame(
         {
             "sequence": sequence.name,
             "step": np.repeat(sequence.steps, disks * parameters),
             "disk": np.tile(np.repeat(np.arange(disks), parameters), count),
-            "parameter": np.tile([one.path for one in known], count * disks),
-            "dx_m": found.dx.ravel(),
-            "dy_m": found.dy.ravel(),
-            "dangle_rad": found.dangle.ravel(),
+            "parameter": np.tile([parameter.path for parameter in known], count * disks),
+            "dx_m": derivatives.dx.ravel(),
+            "dy_m": derivatives.dy.ravel(),
+            "dangle_rad": derivatives.dangle.ravel(),
             **{f"dcable_{name}_n": tension[:, :, j].ravel() for j, name in enumerate(manipulator.cable_names)},
         }
     )

@@ -226,8 +226,8 @@ def legend_columns(entries: Sequence[str], width: float) -> int:
 def outer_labels(axes: Sequence[Axes], x: str, y: str) -> None:
     """Label the left and lowest panels of a grid with shared axes."""
     columns = axes[0].get_gridspec().ncols
-    for index, one in enumerate(axes):
+    for index, panel in enumerate(axes):
         if index % columns == 0:
-            one.set_ylabel(y)
+            panel.set_ylabel(y)
         if index + columns >= len(axes):
-            one.set_xlabel(x)
+            panel.set_xlabel(x)

@@ -85,7 +85,7 @@ def _index(frame: pd.DataFrame) -> pd.MultiIndex:
     return pd.MultiIndex.from_arrays([frame["sequence"], frame["step"].astype(float)])
 
 
-def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str, found: Findings) -> Readings:
+def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str, findings: Findings) -> Readings:
     """The readings of a table without problems, by step, disk, kind and row; what is odd about them is remarked."""
     name = Path(where).name
     read = [kind for kind in Kind if kind.column in raw]
@@ -97,15 +97,15 @@ def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str,
     if repeated.any():
         twice = int(frame.loc[repeated, columns].notna().to_numpy().sum())
         what = f"({count(twice, 'reading')}) repeat a row before exactly and are used once"
-        found.remarks.append(f"{rows_of(repeated)} of {name} {what}")
+        findings.remarks.append(f"{rows_of(repeated)} of {name} {what}")
     frame = frame[~repeated]
     again = frame.duplicated(["row", "disk"], keep=False)
     if again.any():
         markers = count(len(frame.loc[again, ["row", "disk"]].drop_duplicates()), "marker")
-        found.remarks.append(
+        findings.remarks.append(
             f"{rows_of(again)} of {name}: {markers} read more than once with different values; every reading is used"
         )
-    _say_missing(frame, columns, len(steps), plates, name, found)
+    _say_missing(frame, columns, len(steps), plates, name, findings)
     value = frame[columns].to_numpy(float)
     place, column = np.nonzero(~np.isnan(value))
     step, disk = frame["row"].to_numpy()[place], frame["disk"].to_numpy()[place]
@@ -114,19 +114,21 @@ def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str,
     return Readings(*(field[order] for field in (step, disk, kind, value[place, column])))
 
 
-def _say_missing(frame: pd.DataFrame, columns: list[str], steps: int, plates: int, name: str, found: Findings) -> None:
+def _say_missing(
+    frame: pd.DataFrame, columns: list[str], steps: int, plates: int, name: str, findings: Findings
+) -> None:
     empty = int(frame[columns].isna().to_numpy().sum())
     if empty:
-        found.remarks.append(f"{empty} of {frame[columns].size} cells of {name} are empty: not read")
+        findings.remarks.append(f"{empty} of {frame[columns].size} cells of {name} are empty: not read")
     full = frame[frame[columns].notna().any(axis=1)]
     disks = np.unique(full["disk"])
     never = np.setdiff1d(np.arange(1, plates + 1), disks)
     if len(never):
-        found.remarks.append(f"disk{'s' * (len(never) > 1)} {ranges(never)} never read")
+        findings.remarks.append(f"disk{'s' * (len(never) > 1)} {ranges(never)} never read")
     silent = steps - full["row"].nunique()
     if silent:
-        found.remarks.append(f"{count(silent, 'step')} without any reading")
+        findings.remarks.append(f"{count(silent, 'step')} without any reading")
     listed = frame.loc[frame["disk"].isin(disks), ["row", "disk"]].drop_duplicates()
     absent = len(disks) * listed["row"].nunique() - len(listed)
     if absent:
-        found.remarks.append(f"{count(absent, 'marker')} without a row in {name} at steps where others have one")
+        findings.remarks.append(f"{count(absent, 'marker')} without a row in {name} at steps where others have one")

@@ -39,22 +39,22 @@ def load_recording(path: str | Path) -> Recording:
     file = path / RECORDING_FILE if path.is_dir() else path
     if file.suffix != ".toml":
         raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {RECORDING_FILE}"))
-    found = Findings()
-    described = found.tried(lambda: read_toml(file, RecordingFile))
+    findings = Findings()
+    described = findings.tried(lambda: read_toml(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
-    manipulator = found.tried(lambda: load_manipulator(file.parent / named)) if named else None
+    manipulator = findings.tried(lambda: load_manipulator(file.parent / named)) if named else None
     measurement = described.measurement if described else None
-    step_file, steps = _table(file.parent, "steps", found)
+    step_file, steps = _table(file.parent, "steps", findings)
     if steps is not None:
-        steps = cleaned(steps, manipulator, step_file, found)
-    marker_file, rows = _table(file.parent, "markers", found)
+        steps = cleaned(steps, manipulator, step_file, findings)
+    marker_file, rows = _table(file.parent, "markers", findings)
     if rows is not None:
-        found.problems += markers.marker_problems(rows, steps, manipulator, measurement, marker_file)
+        findings.problems += markers.marker_problems(rows, steps, manipulator, measurement, marker_file)
         if measurement:
-            found.problems += _without_deviation(rows, measurement, file)
-    if found.problems or described is None or manipulator is None or steps is None or rows is None:
-        raise RecordingError(*found.problems)
-    readings = markers.readings_of(rows, steps, manipulator.plates, marker_file, found)
+            findings.problems += _without_deviation(rows, measurement, file)
+    if findings.problems or described is None or manipulator is None or steps is None or rows is None:
+        raise RecordingError(*findings.problems)
+    readings = markers.readings_of(rows, steps, manipulator.plates, marker_file, findings)
     of_sequence, names = pd.factorize(steps["sequence"])
     return Recording(
         name=described.name,
@@ -67,7 +67,7 @@ def load_recording(path: str | Path) -> Recording:
         of_sequence=of_sequence.astype(np.int64),
         loads=loads_of(manipulator, manipulator.chain(), steps),
         readings=readings,
-        remarks=(*found.remarks, *doubts(manipulator, described.measurement)),
+        remarks=(*findings.remarks, *doubts(manipulator, described.measurement)),
     )
 
 
@@ -80,19 +80,19 @@ def _named_manipulator(file: Path) -> str | None:
     return named if isinstance(named, str) and named else None
 
 
-def _table(folder: Path, name: str, found: Findings) -> tuple[str, pd.DataFrame | None]:
+def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFrame | None]:
     """One of the tables of a recording and the file it stands in; rows without any cell are left out."""
     files = [folder / f"{name}{suffix}" for suffix in TABLE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(files) != 1:
         what = f"both {name}.csv and {name}.parquet; keep one" if files else f"no {name}.csv or {name}.parquet"
-        found.problems.append(Problem(str(folder), what))
+        findings.problems.append(Problem(str(folder), what))
         return "", None
-    frame = found.tried(lambda: read_table(files[0]))
+    frame = findings.tried(lambda: read_table(files[0]))
     if frame is None:
         return str(files[0]), None
     blank = frame.apply(is_empty).all(axis=1) if len(frame.columns) else pd.Series(False, frame.index)
     if blank.any():
-        found.remarks.append(
+        findings.remarks.append(
             f"{rows_of(blank)} of {files[0].name} hold{'s' if blank.sum() == 1 else ''} nothing at all"
         )
     return str(files[0]), frame[~blank]

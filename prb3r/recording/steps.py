@@ -12,7 +12,7 @@ from prb3r.model.steps import cable_columns, step_problems
 from prb3r.recording.findings import Findings
 
 
-def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, found: Findings) -> pd.DataFrame | None:
+def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, findings: Findings) -> pd.DataFrame | None:
     """Each step once, the steps of a sequence together and in order; None where rows cannot be told apart.
 
     Where problems are found, the loads are not to be used.
@@ -22,32 +22,32 @@ def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, foun
     problems = step_problems(manipulator, frame, where)
     if frame.empty:
         problems.append(Problem(where, "holds no steps"))
-    found.problems += problems
+    findings.problems += problems
     if key_problems(frame, where, ("sequence", "step")):
         return None
     if repeated.any():
-        found.remarks.append(
+        findings.remarks.append(
             f"{rows_of(repeated)} of {name}: the same step with the same loads as a row before, taken once; "
             "a sequence that was pulled again needs a name of its own in both tables"
         )
-    frame = _in_order(with_keys(frame), name, found)
+    frame = _in_order(with_keys(frame), name, findings)
     if manipulator and not problems:
-        _say_ignored_slips(manipulator, frame, name, found)
-        frame = _without_negative_tensions(manipulator, frame, name, found)
+        _say_ignored_slips(manipulator, frame, name, findings)
+        frame = _without_negative_tensions(manipulator, frame, name, findings)
     return frame.reset_index(drop=True)
 
 
-def _in_order(frame: pd.DataFrame, name: str, found: Findings) -> pd.DataFrame:
+def _in_order(frame: pd.DataFrame, name: str, findings: Findings) -> pd.DataFrame:
     place, names = pd.factorize(frame["sequence"])
     order = np.lexsort((frame["step"], place))
     if (np.diff(place) < 0).any():
         apart = names[np.unique(place[1:][np.diff(place) < 0])]
-        found.remarks.append(f"{name}: the rows of {_sequences(apart)} did not stand together; each is one sequence")
+        findings.remarks.append(f"{name}: the rows of {_sequences(apart)} did not stand together; each is one sequence")
     together = frame.iloc[np.argsort(place, kind="stable")]
     backward = together["sequence"].eq(together["sequence"].shift()) & together["step"].diff().lt(0)
     if backward.any():
         late = together.loc[backward, "sequence"].unique()
-        found.remarks.append(f"{name}: the steps of {_sequences(late)} were out of order and are sorted by number")
+        findings.remarks.append(f"{name}: the steps of {_sequences(late)} were out of order and are sorted by number")
     return frame.iloc[order]
 
 
@@ -55,21 +55,23 @@ def _sequences(names) -> str:
     return f"sequence{'s' * (len(names) > 1)} {', '.join(names)}"
 
 
-def _say_ignored_slips(manipulator: Manipulator, frame: pd.DataFrame, name: str, found: Findings) -> None:
+def _say_ignored_slips(manipulator: Manipulator, frame: pd.DataFrame, name: str, findings: Findings) -> None:
     slips = [f"slip_{cable}" for cable in manipulator.cable_names if f"slip_{cable}" in frame]
     if slips and manipulator.chain().presliding:
-        found.remarks.append(f"{', '.join(slips)} of {name} ignored: friction follows the cables' own travel (history)")
+        findings.remarks.append(
+            f"{', '.join(slips)} of {name} ignored: friction follows the cables' own travel (history)"
+        )
 
 
 def _without_negative_tensions(
-    manipulator: Manipulator, frame: pd.DataFrame, name: str, found: Findings
+    manipulator: Manipulator, frame: pd.DataFrame, name: str, findings: Findings
 ) -> pd.DataFrame:
     columns = cable_columns(manipulator, frame)
     tension = frame[columns].apply(numbers)
     if below := int((tension < 0).to_numpy().sum()):
         lowest = tension.min().idxmin()
         what = "the force sensor at rest" if below == 1 else "force sensors at rest"
-        found.remarks.append(
+        findings.remarks.append(
             f"{count(below, 'tension')} of {name} slightly below zero (lowest {lowest} = {tension[lowest].min():g}): "
             f"{what}, taken as zero"
         )

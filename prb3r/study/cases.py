@@ -154,7 +154,7 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
     factors = {factor.name: factor for factor in study.factor}
     cases = []
-    found: dict[str, Problem] = {}
+    problems_found: dict[str, Problem] = {}
     checked: dict[str, list[str]] = {}
     for number, combination in enumerate(itertools.product(*grid)):
         values = {name: value for entry in combination for name, value in entry.items()}
@@ -167,12 +167,12 @@ def resolve(path: str | Path, study: Study) -> list[Case]:
             key = repr(settings)
             problems = checked[key] if key in checked else checked.setdefault(key, list(_check(settings)))
         for what in problems:
-            found.setdefault(what, Problem(f"{path} ({where})", what))
+            problems_found.setdefault(what, Problem(f"{path} ({where})", what))
         cases.append(Case(number, labels, settings))
-        if len(found) >= MAX_PROBLEMS:
+        if len(problems_found) >= MAX_PROBLEMS:
             break
-    if found:
-        raise SpecError(*found.values())
+    if problems_found:
+        raise SpecError(*problems_found.values())
     return cases
 
 
@@ -287,7 +287,7 @@ def _check(settings: Tree) -> Iterator[str]:
 def _in_other_unit(name: str) -> str:
     """The column that gives the same load in kilograms instead of newtons, or the reverse; nothing for others."""
     pairs = (("_n", "_kg"), ("_kg", "_n"))
-    return next((name.removesuffix(one) + other for one, other in pairs if name.endswith(one)), "")
+    return next((name.removesuffix(ending) + other for ending, other in pairs if name.endswith(ending)), "")
 
 
 def _other_unit(column: str, steps: list[dict[str, float]]) -> str:

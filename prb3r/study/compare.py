@@ -37,12 +37,12 @@ def with_comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, fl
             paired = cases[rest].merge(base.drop_duplicates(rest)[[*rest, *columns]], on=rest, how="left")
         else:
             paired = pd.concat([base[columns]] * len(cases), ignore_index=True)
-        own, other = cases[columns].to_numpy(float), paired[columns].to_numpy(float)
+        compared, other = cases[columns].to_numpy(float), paired[columns].to_numpy(float)
         with np.errstate(divide="ignore", invalid="ignore"):
             if comparison.kind == "ratio":
-                value = (own / other)[:, 0]
+                value = (compared / other)[:, 0]
             else:
-                difference = own - other
+                difference = compared - other
                 value = np.hypot(*difference.T) if comparison.kind == "distance" else difference[:, 0]
         if comparison.relative_to_length:
             value = value / cases["case_id"].map(lengths).to_numpy(float)

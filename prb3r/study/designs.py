@@ -39,7 +39,7 @@ class DesignComparison:
         """Whether a design is on the Pareto front: none is as good in everything and better in something."""
         scores = self.scores
         better = lambda a, b: np.all(a >= b) and np.any(a > b)  # noqa: E731
-        return [not any(better(other, own) for other in scores) for own in scores]
+        return [not any(better(other, score) for other in scores) for score in scores]
 
     @property
     def scores(self) -> np.ndarray:
@@ -186,17 +186,17 @@ def _trade(comparison: DesignComparison, k: int, wins: list[int], kept: list[int
     prices = []
     for j in range(len(objectives)):
         rival = max((i for i in kept if i != k), key=lambda i: comparison.scores[i, j])
-        own, other = values[k, j], values[rival, j]
-        if j in wins or not np.isfinite([own, other]).all() or min(abs(own), abs(other)) == 0:
+        worth, other = values[k, j], values[rival, j]
+        if j in wins or not np.isfinite([worth, other]).all() or min(abs(worth), abs(other)) == 0:
             continue
-        worse = own / other if objectives[j].better == "low" else other / own
+        worse = worth / other if objectives[j].better == "low" else other / worth
         if worse > 1 + ALIKE_SHARE:
-            prices.append((worse, j, own, other))
+            prices.append((worse, j, worth, other))
     if not prices:
         return best
     worst = sorted(prices, reverse=True)[:2]
     number = lambda value, j: value_in_words(value, comparison.quantities[j])  # noqa: E731
-    texts = [f"{objectives[j].words} is {number(own, j)} against {number(other, j)}" for _, j, own, other in worst]
+    texts = [f"{objectives[j].words} is {number(worth, j)} against {number(other, j)}" for _, j, worth, other in worst]
     return f"{best}; the price: {_listed(texts)}"
 
 

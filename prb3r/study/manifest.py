@@ -48,8 +48,8 @@ def timing(cases: list[Case]) -> list[dict[str, Any]]:
     for model, members in groups.items():
         manipulator = members[0].manipulator()
         chain = manipulator.chain(members[0].settings["broken"])
-        each = [loads_of(manipulator, chain, steps_frame(case.settings)) for case in members]
-        once = Loads(*(np.concatenate(parts) for parts in zip(*each, strict=True)))
+        loads_of_cases = [loads_of(manipulator, chain, steps_frame(case.settings)) for case in members]
+        once = Loads(*(np.concatenate(parts) for parts in zip(*loads_of_cases, strict=True)))
         times = max(1, TIMED_EQUILIBRIA // once.steps)
         bulk = Loads(*(np.concatenate([part] * times) for part in once))
         best = np.inf

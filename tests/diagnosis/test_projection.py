@@ -19,10 +19,11 @@ from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
 from prb3r.diagnosis.search.rivals import Rival
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {
-    "": "schema verdict noise calibration effects mismatch closure heldout next_experiment",
+    "": "schema verdict noise calibration effects mismatch closure heldout next_experiment settings",
     "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained",
     "calibration": "youngs_modulus_pa friction_coefficient frame",
     "calibration.youngs_modulus_pa": "nominal calibrated explained low high",
@@ -88,10 +89,14 @@ def test_a_diagnosis_can_be_pickled_and_is_small(case, tmp_path):
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
 
 
-def test_settings_are_in_the_record_where_they_are_known():
-    assert "settings" not in as_json(diagnosed())
-    told = tell(replace(investigated(), settings={"level": np.float64(0.01)}))
-    assert as_json(told)["settings"] == {"level": 0.01}
+def test_settings_are_in_the_record():
+    told = as_json(diagnosed())["settings"]
+    assert told == as_json(diagnosed(Case(hidden=())))["settings"]
+    assert told["alarm_rate"] == Settings().alarm_rate
+    assert (
+        Settings(**{key: tuple(value) if isinstance(value, list) else value for key, value in told.items()})
+        == Settings()
+    )
 
 
 def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):

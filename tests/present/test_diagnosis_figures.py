@@ -12,7 +12,7 @@ from diagnosis.simulated import Case, diagnosed, investigated
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from prb3r.diagnosis.fit.profile import RISE
+from prb3r.diagnosis.confidence import INTERVAL_RISE
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.front import DiagnosisReport
@@ -119,7 +119,7 @@ def test_profiles_meet_the_line_at_the_interval():
     (axes,) = profiles(found).axes
     x, y = axes.lines[0].get_data()
     factor = found.effects[0].parameters["factor"]
-    assert np.interp(factor.low, x, y) == pytest.approx(RISE, abs=0.3)
+    assert np.interp(factor.low, x, y) == pytest.approx(INTERVAL_RISE, abs=0.3)
     assert np.interp(factor.value, x, y) == pytest.approx(0, abs=0.05)
     assert profiles(diagnosed(UNKNOWN)) is None
     assert profiles(diagnosed(CLEAN)) is None

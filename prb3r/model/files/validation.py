@@ -32,7 +32,7 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
     except ValidationError as invalid:
         errors += _quiet_conversions(invalid.errors(include_url=False), data)
     infinite = dict(_infinite(data))
-    found = {keys: [f"{value} is not allowed; write a finite number"] for keys, value in infinite.items()}
+    wrong = {keys: [f"{value} is not allowed; write a finite number"] for keys, value in infinite.items()}
     places = [(_within(error["loc"], data, error["type"]), error) for error in errors]
     deepest = [keys for keys, error in places if len(keys) < len(error["loc"])]
     for keys, error in places:
@@ -40,9 +40,9 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
         beaten = in_branch and any(len(other) > len(keys) and other[: len(keys)] == keys for other in deepest)
         if not beaten and keys not in infinite:
             keys, what = _explain(keys, error, model, data)
-            found.setdefault(keys, [])
-            found[keys] += [what] * (what not in found[keys])
-    return instance, [(keys, what) for keys, whats in found.items() for what in _merged(whats)]
+            wrong.setdefault(keys, [])
+            wrong[keys] += [what] * (what not in wrong[keys])
+    return instance, [(keys, what) for keys, whats in wrong.items() for what in _merged(whats)]
 
 
 def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:

@@ -57,21 +57,25 @@ def sensitivities_under_law(
     states, moment, closed = settled(along)
     closed &= np.isfinite(states.angle).all(1)
     sides = [
-        LawDirection(law_path(*each.ahead, from_rest, number), law_path(*each.behind, from_rest, number), each.apart)
-        for each in directions
+        LawDirection(
+            law_path(*parameter.ahead, from_rest, number),
+            law_path(*parameter.behind, from_rest, number),
+            parameter.apart,
+        )
+        for parameter in directions
     ]
 
     def respond(ways: Sequence[Direction]) -> Sensitivities:
         return without_law(*along.under(moment), ways, from_rest=along.begins)
 
-    def called_for(found: Sensitivities) -> np.ndarray:
+    def called_for(response: Sensitivities) -> np.ndarray:
         """(s + 1, n, p) change of the law's moments as the states change."""
-        change = StateChange(np.diff(found.dangle, axis=1), found.dtension, found.dslip)
+        change = StateChange(np.diff(response.dangle, axis=1), response.dtension, response.dslip)
         return np.where(closed[:, None, None], along.asked_change(states, change), 0.0)
 
     def by_parameters(change: np.ndarray) -> Sensitivities:
         """To the parameters, the moments changing (s + 1, n, p) with them."""
-        return respond([each.changed(moment, change[..., k]) for k, each in enumerate(sides)])
+        return respond([side.changed(moment, change[..., k]) for k, side in enumerate(sides)])
 
     def left(flat: np.ndarray) -> np.ndarray:
         """What changes of the moments do not call for themselves."""
@@ -80,20 +84,20 @@ def sensitivities_under_law(
         ways = [Direction(along.under(moment + half), along.under(moment - half), 1.0) for half in halves]
         return (change - called_for(respond(ways))).ravel()
 
-    itself = np.stack([each.of_held(states) for each in sides], axis=-1)
+    itself = np.stack([side.of_held(states) for side in sides], axis=-1)
     start = np.where(closed[:, None, None], itself, 0.0) + called_for(by_parameters(np.zeros_like(itself)))
     size = np.linalg.norm(start, axis=(0, 1))
     size[size == 0] = 1.0
     system = LinearOperator((start.size, start.size), matvec=left, dtype=float)
     flat, failed = gmres(system, (start / size).ravel(), rtol=SENSITIVITY_TOLERANCE, restart=MOST_PRODUCTS, maxiter=1)
-    found = by_parameters(flat.reshape(start.shape) * size)
-    return _after_rest(found, states, closed & (failed == 0))
+    response = by_parameters(flat.reshape(start.shape) * size)
+    return _after_rest(response, states, closed & (failed == 0))
 
 
-def _after_rest(found: Sensitivities, states: Equilibria, closed: np.ndarray) -> Sensitivities:
+def _after_rest(response: Sensitivities, states: Equilibria, closed: np.ndarray) -> Sensitivities:
     """Without the first step; not a number where a step has no equilibrium with its moments."""
-    arrays = {field.name: getattr(found, field.name) for field in fields(found) if field.name != "equilibria"}
+    arrays = {field.name: getattr(response, field.name) for field in fields(response) if field.name != "equilibria"}
     for values in arrays.values():
         values[~closed] = np.nan
     arrays = {name: values[1:] for name, values in arrays.items()}
-    return replace(found, equilibria=kept(states, closed, detail=True), **arrays)
+    return replace(response, equilibria=kept(states, closed, detail=True), **arrays)

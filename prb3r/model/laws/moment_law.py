@@ -26,7 +26,7 @@ def influences(chain: Chain, loads: Loads, states: Equilibria, time: np.ndarray)
     shape = len(states.angle), chain.plates
     bend = np.diff(states.angle, axis=1)
     pull = states.tension * chain.offset
-    each = {
+    values_of = {
         **influences_of_place(chain),
         "bend": bend,
         "bend_cubed": bend**3,
@@ -35,7 +35,7 @@ def influences(chain: Chain, loads: Loads, states: Equilibria, time: np.ndarray)
         "direction": (_slip(chain, loads, states) * pull).sum(-1),
         "time": time[:, None],
     }
-    return {name: np.broadcast_to(values, shape) for name, values in each.items()}
+    return {name: np.broadcast_to(values, shape) for name, values in values_of.items()}
 
 
 class StateChange(NamedTuple):
@@ -62,10 +62,10 @@ def influence_changes(
         return pulls.sum(2) * turned + pull * turning
 
     def direction() -> np.ndarray:
-        found = (_slip(chain, loads, states)[..., None] * pulls).sum(2)
+        changed = (_slip(chain, loads, states)[..., None] * pulls).sum(2)
         if chain.presliding:
-            found = found + (change.slip * (states.tension * chain.offset)[..., None]).sum(2)
-        return found
+            changed = changed + (change.slip * (states.tension * chain.offset)[..., None]).sum(2)
+        return changed
 
     return {
         "bend": lambda: change.bend,
@@ -115,17 +115,17 @@ class LawPath(NamedTuple):
     def asked_change(self, states: Equilibria, change: StateChange) -> np.ndarray:
         """(s + 1, n, p) change of what it asks for as the states change."""
         known = influence_changes(self.chain, self.loads, states, change)
-        found = {name: known[name]() for name in {term.of for term in self.chain.closure} & known.keys()}
-        return self._sum(found) if found else np.zeros_like(change.bend)
+        changes = {name: known[name]() for name in {term.of for term in self.chain.closure} & known.keys()}
+        return self._sum(changes) if changes else np.zeros_like(change.bend)
 
     def _sum(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
         """The terms of the law for `known` influences (s + 1, n, ...)."""
-        each = [
+        moments = [
             term.coefficient.reshape(-1, *[1] * (known[term.of].ndim - 2)) * known[term.of]
             for term in self.chain.closure
             if term.of in known
         ]
-        return np.sum(each, axis=0)
+        return np.sum(moments, axis=0)
 
 
 def law_path(chain: Chain, loads: Loads, from_rest: bool | np.ndarray, number: np.ndarray | None) -> LawPath:

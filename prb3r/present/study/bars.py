@@ -22,16 +22,16 @@ def bars_figure(sheet: Sheet) -> Figure:
     places = ordered(values_of(rows, plot.x))
     groups = list(sheet.groups(rows))
     width = 0.8 / max(len(groups), 1)
-    for one, metric, unit in zip(axes, plot.y, units, strict=True):
+    for panel, metric, unit in zip(axes, plot.y, units, strict=True):
         for index, (look, line, group) in enumerate(groups):
             at = np.arange(len(places)) + (index - (len(groups) - 1) / 2) * width
             ink = {"fc": pale(look.colour, 0.7), "ec": look.colour, "hatch": look.hatch, "width": 0.92 * width}
             values = group.assign(_x=values_of(group, plot.x), _v=group[metric] * unit.factor)
-            _bar(one, at, places, values, ink | ({"ls": line} if sheet.style else {}))
-        one.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
-        one.grid(False, axis="x")
+            _bar(panel, at, places, values, ink | ({"ls": line} if sheet.style else {}))
+        panel.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
+        panel.grid(False, axis="x")
         if plot.x != "broken_cables":
-            one.set_xlabel(sheet.shown(plot.x).label)
+            panel.set_xlabel(sheet.shown(plot.x).label)
     return figure
 
 

@@ -27,25 +27,25 @@ def lines_figure(sheet: Sheet) -> Figure:
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *failures(rows)]
     figure, axes = style.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
-    for number, (one, part) in enumerate(zip(axes, parts, strict=True)):
+    for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
-            _line(one, sheet, group, ink, index)
+            _line(panel, sheet, group, ink, index)
         for reach, law, ink in fits:
             ends = select(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
             if np.isfinite(ends).all():
-                one.plot(ends, law(ends), **ink)
+                panel.plot(ends, law(ends), **ink)
         for point in plot.mark:
-            one.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
+            panel.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
         if bounds and np.isfinite(bounds[number]["at"]):
-            one.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
+            panel.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
         if _in_order(sheet) and len(axes) == 1:
-            one.set_aspect("equal", adjustable="datalim")
+            panel.set_aspect("equal", adjustable="datalim")
         if plot.log_y:
-            one.set_yscale("log")
-            one.minorticks_off()
+            panel.set_yscale("log")
+            panel.minorticks_off()
         elif plot.y_from_zero and not (rows["_up"] < 0).any():
-            one.set_ylim(bottom=0)
+            panel.set_ylim(bottom=0)
     style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
 

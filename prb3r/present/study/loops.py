@@ -29,17 +29,17 @@ def loops_figure(sheet: Sheet) -> Figure:
     handles = [*sheet.handles(solid=True), *map(entry, failures(sheet.rows))]
     figure, axes = style.panels(panels, handles, 0.85, "row", len(parts))
     tension = sheet.shown(str(plot.x), plot.x_unit)
-    for number, (one, (column, part)) in enumerate(zip(axes, rows, strict=True)):
+    for number, (panel, (column, part)) in enumerate(zip(axes, rows, strict=True)):
         position = sheet.shown(column, plot.y_unit)
         for index, (look, _, group) in enumerate(sheet.groups(part)):
             for case in group["case_id"]:
                 pull, way = _path(sheet, case, column)
                 ink = {"color": look.colour, "lw": 1.0, "marker": look.marker, "mec": "white", "mew": 0.4}
-                _loop(one, pull * tension.factor, way * position.factor, ink, directed=index == 0)
+                _loop(panel, pull * tension.factor, way * position.factor, ink, directed=index == 0)
         if number % len(parts) == 0:
-            one.set_ylabel(position.label)
+            panel.set_ylabel(position.label)
         if number >= len(axes) - len(parts):
-            one.set_xlabel(tension.label)
+            panel.set_xlabel(tension.label)
     return figure
 
 

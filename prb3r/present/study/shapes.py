@@ -80,8 +80,10 @@ def shapes_figure(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
     drawn = _bodies(sheet, sheet.rows)
     behind = list(_bodies(sheet, _reference(sheet)).values())
-    corners = np.concatenate([[[-0.016, 0.0]], *(one.disks.reshape(-1, 2) for one in (*drawn.values(), *behind))])
-    strongest = max((tension.max() for one in drawn.values() for tension in one.tensions), default=0.0)
+    corners = np.concatenate(
+        [[[-0.016, 0.0]], *(body_drawn.disks.reshape(-1, 2) for body_drawn in (*drawn.values(), *behind))]
+    )
+    strongest = max((tension.max() for body_drawn in drawn.values() for tension in body_drawn.tensions), default=0.0)
     missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
     failed = [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
     titles, parts = sheet.panels()
@@ -90,14 +92,14 @@ def shapes_figure(sheet: Sheet) -> Figure:
         text = ", ".join(sheet.text(column, value) for column, value in sheet.plot.reference.items())
         handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
     figure, axes = style.panels(titles, handles, view_of(corners)[2])
-    for one, part in zip(axes, parts, strict=True):
+    for panel, part in zip(axes, parts, strict=True):
         for ghost in behind:
-            draw_ghost(one, ghost)
+            draw_ghost(panel, ghost)
         for look, line, group in sheet.groups(part):
             for index in group.index.intersection(list(drawn)):
-                draw_body(one, drawn[index], look, line if sheet.style else "-", strongest)
-        _ground(one, drawn)
-        to_scale(one, corners)
+                draw_body(panel, drawn[index], look, line if sheet.style else "-", strongest)
+        _ground(panel, drawn)
+        to_scale(panel, corners)
     style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
 

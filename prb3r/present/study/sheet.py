@@ -124,8 +124,8 @@ class Sheet:
         column = self.plot.note
         if column is None or part[column].nunique() != 1:
             return ""
-        one = self.shown(column)
-        return style.with_unit(float(f"{part[column].iloc[0] * one.factor:.2g}"), one.unit)
+        unit = self.shown(column)
+        return style.with_unit(float(f"{part[column].iloc[0] * unit.factor:.2g}"), unit.unit)
 
     def groups(self, rows: pd.DataFrame) -> Iterator[tuple[Look, Any, pd.DataFrame]]:
         """Look, line style and rows of each group of a panel."""

@@ -33,14 +33,14 @@ def workspace_figure(sheet: Sheet) -> Figure:
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
     corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])
     figure, axes = style.panels(titles, sheet.handles(patch=True) + notes(failed), view_of(corners)[2])
-    for one, part, rest in zip(axes, parts, rests, strict=True):
-        draw_body(one, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
+    for panel, part, rest in zip(axes, parts, rests, strict=True):
+        draw_body(panel, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
         groups = list(sheet.groups(part))
         for look, line, group in groups:
             points = np.concatenate([reached[number] for number in group["case_id"]])
             if len(points) > 2:
-                _region(one, points, look, line, lone=len(groups) == 1)
-        to_scale(one, corners)
+                _region(panel, points, look, line, lone=len(groups) == 1)
+        to_scale(panel, corners)
     style.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
     return figure
 

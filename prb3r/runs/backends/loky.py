@@ -48,8 +48,10 @@ class LokyWorkers:
 
         while True:
             fresh = not self.idle
-            one = ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT) if fresh else None
-            self.busy[job] = one or self.idle.pop()
+            pool = (
+                ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT) if fresh else None
+            )
+            self.busy[job] = pool or self.idle.pop()
             try:
                 with _interrupt_held():
                     future = self.busy[job].submit(shielded, self.function, job.task)
@@ -74,15 +76,15 @@ class LokyWorkers:
 
     def free(self, job: Job, fate: Fate) -> None:
         """Give back what a job that ended has held."""
-        one = self.busy.pop(job)
+        pool = self.busy.pop(job)
         if fate == "crashed":
-            one.shutdown()
+            pool.shutdown()
         else:
-            self.idle.append(one)
+            self.idle.append(pool)
 
     def __exit__(self, *_: object) -> None:
-        for one in [*self.idle, *self.busy.values()]:
-            one.shutdown(kill_workers=True)
+        for pool in [*self.idle, *self.busy.values()]:
+            pool.shutdown(kill_workers=True)
 
 
 def _obey(parent: int) -> None:

@@ -61,9 +61,9 @@ class Solved:
     def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps, each reached from the last one of the case."""
         paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
-        found = [equilibria_of(self.chain, path, number=np.ones(2)) for path in paths]
+        ends = [equilibria_of(self.chain, path, number=np.ones(2)) for path in paths]
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
-        last = {name: np.concatenate([getattr(one, name)[-1:] for one in found]) for name in names}
+        last = {name: np.concatenate([getattr(end, name)[-1:] for end in ends]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
 

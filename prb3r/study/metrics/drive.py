@@ -70,8 +70,8 @@ class ChangingPoint(Metric):
         def bend(pull: float) -> float:
             tension = case.last.tension.copy()
             tension[0, case.cable(self.cable)] = pull
-            found = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))
-            return found.angle[0, end] - found.angle[0, start]
+            states = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))
+            return states.angle[0, end] - states.angle[0, start]
 
         if not bend(0.0) * bend(self.up_to_n) < 0:
             return [np.nan]

@@ -29,9 +29,9 @@ class Coupling(Metric):
     def values(self, case: Solved) -> Sequence[float]:
         disk, more = case.at(self.disk), case.last.tension.copy()
         more[0, case.cable(self.cable)] += self.load_n
-        found, states = case.continued(case.last._replace(tension=more)), case.states
-        shift = np.hypot(found.x[0, disk] - states.x[-1, disk], found.y[0, disk] - states.y[-1, disk])
-        return shift / self.load_n, abs(found.angle[0, disk] - states.angle[-1, disk]) / self.load_n
+        pulled, states = case.continued(case.last._replace(tension=more)), case.states
+        shift = np.hypot(pulled.x[0, disk] - states.x[-1, disk], pulled.y[0, disk] - states.y[-1, disk])
+        return shift / self.load_n, abs(pulled.angle[0, disk] - states.angle[-1, disk]) / self.load_n
 
 
 class TipCompliance(Metric):
@@ -45,8 +45,8 @@ class TipCompliance(Metric):
 
     def values(self, case: Solved) -> Sequence[float]:
         pushes = self.load_n * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]], float)
-        found = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
-        moved = np.array([found.x[:, -1], found.y[:, -1]])
+        pushed = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
+        moved = np.array([pushed.x[:, -1], pushed.y[:, -1]])
         compliance = (moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n)
         return [float(np.linalg.norm(compliance, 2)) if np.isfinite(compliance).all() else np.nan]
 
@@ -63,8 +63,8 @@ class FrictionDirection(Metric):
 
     def values(self, case: Solved) -> Sequence[float]:
         disk, ones = case.at(self.disk), np.ones_like(case.last.slip)
-        found = case.continued(case.last._replace(slip=-ones), case.last._replace(slip=ones))
-        return [np.hypot(*np.diff([found.x[:, disk], found.y[:, disk]]).ravel())]
+        reversed_states = case.continued(case.last._replace(slip=-ones), case.last._replace(slip=ones))
+        return [np.hypot(*np.diff([reversed_states.x[:, disk], reversed_states.y[:, disk]]).ravel())]
 
 
 class Loop(Metric):
