@@ -208,10 +208,10 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     with stages(loaded.name, (*STAGES, "write")) as report:
         diagnosis = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
-        files = found.report(folder)
-    click.echo("\n".join(summary_lines(found)))
+        files = diagnosis.report(folder)
+    click.echo("\n".join(summary_lines(diagnosis)))
     click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
-    ctx.exit(ExitCode.SOME_FAILED if found.verdict == "unexplained" else ExitCode.DONE)
+    ctx.exit(ExitCode.SOME_FAILED if diagnosis.verdict == "unexplained" else ExitCode.DONE)
 
 
 @main.command("check")

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from prb3r.diagnosis.library import FAMILIES as FAMILIES_OF_SUSPECTS
-from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library import SUSPECT_FAMILIES, SUSPECTS
 from prb3r.model.effects import EFFECT_KINDS
-from prb3r.model.effects import FAMILIES as FAMILIES_OF_EFFECTS
 from prb3r.proof.rig.effects import RECORDS
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
@@ -31,11 +29,10 @@ def row(kind):
 
 def test_every_effect_has_one_suspect_in_the_family_of_its_physics():
     assert [kind for kind in EFFECT_KINDS if kind not in NEVER_SUSPECTED] == list(SUSPECTS)
-    suspects = [(suspect.kind, family) for family in FAMILIES_OF_SUSPECTS for suspect in family.SUSPECTS]
+    suspects = [(suspect.kind, family) for family, records in SUSPECT_FAMILIES.items() for suspect in records]
     assert len(suspects) == len(SUSPECTS)
-    of_effect = {family.__name__.rsplit(".")[-1]: family for family in FAMILIES_OF_EFFECTS}
     for kind, family in suspects:
-        assert EFFECT_KINDS[kind].__module__ == of_effect[family.__name__.rsplit(".")[-1]].__name__
+        assert EFFECT_KINDS[kind].__module__ == f"prb3r.model.effects.{family}"
 
 
 def test_every_effect_has_one_record_in_the_rig():

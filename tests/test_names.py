@@ -9,24 +9,6 @@ import pytest
 import prb3r
 
 ROOT = Path(prb3r.__file__).parent
-ROOMS = (
-    "model/files",
-    "model/laws",
-    "model/manipulator",
-    "model/parameter",
-    "model/steps",
-    "study",
-    "runs",
-    "recording",
-    "present/study",
-    "present/style",
-    "present/page",
-    "bench",
-    "check",
-    "cli",
-    "progress",
-    "quantities",
-)
 
 
 def defined_names(text):
@@ -54,11 +36,9 @@ def homes():
     return homes
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_name_has_one_meaning(homes, room):
-    inside = {name: modules for name, modules in homes.items() if any(f"{m}/".startswith(f"{room}/") for m in modules)}
-    assert inside
-    assert {name: sorted(modules) for name, modules in inside.items() if len(modules) > 1} == {}
+def test_a_name_has_one_meaning(homes):
+    assert len(homes) > 500
+    assert {name: sorted(modules) for name, modules in homes.items() if len(modules) > 1} == {}
 
 
 def test_the_test_sees_functions_classes_and_constants_that_are_public():

@@ -41,7 +41,7 @@ def diagnosis_of(
         given if isinstance(given, Recording) else load_recording(given) for given in (recording, *holdout)
     ]
     with process_map(jobs) as apply:
-        diagnosis = stages.diagnose(stages.Task(whole, seed, hold_out=not others), report, apply)
+        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others), report, apply)
     if not others:
         return diagnosis
     carried = [(other, on_other(diagnosis, other)) for other in others]

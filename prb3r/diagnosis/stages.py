@@ -13,7 +13,7 @@ from prb3r.diagnosis.checks.repeats import Scatter, scatter
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.fit.calibrate import calibrate as fit_constants
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
@@ -90,7 +90,7 @@ class Searched:
     choice: Choice
 
 
-def diagnose(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
+def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
     """What a recording tells; see :func:`investigate`."""
     investigation = investigate(task, report, apply)
     report("tell")

@@ -31,7 +31,7 @@ CONCEALED = NOMINAL | {
     "friction": {"coefficient": 1.1 * NOMINAL["friction"]["coefficient"], "direction": "declared"},
     "effect": [{"kind": "pulley_friction", "efficiency": 0.90}],
 }
-FRAME = (0.003, 0.0012, -0.0008)
+CAMERA_FRAME = (0.003, 0.0012, -0.0008)
 """Rotation in rad and shift in m of the camera."""
 MEASUREMENT = Measurement(
     position_sd_m=3e-4,
@@ -72,7 +72,7 @@ def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[
             row | {load: row[load] * factor for load, factor in zip(LOAD_COLUMNS, factors, strict=True)}
             for row, factors in zip(steps, scatter, strict=True)
         ]
-        seen = np.stack(observe(CONCEALED, simulate(CONCEALED, applied), frame=FRAME), 2)[:, 1:]
+        seen = np.stack(observe(CONCEALED, simulate(CONCEALED, applied), frame=CAMERA_FRAME), 2)[:, 1:]
         sd = np.array([MEASUREMENT.position_sd_m, MEASUREMENT.position_sd_m, MEASUREMENT.angle_sd_rad])
         seen = seen + sd * rng.normal(size=seen.shape)
         seen[rng.random(seen.shape) < HIDDEN_CELLS] = np.nan

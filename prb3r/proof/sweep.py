@@ -39,7 +39,7 @@ class VariantScores:
 
 
 @dataclass(frozen=True)
-class Sweep:
+class SettingsSweep:
     """All variants of the settings, judged on the same recordings."""
 
     seed: int
@@ -55,7 +55,7 @@ class Sweep:
     seconds: float
 
 
-def numbers(settings: Settings) -> dict[str, float]:
+def numeric_settings(settings: Settings) -> dict[str, float]:
     """The fields that are one number each."""
     values = {field.name: getattr(settings, field.name) for field in fields(settings)}
     return {name: v for name, v in values.items() if isinstance(v, int | float) and not isinstance(v, bool)}
@@ -77,7 +77,7 @@ def moved(value: float, share: float) -> float:
 
 def variants(settings: Settings, share: float, only: Collection[str] = ()) -> Iterator[Variant]:
     """Settings with each number (or those of `only`) moved by a share of itself."""
-    for name, value in numbers(settings).items():
+    for name, value in numeric_settings(settings).items():
         if not only or name in only:
             to = moved(value, share)
             change: dict[str, Any] = {name: to}
@@ -91,7 +91,7 @@ def run_sweep(
     say: Callable[[str], None] = lambda text: None,
     kept: Path | None = None,
     only: Sequence[str] = (),
-) -> Sweep:
+) -> SettingsSweep:
     """Judge the same concealed recordings with every variant of the settings.
 
     Parameters
@@ -108,7 +108,7 @@ def run_sweep(
         If `kept` cannot be written.
     """
     settings, share = Settings(), SETTINGS.protocol.sweep_share
-    known = numbers(settings)
+    known = numeric_settings(settings)
     if unknown := [name for name in only if name not in known]:
         problems = (Problem(name, f"is no number among the settings{did_you_mean(name, known)}") for name in unknown)
         raise SpecError(*problems)
@@ -130,7 +130,7 @@ def run_sweep(
     lower, higher = (tuple(map(scored, variants(settings, sign * share, only))) for sign in (-1, 1))
     seconds = stages.journal.seconds
     stages.journal.discard()
-    return Sweep(seed, concealed.seal.digest, cases, settings, _scores(base), lower, higher, seconds)
+    return SettingsSweep(seed, concealed.seal.digest, cases, settings, _scores(base), lower, higher, seconds)
 
 
 def _scores(cases: Sequence[OpenedCase]) -> tuple[tuple[Goal, Score], ...]:

@@ -7,8 +7,8 @@ import pytest
 from diagnosis.simulated import Case, recorded
 from scipy.optimize import least_squares
 
-from prb3r.diagnosis.evidence.model_evidence import left_out
-from prb3r.diagnosis.fit.calibrate import calibrate, nominal_noise
+from prb3r.diagnosis.evidence.model_evidence import left_out_deviance
+from prb3r.diagnosis.fit.calibrate import fit_constants, nominal_noise
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Constants, predictor
@@ -37,7 +37,7 @@ def test_constants_that_made_the_readings_are_found_from_the_nominal_ones():
             update={"frame_rotation_sd_rad": 10.0, "frame_position_sd_m": 10.0}
         ),
     )
-    found = calibrate(replace(predict, recording=flat), noise)
+    found = fit_constants(replace(predict, recording=flat), noise)
     assert found.constants == pytest.approx(TRUE, abs=1e-5)
     assert found.chi2 < 1e-4
 
@@ -45,7 +45,7 @@ def test_constants_that_made_the_readings_are_found_from_the_nominal_ones():
 def test_a_narrow_prior_holds_the_nominal_value():
     predict, noise = exact()
     narrow = replace(predict.recording, prior=Prior(youngs_modulus=1e-6))
-    found = calibrate(replace(predict, recording=narrow), noise)
+    found = fit_constants(replace(predict, recording=narrow), noise)
     assert abs(found.constants.log_stiffness) < 1e-4
 
 
@@ -113,11 +113,11 @@ def test_leaving_a_sequence_out_in_closed_form_is_refitting_without_it():
     recording = recorded(Case(hidden=()))
     predict = predictor(recording)
     noise = nominal_noise(predict)
-    closed = left_out(calibrate(predict, noise))
+    closed = left_out_deviance(fit_constants(predict, noise))
     for k in range(len(recording.sequences)):
         rest = recording.only(set(range(len(recording.sequences))) - {k})
         part = predictor(rest)
-        without = calibrate(part)
+        without = fit_constants(part)
         own = recording.of_sequence[recording.readings.step] == k
         error = noise.whiten(predict.misfit(predict(without.constants)))[own]
         whole = Model(predict, noise)

@@ -9,7 +9,7 @@ from diagnosis.simulated import Case, diagnosed, investigated, recorded
 from prb3r.diagnosis.checks.heldout import set_aside
 from prb3r.diagnosis.evidence.model_evidence import plausible
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Task, diagnose, investigate
+from prb3r.diagnosis.stages import Task, investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind
 
@@ -102,7 +102,7 @@ def test_missing_markers_and_gross_outliers_change_nothing():
     clean = investigate(Task(spoilt(recorded(case(seed=4)), 4)))
     assert clean.verdict == "adequate"
     assert clean.doubts.inflation.max() > 5
-    found = diagnose(Task(spoilt(recorded(case(effect("weakened_plate", plate=4, factor=0.7), seed=5)), 5)))
+    found = run_stages(Task(spoilt(recorded(case(effect("weakened_plate", plate=4, factor=0.7), seed=5)), 5)))
     assert names(found) == ["weakened_plate"]
     assert found.effects[0].place["plate"] == 4
 
@@ -116,7 +116,7 @@ def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
     tension = recording.loads.tension.copy()
     cable = int(tension[row].argmax())
     tension[row, cable] *= 0.8
-    found = diagnose(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
+    found = run_stages(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
     assert found.verdict == "adequate"
     sequence, step, name = *recording.steps.iloc[row][["sequence", "step"]], recording.manipulator.cable_names[cable]
     said = f"sequence {sequence}, step {step}: the weight on cable {name}"
@@ -133,7 +133,7 @@ def test_weights_that_are_wrong_again_and_again_on_one_cable_are_no_slips():
     tension = recording.loads.tension.copy()
     pulled = np.flatnonzero(~np.isin(recording.of_sequence, aside) & (tension[:, 0] > 0.4 * tension[:, 0].max()))
     tension[pulled[[1, -2]], 0] *= 0.8
-    found = diagnose(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
+    found = run_stages(Task(replace(recording, loads=recording.loads._replace(tension=tension))))
     assert found.verdict == "unexplained"
     assert not found.effects
     assert "more than a slip of a label" in found.why
@@ -202,6 +202,6 @@ def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(hid
 def test_a_camera_that_moved_between_sequences_is_unexplained():
     recording = recorded(case(seed=7))
     shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)
-    found = diagnose(Task(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False))
+    found = run_stages(Task(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False))
     assert found.verdict == "unexplained"
     assert "frame" in found.mismatch.depends_on

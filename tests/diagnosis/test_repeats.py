@@ -11,7 +11,7 @@ from prb3r.diagnosis.checks.repeats import matches, scatter
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Task, diagnose, investigate
+from prb3r.diagnosis.stages import Task, investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind
@@ -68,7 +68,7 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
     moved = many.with_values(many.readings.value + 0.002 * shifted)
     assert not scatter(moved, Settings()).beyond_chance
     assert scatter(moved, Settings()).factor == pytest.approx(1, rel=0.1)
-    found = diagnose(Task(moved))
+    found = run_stages(Task(moved))
     assert found.verdict == "unexplained"
     assert "frame" in found.mismatch.depends_on
 

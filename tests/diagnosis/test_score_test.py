@@ -9,7 +9,7 @@ from scipy.stats import halfnorm, kstest
 
 from prb3r.diagnosis.checks.outliers import surprise
 from prb3r.diagnosis.evidence.score_test import alternatives, chance_of_largest, scores
-from prb3r.diagnosis.fit.calibrate import calibrate
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
@@ -21,7 +21,7 @@ from prb3r.recording.recording import Kind
 def tested():
     recording = recorded(Case(hidden=()))
     predict = predictor(recording)
-    fitted = calibrate(predict)
+    fitted = fit_constants(predict)
     return fitted, alternatives(fitted, hypotheses(Scope.of(recording, predict.chain, fitted.solved.states)))
 
 

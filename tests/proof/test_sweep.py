@@ -11,7 +11,7 @@ from prb3r.errors import SpecError
 from prb3r.present.proof.sweep import publish_sweep, sweep_table
 from prb3r.proof.judging.intervals import Score
 from prb3r.proof.judging.scores import GOALS
-from prb3r.proof.sweep import Sweep, VariantScores, moved, numbers, run_sweep, variants
+from prb3r.proof.sweep import SettingsSweep, VariantScores, moved, numeric_settings, run_sweep, variants
 
 
 @pytest.mark.parametrize("share", [-0.2, 0.2])
@@ -27,7 +27,7 @@ def test_every_number_moves_alone_and_nothing_else(share):
         assert changed == {variant.field}
         assert type(variant.value) is type(getattr(settings, variant.field))
         seen.append(variant.field)
-    assert seen == list(numbers(settings))
+    assert seen == list(numeric_settings(settings))
     scalars = [field.name for field in dataclasses.fields(Settings) if field.type in (int, float, "int", "float")]
     assert seen == scalars
 
@@ -39,7 +39,7 @@ def test_numbers_move_by_a_fifth_and_shares_stay_shares():
     assert moved(0.95, 0.2) == pytest.approx(0.96)
     assert moved(0.95, -0.2) == pytest.approx(0.94)
     assert 0 < moved(0.7, 0.2) < 1
-    rates = [value for name, value in numbers(Settings()).items() if name.endswith(("rate", "level", "share"))]
+    rates = [value for name, value in numeric_settings(Settings()).items() if name.endswith(("rate", "level", "share"))]
     assert len(rates) > 5
     assert all(0 < moved(value, share) < 1 for value in rates for share in (-0.2, 0.2))
 
@@ -51,7 +51,7 @@ def swept(changed):
     still = VariantScores("bic_fall", 8.0, scores, 0)
     moving = VariantScores("naming_rate", 0.0024, lower, changed)
     up = dataclasses.replace(still, value=12.0), dataclasses.replace(moving, value=0.0036, scores=scores, changed=0)
-    return Sweep(5, "abc", 12, Settings(), scores, (still, moving), up, 60.0)
+    return SettingsSweep(5, "abc", 12, Settings(), scores, (still, moving), up, 60.0)
 
 
 def test_the_table_says_what_moved_most_telling_first(tmp_path):

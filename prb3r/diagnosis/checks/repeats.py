@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from prb3r.diagnosis.checks.outliers import outlier_inflation
-from prb3r.diagnosis.fit.calibrate import calibrate
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import noise_of
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
@@ -55,7 +55,7 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     if not matched:
         return None
     predict = predictor(recording)
-    fitted = calibrate(predict, settings=settings)
+    fitted = fit_constants(predict, settings=settings)
     noise = noise_of(recording, tension_response(predict, fitted.solved))
     misfit, variance = predict.misfit(fitted.solved.readings), noise.total_sd**2
     believed = outlier_inflation(predict, fitted.solved.readings, settings) == 1

@@ -11,7 +11,7 @@ UNKNOWN = 1e-9
 """Share of a parameter's information that left-out sequences are taken to leave at least."""
 
 
-def left_out(fitted: Fit) -> np.ndarray:
+def left_out_deviance(fitted: Fit) -> np.ndarray:
     """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
 
     With the hat matrix H of the whole fit, a left-out block has the error (I - H_bb)^-1 r_b and scatters with the
@@ -43,7 +43,7 @@ def cost(fitted: Fit) -> float:
 
 def improves_left_out(simple: Fit, rich: Fit) -> bool:
     """Whether whole sequences left out are predicted better: their log score, paired by sequence."""
-    return float((left_out(rich) - left_out(simple)).sum()) < 0
+    return float((left_out_deviance(rich) - left_out_deviance(simple)).sum()) < 0
 
 
 def plausible(fitted: Fit) -> bool:

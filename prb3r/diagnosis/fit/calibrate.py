@@ -15,7 +15,7 @@ def nominal_noise(predict: Predictor) -> Noise:
     return noise_of(predict.recording, tension_response(predict, predict.solve(Constants())))
 
 
-def calibrate(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
+def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
     """Fit the constants alone, from the nominal ones, or from the nearest stiffness at which all steps are in balance.
 
     `noise`: absent, that of :func:`nominal_noise`.

@@ -6,14 +6,27 @@ To let the diagnosis suspect a new effect, add its record to the family of its p
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from prb3r.diagnosis.library import cables, camera, friction, loads, plates
+from prb3r.diagnosis.library.cables import CABLE_SUSPECTS
+from prb3r.diagnosis.library.camera import CAMERA_SUSPECTS
+from prb3r.diagnosis.library.friction import FRICTION_SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.loads import LOAD_SUSPECTS
+from prb3r.diagnosis.library.plates import PLATE_SUSPECTS
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.library.suspect import Suspect
 
-FAMILIES = (friction, cables, plates, loads, camera)
+SUSPECT_FAMILIES: Mapping[str, tuple[Suspect, ...]] = MappingProxyType(
+    {
+        "friction": FRICTION_SUSPECTS,
+        "cables": CABLE_SUSPECTS,
+        "plates": PLATE_SUSPECTS,
+        "loads": LOAD_SUSPECTS,
+        "camera": CAMERA_SUSPECTS,
+    }
+)
+"""Records by the family of their physics, in the order of `prb3r.model.effects`."""
 SUSPECTS: Mapping[str, Suspect] = MappingProxyType(
-    {suspect.kind: suspect for family in FAMILIES for suspect in family.SUSPECTS}
+    {suspect.kind: suspect for suspects in SUSPECT_FAMILIES.values() for suspect in suspects}
 )
 """The record of every effect by its kind."""
 

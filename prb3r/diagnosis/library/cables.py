@@ -22,7 +22,7 @@ def _clearance(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("clearance_m", 0.0, 0.0, 0.5 * scope.arm, scale=scope.arm),)
 
 
-SUSPECTS = (
+CABLE_SUSPECTS = (
     Suspect(
         "dead_cable",
         sentence=lambda fitted: f"Cable {fitted.place['cable']} transmits nothing: broken, slipped off or never tied.",

@@ -21,7 +21,7 @@ def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("k1_per_m2", 0.0, -size, size, scale=size),)
 
 
-SUSPECTS = (
+CAMERA_SUSPECTS = (
     Suspect(
         "camera_scale",
         sentence=lambda fitted: (

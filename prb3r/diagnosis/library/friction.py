@@ -41,14 +41,14 @@ def _pulley_sentence(fitted: Occurrence) -> str:
     return f"The pulley (or sheath) of {fitted.of_cables} takes {loss:.3g} % of the tension before it reaches the base."
 
 
-PRESLIDING = (3e-5, 3e-4)
+FREE_PRESLIDING = (3e-5, 3e-4)
 """Travels that slip along the load path is tried with, m: what manipulator files have unless they say more, and a cable
 ten times as soft in its holes."""
 
 
 def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
     """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre."""
-    return (Free("presliding_m", PRESLIDING[0], 1e-6, 1e-2, log=True, limit=True),)
+    return (Free("presliding_m", FREE_PRESLIDING[0], 1e-6, 1e-2, log=True, limit=True),)
 
 
 def _declared_slip(scope: Scope) -> list[Place]:
@@ -89,7 +89,7 @@ def _net_turns(scope: Scope) -> list[Place]:
     return whole_rig_if(friction.coefficient > 0 and friction.wrap == "net")
 
 
-SUSPECTS = (
+FRICTION_SUSPECTS = (
     Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
     Suspect(
@@ -98,7 +98,7 @@ SUSPECTS = (
         as_it_is,
         places=_declared_slip,
         free=_presliding,
-        probes=lambda scope, place: tuple((travel,) for travel in PRESLIDING),
+        probes=lambda scope, place: tuple((travel,) for travel in FREE_PRESLIDING),
     ),
     Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
     Suspect(

@@ -30,7 +30,7 @@ def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("efficiency", 1.0, 0.05, 1.0, log=True),)
 
 
-SUSPECTS = (
+LOAD_SUSPECTS = (
     Suspect(
         "gravity",
         _gravity_sentence,

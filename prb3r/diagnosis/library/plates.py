@@ -115,7 +115,7 @@ def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid),)
 
 
-SUSPECTS = (
+PLATE_SUSPECTS = (
     Suspect(
         "weakened_plate",
         sentence=lambda fitted: (

@@ -93,7 +93,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
         "held_out": say.confirmation(diagnosis),
-        "alternatives": list(say.alternatives(diagnosis)),
+        "alternatives": list(say.other_explanations(diagnosis)),
         "nothing_else": say.nothing_else(diagnosis),
         "nothing_to_measure": say.nothing_to_measure(diagnosis),
         "proposals": [

@@ -148,7 +148,7 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
     return f"{law.statement} It brings the squared error per degree of freedom {fall}{worth}."
 
 
-def alternatives(diagnosis: Diagnosis) -> Iterator[str]:
+def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
     """What else it could be."""
     for effect in diagnosis.effects:
         name = spaced(effect.name)

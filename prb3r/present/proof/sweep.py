@@ -11,11 +11,11 @@ from prb3r.present.proof.scores import score_text
 from prb3r.proof.judging.intervals import Score
 from prb3r.proof.judging.scores import Goal
 from prb3r.proof.settings import SETTINGS
-from prb3r.proof.sweep import Sweep, VariantScores
+from prb3r.proof.sweep import SettingsSweep, VariantScores
 from prb3r.runs.store import write_whole
 
 
-def publish_sweep(sweep: Sweep, folder: Path) -> list[Path]:
+def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
     """Write `settings.md` and `settings.json`."""
     folder.mkdir(parents=True, exist_ok=True)
     share = 100 * SETTINGS.protocol.sweep_share
@@ -36,7 +36,7 @@ def publish_sweep(sweep: Sweep, folder: Path) -> list[Path]:
     return [text, write_whole(folder / "settings.json", json.dumps(plain_sweep(sweep), indent=1).encode())]
 
 
-def sweep_table(sweep: Sweep) -> list[str]:
+def sweep_table(sweep: SettingsSweep) -> list[str]:
     """Markdown: changes of the headline scores, the settings that change most recordings first."""
     headline = [(goal, score) for goal, score in sweep.scores if goal.short]
     shorts = [f"{goal.short} (n = {score.count})" for goal, score in headline]
@@ -61,7 +61,7 @@ def _values(variant: VariantScores) -> list[tuple[str, float]]:
     return [(goal.name, score.value) for goal, score in variant.scores]
 
 
-def plain_sweep(sweep: Sweep) -> dict[str, Any]:
+def plain_sweep(sweep: SettingsSweep) -> dict[str, Any]:
     """For `settings.json`: every score of every variant."""
 
     def plain_scores(scores: tuple[tuple[Goal, Score], ...]) -> list[dict[str, Any]]:

@@ -1,16 +1,16 @@
 """Proposed experiments: which are carried out, and whether they told two explanations apart."""
 
-from prb3r.proof.judging.methods import ProposedExperiment, Verdict, kind_of, name_of
+from prb3r.proof.judging.methods import ExperimentClaim, Verdict, kind_of, name_of
 from prb3r.proof.judging.opened import OpenedCase, confident
 from prb3r.proof.settings import SETTINGS
 
 
-def promising(verdict: Verdict) -> ProposedExperiment | None:
+def promising(verdict: Verdict) -> ExperimentClaim | None:
     """The first proposal that promises to tell two explanations apart; it is carried out."""
     return next((proposal for proposal in verdict.proposals if proposal.separation >= SETTINGS.sizes.apart), None)
 
 
-def tested(case: OpenedCase) -> ProposedExperiment | None:
+def tested(case: OpenedCase) -> ExperimentClaim | None:
     """The proposal that is carried out, if the truth is one of the two effects that it is to tell apart."""
     proposal = promising(case.verdict)
     if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":

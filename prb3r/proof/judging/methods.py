@@ -14,7 +14,7 @@ from scipy.stats import chi2 as chi2_law
 
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import unseen
-from prb3r.diagnosis.fit.calibrate import calibrate
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
@@ -41,7 +41,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class ProposedExperiment:
+class ExperimentClaim:
     """An experiment that is to tell two explanations apart."""
 
     names: tuple[str, str]
@@ -74,7 +74,7 @@ class Verdict:
     explained: tuple[float, float] = (0.0, 0.0)
     loading: tuple[float, float, float] | None = None
     """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
-    proposals: tuple[ProposedExperiment, ...] = ()
+    proposals: tuple[ExperimentClaim, ...] = ()
     remarks: tuple[str, ...] = ()
     seconds: float = 0.0
     reason: str = ""
@@ -108,7 +108,7 @@ def verdict_of(task: MethodTask) -> Verdict:
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
     settings = replace(task.settings, **ablation)
-    return _verdict(task, stages.diagnose(stages.Task(task.recording, task.seed, task.without, settings=settings)))
+    return _verdict(task, stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings)))
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -206,9 +206,7 @@ def _verdict(task: MethodTask, found: Diagnosis) -> Verdict:
         explained=_constants(found.explained),
         loading=_loading(task.recording),
         proposals=tuple(
-            ProposedExperiment(
-                (pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps)
-            )
+            ExperimentClaim((pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps))
             for pair in found.experiments
         ),
         remarks=found.remarks,
@@ -248,5 +246,5 @@ def _loading(recording: Recording) -> tuple[float, float, float] | None:
     if len(rising) < 2 or len(rising) == len(recording.sequences):
         return None
     predict = predictor(recording.only(rising))
-    fitted = calibrate(predict)
+    fitted = fit_constants(predict)
     return *_constants(fitted), float(chi2_law.sf(fitted.chi2, fitted.freedom))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-Place = tuple[tuple[str, Any], ...]
+RigPlace = tuple[tuple[str, Any], ...]
 """Parameters that say where or which, with their values; lists as tuples."""
 PROBE = 2e-3
 """Part of the largest size that stands for a derivative: one-sided, so that it errs by parts in a thousand of how bent
@@ -63,7 +63,7 @@ class Conditions:
         """Force at the tip whose moment about the base is that of the strongest cable, N."""
         return self.pull * self.arm / self.length
 
-    def of_cables(self) -> Iterator[Place]:
+    def of_cables(self) -> Iterator[RigPlace]:
         """All cables together, then each alone."""
         yield ()
         yield from ((("cables", (name,)),) for name in self.reach)
@@ -73,7 +73,7 @@ class Conditions:
 class Candidate:
     """One kind of effect at one place, with one shape; its size is free, or it has none."""
 
-    place: Place = ()
+    place: RigPlace = ()
     parameters: Callable[[float], Mapping[str, Any]] = field(default=lambda size: {}, compare=False)
     """Of a size."""
     low: float = 1.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW
 from prb3r.proof.rig.draft import Draft
-from prb3r.proof.rig.effects.candidate import Candidate, Conditions, Place
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions, RigPlace
 from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
 
 THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
@@ -52,7 +52,7 @@ def _curve(draft: Draft, curvature_per_m, plates=None):
 def _curved(given: Conditions) -> Iterator[Candidate]:
     """Each plate alone, all together, each of several segments."""
     ends = np.cumsum(given.segments).tolist()
-    places: list[Place] = [(("plates", (plate,)),) for plate in range(1, given.plates + 1)]
+    places: list[RigPlace] = [(("plates", (plate,)),) for plate in range(1, given.plates + 1)]
     places.append(())
     if len(ends) > 1:
         for count, end in zip(given.segments, ends, strict=True):
