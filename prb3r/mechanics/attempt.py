@@ -1,16 +1,26 @@
 """One step of a load path: the equilibrium under given loads, from the state before."""
 
-from typing import Any
+from typing import NamedTuple
 
-from prb3r.mechanics.grip import balance_grip
+from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
 from prb3r.mechanics.newton import balance_chain, solve_block
-from prb3r.mechanics.state import restore
 from prb3r.mechanics.tangent import chain_tangent
 
 JUMPED = -2
 """Beside `FAILED`: states were found, but none near the last one."""
+
+
+class Way(NamedTuple):
+    """Where the loads change linearly, and between which of their rows."""
+
+    rows: Loads
+    """(s + 1, ...) what acts at rest and at each step."""
+    last: int
+    """Row that the path comes from."""
+    step: int
+    """Row that it leads to."""
 
 
 @kernel
@@ -44,27 +54,31 @@ def blend(of_step, last, s, share, out):
 
 
 @kernel
-def attempt(packed, loads, last, s, share, loaded, modes, work, now, grip, origin, careful):
-    """Solve `share` of the way from step `last` to step `s` from the present state; steps taken or `FAILED`."""
-    blend(loads.tension, last, s, share, now.tension)
+def put_on(packed, way, share, now):
+    """Write the loads `share` of the `way` to `now`, extra moments to the plates; a cable cannot push."""
+    rows, last, step = way.rows, way.last, way.step
+    blend(rows.tension, last, step, share, now.tension)
     for j in range(len(now.tension)):
         now.tension[j] = max(now.tension[j], 0.0)
-    blend(loads.slip, last, s, share if last > 0 else 1.0, now.slip)
-    blend(loads.force, last, s, share, now.force)
-    blend(loads.tip, last, s, share, now.tip)
+    blend(rows.slip, last, step, share if last > 0 else 1.0, now.slip)
+    blend(rows.force, last, step, share, now.force)
+    blend(rows.tip, last, step, share, now.tip)
     if packed.model[0].extra:
-        start, target = loads.moment[last], loads.moment[s]
+        start, target = rows.moment[last], rows.moment[step]
         for i in range(len(target)):
             packed.plate[i].extra = start[i] + share * (target[i] - start[i])
+
+
+@kernel
+def attempt(packed, way, share, loaded, modes, now, work):
+    """Solve `share` of the `way` from the present state, without history; steps taken or `FAILED`.
+
+    `loaded` tells whether dead loads act, `modes` is that of `follow`.
+    """
+    put_on(packed, way, share, now)
     if modes is not None:
         return newton_modes(packed, now.tension, now.slip, now.force, now.tip, modes, work)
-    if loaded or packed.model[0].presliding != 0.0:
-        taken: Any = FAILED
-        if not careful:
-            taken = balance_chain(packed, now.tension, now.slip, now.force, now.tip, work)
-        if taken == FAILED and packed.model[0].presliding != 0.0:
-            restore(packed, work, origin)
-            taken = balance_grip(packed, now.tension, now.force, now.tip, work.handed, grip)
-        return taken
+    if loaded:
+        return balance_chain(packed, now, 0.0, work)
     work.sign[0] = 1.0  # or the eigenvalue of a plate says so
     return march(packed, now.tension, now.slip, work)

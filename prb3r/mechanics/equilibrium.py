@@ -8,11 +8,9 @@ import numpy as np
 from prb3r.mechanics.attempt import JUMPED
 from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.drift import scratch
-from prb3r.mechanics.grip import grip_space
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import Path, follow
+from prb3r.mechanics.path import Path, follow, path_space
 from prb3r.mechanics.records import Packed, pack
-from prb3r.mechanics.state import state
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
 from prb3r.mechanics.trail import Trail, empty_trail
 
@@ -154,13 +152,10 @@ def solve(
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
-    now = Loads(*(np.zeros_like(field[0]) for field in loads))
-    states = (state(chain) for _ in range(5))
-    grip, frames = grip_space(packed, history), np.zeros((plates, 2))
-    space = (now, grip, np.zeros(1), *states, frames, trail or empty_trail(chain))
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
+    space = path_space(chain, packed, trail or empty_trail(chain))
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    follow(packed, onset, rows, dead, anew, modes, work, space, path)
+    follow(packed, onset, rows, dead, anew, modes, space, work, path)
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT

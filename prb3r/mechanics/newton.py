@@ -87,7 +87,8 @@ def slip_on(packed, work, damping):
             if not hole.present:
                 break
             travel = damping * (work.system[1 + j, count] - passed)
-            asked = hole.slip + (hole.new_beyond + travel - hole.beyond) / model.presliding
+            hole.new_beyond += travel
+            asked = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding
             if hole.sticks:
                 slip = asked if damping == 1.0 else hole.new_slip + damping * (asked - hole.new_slip)
                 hole.new_slip = min(max(slip, -1.0), 1.0)
@@ -143,22 +144,23 @@ def stiffest_node(packed):
 
 
 @kernel
-def newton_march(packed, tension, slip, force, tip, work):
-    """One evaluation of the whole chain and the full Newton step from there.
+def newton_march(packed, loads, work):
+    """One evaluation of the whole chain under the `loads` of one state, and the full Newton step from there.
 
-    `force` (plates, 2) and `tip` (2,) act on the disks.  `work.handed` guesses what plates further out hand back: the
+    `work.handed` guesses what plates further out hand back: the
     moment of the dead loads about the world origin and, where friction follows the cables' travel, their lengths.
     Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
     `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
     """
     model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    force, tip = loads.force, loads.tip
     plates, n, columns = work.column.shape
     follows = model.presliding != 0.0
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):
         outer[0] += force[i, 0]
         outer[1] += force[i, 1]
-    at_base(tension, slip, cable)
+    at_base(loads.tension, loads.slip, cable)
     clear(change)
     change.moment[1] = 1.0
     for j in range(len(cable)):
@@ -174,7 +176,7 @@ def newton_march(packed, tension, slip, force, tip, work):
         if follows:
             slip_at(model, span, cable)
             if i == 0:
-                pull_through_pulleys(tension, cable, change)
+                pull_through_pulleys(loads.tension, cable, change)
         error = balance_plate(model, plate, span, cable)
         if not error <= largest:
             largest = error
@@ -237,13 +239,18 @@ def foresee(plates, work):
 
 
 @kernel
-def balance_chain(packed, tension, slip, force, tip, work):
-    """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`."""
+def balance_chain(packed, loads, close, work):
+    """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`.
+
+    `loads` are those of one state.  A correction of no node angle by more than `close` (rad) ends it too: Newton's
+    method squares the error, so what is left is far below `TOLERANCE`; residuals, tensions and frames are then those
+    before the correction.
+    """
     plates, column, handed = packed.plate, work.column, work.handed
     n, count, stiffest = column.shape[1], column.shape[2] - 1, stiffest_node(packed)
     follows, settled = packed.model[0].presliding != 0.0, True
     for step in range(MAX_EXCHANGES if follows else MAX_ITERATIONS):
-        largest, left, length_error = newton_march(packed, tension, slip, force, tip, work)
+        largest, left, length_error = newton_march(packed, loads, work)
         if (
             settled
             and largest <= TOLERANCE
@@ -262,7 +269,7 @@ def balance_chain(packed, tension, slip, force, tip, work):
         if step == 0:
             foresee(plates, work)
         damping = 1.0 if longest <= MAX_STEP else MAX_STEP / longest
-        if step >= CYCLING:
+        if step >= CYCLING and not (follows and settled):
             damping *= 0.5
         if follows:
             settled = not slip_on(packed, work, damping)
@@ -271,4 +278,6 @@ def balance_chain(packed, tension, slip, force, tip, work):
         for i in range(len(column)):
             for k in range(n):
                 plates[i].q[k] += damping * column[i, k, 0]
+        if settled and damping == 1.0 and longest <= close and length_error <= close:
+            return step + 1
     return FAILED

@@ -7,14 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.attempt import JUMPED, attempt
+from prb3r.mechanics.attempt import JUMPED, Way, attempt
 from prb3r.mechanics.cable import measure_span
-from prb3r.mechanics.creep import creep
+from prb3r.mechanics.chain import Chain, Loads, no_loads
+from prb3r.mechanics.grip import Grip, grip_space
+from prb3r.mechanics.history_path import ramp_with_history
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
+from prb3r.mechanics.records import Packed
 from prb3r.mechanics.stability import lowest_of_plates, plate_moments
-from prb3r.mechanics.state import restore, save, turned_by_surprise, turned_too_far
-from prb3r.mechanics.trail import keep
+from prb3r.mechanics.state import Rates, State, rates, restore, save, state, turned_by_surprise, turned_too_far
+from prb3r.mechanics.trail import Trail, keep
 
 SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
@@ -37,20 +40,59 @@ class Path(NamedTuple):
     lowest: np.ndarray
 
 
-@kernel
-def ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept, reached):
-    """Bring the chain from step `last`, its state in `kept`, to step `s`, halving steps that fail or go too far.
+class Space(NamedTuple):
+    """Working space of :func:`follow`."""
 
-    Leaves the last accepted state in `kept`, the part of the way to it in `reached` (1,), and returns Newton steps, or
-    `FAILED` or `JUMPED` where the path leads no further.
+    now: Loads
+    """Loads of the state that is solved."""
+    reached: np.ndarray
+    """(1,) part of the way to the last accepted state."""
+    kept: State
+    """The last accepted state on the way to a step, from its beginning on."""
+    good: State
+    """The state of the last solved step."""
+    rest: State
+    grip: Grip
+    start: State
+    """Where friction follows the travel: the state from which a sub-step is made."""
+    before: Rates
+    """Rates there."""
+    after: Rates
+    """Rates where the sub-step ends."""
+    trail: Trail
+
+
+def path_space(chain: Chain, packed: Packed, trail: Trail) -> Space:
+    """Working space for the load paths of `chain`, which keep their accepted sub-steps in `trail`."""
+    return Space(
+        now=Loads(*(np.zeros_like(field[0]) for field in no_loads(chain))),
+        reached=np.zeros(1),
+        kept=state(chain),
+        good=state(chain),
+        rest=state(chain),
+        grip=grip_space(packed, chain.presliding > 0),
+        start=state(chain),
+        before=rates(chain),
+        after=rates(chain),
+        trail=trail,
+    )
+
+
+@kernel
+def ramp(packed, way, loaded, modes, space, work):
+    """Bring the chain to the end of the `way`, halving steps that fail or go too far.
+
+    Its state is in `space.kept`.  Leaves the last accepted state there, the part of the way to it in `space.reached`,
+    and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further.
     """
+    kept, reached = space.kept, space.reached
     done, step, iterations = 0.0, 1.0, 0
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
         if step < SMALLEST_STEP * max(done, 1.0 / 64):
             return why
-        taken = attempt(packed, loads, last, s, done + step, loaded, modes, work, now, grip, kept, np.bool_(False))
+        taken = attempt(packed, way, done + step, loaded, modes, space.now, work)
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
@@ -107,15 +149,20 @@ def write_end(s, kept, path):
 
 
 @kernel
-def come_to_rest(packed, onset, dead, modes, work, now, grip, kept, reached):
-    """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips; whether that was possible."""
-    presliding = packed.model[0].presliding
+def come_to_rest(packed, onset, dead, modes, space, work):
+    """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips, in `space.rest`.
+
+    Returns whether that was possible; `dead` tells whether dead loads act.
+    """
+    presliding, kept = packed.model[0].presliding, space.kept
     packed.model[0].presliding = 0.0
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
     save(packed, work, kept)
-    taken = ramp(packed, onset, np.int64(0), np.int64(1), dead[0], modes, work, now, grip, kept, reached)
+    nothing: Any = np.int64(0)
+    rest: Any = np.int64(1)
+    taken = ramp(packed, Way(onset, nothing, rest), dead, modes, space, work)
     packed.model[0].presliding = presliding
     if presliding != 0.0:
         for j in range(len(packed.cable)):
@@ -127,12 +174,12 @@ def come_to_rest(packed, onset, dead, modes, work, now, grip, kept, reached):
                 hole = packed.span[i, j]
                 hole.slip, hole.beyond, hole.new_slip, hole.sticks = 0.0, length, 0.0, True
             work.handed[1 + j] = length
-        save(packed, work, kept)
+    save(packed, work, space.rest)
     return taken != FAILED and taken != JUMPED
 
 
 @kernel
-def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
+def follow(packed, onset, loads, dead, from_rest, modes, space, work, path):
     """Solve every load step of `loads` after row 0, which is rest, and write `path`.
 
     `from_rest` (s,) tells the steps that start from rest instead of from the step before.  `onset` has no load in
@@ -140,38 +187,35 @@ def follow(packed, onset, loads, dead, from_rest, modes, work, space, path):
     together; None: they are free, and what ties them need not be compiled.  Where `path.lowest` is not empty the
     lowest eigenvalue is written where it is cheap: for free angles without dead loads or history.
     """
-    eigenvalue = len(path.lowest) > 0
+    eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
     history = packed.model[0].presliding != 0.0
-    now, grip, reached, kept, good, rest, start, halfway, frames, trail = space
-    possible = come_to_rest(packed, onset, dead, modes, work, now, grip, rest, reached)
+    possible = come_to_rest(packed, onset, dead[0], modes, space, work)
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
-    restore(packed, work, rest)
+    restore(packed, work, space.rest)
     save(packed, work, good)
-    keep(trail, last, 1.0, rest)
+    keep(space.trail, last, 1.0, space.rest)
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:
             last = np.int64(0)
-            restore(packed, work, rest)
+            restore(packed, work, space.rest)
             save(packed, work, good)
         else:
             restore(packed, work, good)
         save(packed, work, kept)
-        loaded = dead[s] or dead[last]
-        taken = FAILED
+        way, loaded, taken = Way(loads, last, s), dead[s] or dead[last], FAILED
+        space.reached[0] = 0.0
         if possible and history:
-            taken = creep(
-                packed, loads, last, s, loaded, modes, work, now, grip, kept, reached, start, halfway, frames, trail
-            )
+            taken = ramp_with_history(packed, way, loaded, space, work)
         elif possible:
-            taken = ramp(packed, loads, last, s, loaded, modes, work, now, grip, kept, reached)
+            taken = ramp(packed, way, loaded, modes, space, work)
         path.status[s - 1, 0], path.status[s - 1, 1] = min(taken, 0), max(taken, 0)
-        path.reached[s - 1] = reached[0]
+        path.reached[s - 1] = space.reached[0]
         if taken < 0:
             if possible and eigenvalue:
                 write_end(s - 1, kept, path)
                 if modes is None and not loaded and not history:
                     restore(packed, work, kept)
-                    attempt(packed, loads, last, s, reached[0], loaded, modes, work, now, grip, kept, np.bool_(False))
+                    attempt(packed, way, space.reached[0], loaded, modes, space.now, work)
                     path.lowest[s - 1] = lowest_of_plates(packed)
             continue  # the next step goes on from the last good one
         last = s

@@ -32,9 +32,26 @@ class State(NamedTuple):
     """(1,) sign of the determinant of the tangent."""
 
 
+class Rates(NamedTuple):
+    """How fast a state changes along its load step, per unit of the part of the step."""
+
+    q: np.ndarray
+    """(n, nodes) node angles, rad."""
+    handed: np.ndarray
+    """(1 + m,) moment of the dead loads (N m) and cable lengths (m)."""
+    beyond: np.ndarray
+    """(n, m) cable length beyond the holes, m."""
+
+
 def state(chain: Chain) -> State:
+    """Room for a state of `chain`."""
     shape = chain.offset.shape
     return State(np.zeros_like(chain.stiffness), np.zeros(1 + shape[1]), np.zeros(shape), np.zeros(shape), np.ones(1))
+
+
+def rates(chain: Chain) -> Rates:
+    """Room for the rates of a state of `chain`."""
+    return Rates(np.zeros_like(chain.stiffness), np.zeros(1 + chain.offset.shape[1]), np.zeros(chain.offset.shape))
 
 
 @kernel
@@ -72,8 +89,9 @@ def settle(packed):
     """Take the slip and cable lengths of the state just found as accepted."""
     for i in range(len(packed.span)):
         for j in range(len(packed.cable)):
-            packed.span[i, j].slip = packed.span[i, j].new_slip
-            packed.span[i, j].beyond = packed.span[i, j].new_beyond
+            hole = packed.span[i, j]
+            hole.slip, hole.beyond = hole.new_slip, hole.new_beyond
+            hole.sticks = -1.0 < hole.slip < 1.0
 
 
 @kernel

@@ -1,0 +1,90 @@
+r"""Holes that turn back within a step of a load path.
+
+The slip at a hole follows the cable length `L` beyond it: ``d slip = dL / presliding``, held between -1 and 1.  Hence
+
+    slip = clip(slip before + (L - L before) / presliding, -1, 1)                                             [*]
+
+is exact for a step of any length, whatever `L` does on the way while the slip stays within its bounds, and as long as
+`L` changes in one direction where it does not.  The only error of a step is that of holes which slip and turn back:
+their slip should be counted from the length at which they turned.
+
+Where `L` turned is estimated from the cubic through its values and rates at both ends of the step.  A cubic is not
+trusted to tell whether `L` turned at all: rates jump where another hole begins to slip.  Their signs tell that.
+"""
+
+from math import copysign, sqrt
+
+from prb3r.mechanics.kernel import kernel
+
+
+@kernel
+def clip(slip):
+    """Slip held between its bounds, -1 and 1."""
+    return min(max(slip, -1.0), 1.0)
+
+
+@kernel
+def turning_points(travel, start, end):
+    """Where a cubic turns on [0, 1] that rises by `travel` there, with slopes `start` and `end`: first and last place.
+
+    Both are 1 where it does not turn, and the same where it turns once.
+    """
+    a, b = 3.0 * (start + end - 2.0 * travel), 2.0 * (3.0 * travel - 2.0 * start - end)
+    inside = b * b - 4.0 * a * start
+    if inside < 0.0:
+        return 1.0, 1.0
+    root = -0.5 * (b + copysign(sqrt(inside), b))
+    one = root / a if a != 0.0 else -1.0
+    other = start / root if root != 0.0 else -1.0
+    first, last = min(one, other), max(one, other)
+    if not 0.0 < first < 1.0:
+        first = last
+    if not 0.0 < last < 1.0:
+        last = first
+    return (first, last) if 0.0 < first < 1.0 else (1.0, 1.0)
+
+
+@kernel
+def turning_lengths(travel, start, end):
+    """First place where that cubic turns (1: nowhere), and the changes of length up to its first and its last turn.
+
+    A slope that leads to a turn falls on the way there, and one that leads away from it rises.  That of the cubic may
+    do otherwise: how far the length goes beyond that at an end is cut to what the slope there allows.  So what is
+    missed vanishes with a slope, and does not jump where its sign changes.
+    """
+    first, last = turning_points(travel, start, end)
+    square, cube = 3.0 * travel - 2.0 * start - end, start + end - 2.0 * travel
+    to_first = first * (start + first * (square + first * cube))
+    to_last = last * (start + last * (square + last * cube))
+    if start * travel <= 0.0:  # the first turn is beyond the start
+        to_first = copysign(min(abs(to_first), abs(start) * first), start)
+    if end * travel <= 0.0:  # the last one is beyond the end
+        to_last = travel - copysign(min(abs(travel - to_last), abs(end) * (1.0 - last)), end)
+    if last == first:
+        to_first = to_last = to_first if start * travel <= 0.0 else to_last
+    return first, to_first, to_last
+
+
+@kernel
+def missed_slip(packed, step, before, after):
+    """Largest error of a slip by [*] in the state just found, and the part of the step before that hole turned.
+
+    `before` and `after` are the rates at both ends of the step, a part `step` of a load step.
+    """
+    worst, where, per_length = 0.0, 1.0, 1.0 / packed.model[0].presliding
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            hole = packed.span[i, j]
+            if not hole.present or (hole.friction == 0.0 and (i > 0 or packed.cable[j].pulley == 0.0)):
+                continue
+            travel, start, end = hole.new_beyond - hole.beyond, before.beyond[i, j] * step, after.beyond[i, j] * step
+            if travel * end >= 0.0 and start * end >= 0.0:
+                continue
+            turned, to_first, to_last = turning_lengths(travel, start, end)
+            slip = clip(hole.slip + to_first * per_length)
+            slip = clip(slip + (to_last - to_first) * per_length)
+            slip = clip(slip + (travel - to_last) * per_length)
+            missed = abs(slip - hole.new_slip)
+            if missed > worst:
+                worst, where = missed, turned
+    return worst, where
