@@ -10,7 +10,7 @@ import pytest
 from prototype import ELASTICA, LENGTH, PRB_1R, PRB_3R, cantilever, prototype, shift, tip_face
 
 from prb3r.mechanics.chain import Loads, loads, pose
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.plate import CHEN, SU, gauss_collocation, hinged_links
 from prb3r.mechanics.reference import constant_curvature_pose, elastica_shooting, seed_fsolve
 
@@ -19,7 +19,7 @@ TABLE_2 = np.arange(10, 201, 10)
 
 
 def states(chain, tension, slip=-1.0):
-    solved = solve(chain, loads(chain, tension, slip))
+    solved = solve_chain(chain, loads(chain, tension, slip))
     assert (solved.outcome == Outcome.CONVERGED).all()
     return solved
 
@@ -37,7 +37,7 @@ def tip_error(plate, tension=TABLE_2, mu=0.0):
 
 def deflected(plate, force, plates=1):
     chain = cantilever(plates, plate)
-    return solve(chain, loads(chain, np.zeros((1, 0)), tip=(0, force)))
+    return solve_chain(chain, loads(chain, np.zeros((1, 0)), tip=(0, force)))
 
 
 # accuracy of the plate models

@@ -7,9 +7,9 @@ import pandas as pd
 
 from prb3r.bench.prototype import PRESLIDING, TIP_LOAD, Timed, prototype, table_2
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.mechanics.equilibrium import solve
+from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.mechanics.plate import plate_model
-from prb3r.mechanics.sensitivity import Direction, direction, sensitivities
+from prb3r.mechanics.sensitivity import Direction, chain_sensitivities, direction
 
 PARAMETERS = 10
 """Of the Jacobians that are timed against as many solves."""
@@ -32,10 +32,10 @@ def jacobian_tasks(times: int) -> Iterator[Timed]:
         directions = _directions(chain, steps)
 
         def solved(chain=chain, steps=steps) -> np.ndarray:
-            return solve(chain, steps).x
+            return solve_chain(chain, steps).x
 
         def differentiated(chain=chain, steps=steps, directions=directions) -> np.ndarray:
-            return sensitivities(chain, steps, directions).dx
+            return chain_sensitivities(chain, steps, directions).dx
 
         for task in (Timed(name, steps.steps, solved), Timed(name, steps.steps, differentiated)):
             task.run()  # fills caches

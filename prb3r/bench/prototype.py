@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.plate import PlateModel
 
 TENSIONS = np.linspace(10, 200, 20)
@@ -73,7 +73,7 @@ def engine_task(name: str, chain: Chain, steps: Loads) -> Timed:
     """
 
     def run() -> np.ndarray:
-        states = solve(chain, steps, detail=False)
+        states = solve_chain(chain, steps, detail=False)
         if (states.outcome != Outcome.CONVERGED).any():
             raise RuntimeError(f"{name}: not all equilibria were found")
         return tips(states.x, states.y)

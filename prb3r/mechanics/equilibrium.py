@@ -114,7 +114,7 @@ def left_out(failed: np.ndarray, anew: np.ndarray) -> np.ndarray:
     return passed
 
 
-def solve(
+def solve_chain(
     chain: Chain,
     loads: Loads,
     *,

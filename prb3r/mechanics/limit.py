@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 
 FIRST = 0.125
 """First growth of the factor that is tried; every further one is twice as large."""
@@ -55,7 +55,7 @@ def limit_load(
             moment=factors[:, None] * last.moment,
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
-        return solve(chain, steps, eigenvalue=True).outcome
+        return solve_chain(chain, steps, eigenvalue=True).outcome
 
     found = outcomes(trial)
     if (found[: before.steps] != Outcome.CONVERGED).any():

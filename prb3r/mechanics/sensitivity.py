@@ -28,18 +28,18 @@ from prb3r.mechanics.tangent import segment_modes
 TOGETHER = 16
 """Parameters differentiated at a time."""
 
-Problem = tuple[Chain, Loads]
+LoadedChain = tuple[Chain, Loads]
 
 
 class Direction(NamedTuple):
     """One parameter: the problem a little `ahead` and `behind`, which are `apart` in the parameter's unit."""
 
-    ahead: Problem
-    behind: Problem
+    ahead: LoadedChain
+    behind: LoadedChain
     apart: float
 
 
-def direction(problem: Callable[[float], Problem], value: float, step: float) -> Direction:
+def direction(problem: Callable[[float], LoadedChain], value: float, step: float) -> Direction:
     """The direction of a parameter at `value` of which `problem` is a function."""
     return Direction(problem(value + step), problem(value - step), 2 * step)
 
@@ -61,7 +61,7 @@ class Sensitivities:
     """(s, n, m, p) of the slip at the holes before the plates; no cables where it is declared."""
 
 
-def sensitivities(
+def chain_sensitivities(
     chain: Chain, loads: Loads, directions: Sequence[Direction], *, from_rest: bool | np.ndarray = False
 ) -> Sensitivities:
     """Equilibria of `chain` under `loads` and their derivatives by the parameters of `directions`.
@@ -115,7 +115,7 @@ def _check(solved: SolvedPath, directions: Sequence[Direction]) -> None:
                 raise ValueError(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
 
 
-def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
+def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
@@ -142,7 +142,7 @@ def _derivatives(problem: Problem, rows: Loads, directions: Sequence[Direction],
     return out
 
 
-def _sides(problem: Problem, rows: Loads, held: Packed, directions: Sequence[Direction], out: np.ndarray) -> Sides:
+def _sides(problem: LoadedChain, rows: Loads, held: Packed, directions: Sequence[Direction], out: np.ndarray) -> Sides:
     """The problems ahead and behind of `problem`, which is `held` under the loads `rows`."""
     chain = problem[0]
     problems = [side for along in directions for side in (along.ahead, along.behind)]
@@ -172,7 +172,7 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
     return all(one is other or np.array_equal(one, other) for one, other in pairs)
 
 
-def _same_loads(side: Problem, problem: Problem) -> bool:
+def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
     """Whether the same loads act, and not only equal ones."""
     (chain, loads), (nominal, nominal_loads) = side, problem
     same = loads is nominal_loads and chain.constant is nominal.constant

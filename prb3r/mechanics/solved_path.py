@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.equilibrium import Equilibria, solve
+from prb3r.mechanics.equilibrium import Equilibria, solve_chain
 from prb3r.mechanics.held import Steps
 from prb3r.mechanics.trail import Trail, empty_trail
 
@@ -40,10 +40,10 @@ def solve_path(chain: Chain, loads: Loads, *, from_rest: bool | np.ndarray = Fal
     kept = empty_trail(chain)
     if chain.presliding > 0:
         kept = empty_trail(chain, 1 + SUBSTEPS * loads.steps)
-    equilibria = solve(chain, loads, from_rest=anew, trail=kept)
+    equilibria = solve_chain(chain, loads, from_rest=anew, trail=kept)
     if kept.noted[0] > len(kept.row) > 0:
         kept = empty_trail(chain, int(kept.noted[0]))
-        equilibria = solve(chain, loads, from_rest=anew, trail=kept)
+        equilibria = solve_chain(chain, loads, from_rest=anew, trail=kept)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.presliding > 0:
         return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))

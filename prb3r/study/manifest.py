@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.mechanics.chain import Loads
-from prb3r.mechanics.equilibrium import solve
+from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.steps import loads_of
 from prb3r.study.cases import Case, steps_frame
 
@@ -55,7 +55,7 @@ def timing(cases: list[Case]) -> list[dict[str, Any]]:
         best = np.inf
         for _ in range(REPEATS):
             begin = time.perf_counter()
-            solve(chain, bulk)
+            solve_chain(chain, bulk)
             best = min(best, time.perf_counter() - begin)
         rows.append({"model": model, "microseconds_per_equilibrium": round(best / bulk.steps * 1e6, 3)})
     return rows

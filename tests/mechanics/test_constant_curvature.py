@@ -5,7 +5,7 @@ import pytest
 from prototype import ELASTICA, LENGTH, prototype, random_chain, random_loads, row, tip_face
 
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.reference import constant_curvature_pose
 
 
@@ -36,7 +36,7 @@ def test_potential_energy_is_stationary_in_the_bend_of_each_segment(seed):
     chain = tied(random_chain(rng, ELASTICA, plates=7))
     chain = chain._replace(rest=rng.uniform(-0.1, 0.1, 2)[chain.segment, None] / ELASTICA.stiffness)
     steps = random_loads(rng, chain, dead=0.2)._replace(slip=np.zeros((1, 3)))
-    states = solve(chain, steps)
+    states = solve_chain(chain, steps)
     assert states.outcome[0] == Outcome.CONVERGED
     bends = np.diff(states.angle[0])
     for segment in (0, 1):
@@ -52,7 +52,7 @@ def test_one_frictionless_cable_bends_almost_to_circles():
     """Fig. 9: the elastica equals circular arcs of the same total angle within 0.01 % of length."""
     elastica = prototype(mu=0, plate=ELASTICA)
     steps = loads(elastica, np.linspace(10, 150, 8)[:, None] * [1, 0, 0, 0])
-    exact, arcs = solve(elastica, steps), solve(tied(elastica), steps)
+    exact, arcs = solve_chain(elastica, steps), solve_chain(tied(elastica), steps)
     assert arcs.angle[:, -1] == pytest.approx(exact.angle[:, -1], rel=1e-3)
     same = constant_curvature_pose(elastica, np.diff(exact.angle).mean(-1, keepdims=True) * np.ones(14))
     assert np.abs(tip_face(elastica, same) - tip_face(elastica, exact)).max() < 1e-4 * LENGTH
@@ -62,12 +62,12 @@ def test_one_frictionless_cable_bends_almost_to_circles():
 def test_capstan_with_equal_spans_and_the_base_hole_counted(mu):
     """T_n / T_0 = exp(-mu theta (n - 1/2) / n): half a turn at the base, whole turns at all other holes."""
     chain = tied(prototype(mu, plate=ELASTICA))._replace(reach=np.array([14, 0, 0, 0]), segment=np.zeros(14, int))
-    states = solve(chain, loads(chain, [80, 0, 0, 0]))
+    states = solve_chain(chain, loads(chain, [80, 0, 0, 0]))
     theta, n = states.angle[0, -1], np.arange(1, 15)
     assert states.tension[0, :, 0] == pytest.approx(80 * np.exp(-mu * theta * (n - 0.5) / 14))
 
 
 def test_cables_pulled_evenly_in_pairs_leave_both_segments_straight():
     chain = tied(prototype(0.3))
-    states = solve(chain, loads(chain, [30, 20, 20, 30]))
+    states = solve_chain(chain, loads(chain, [30, 20, 20, 30]))
     assert np.abs(states.angle).max() < 1e-12

@@ -16,7 +16,7 @@ from prototype import (
 )
 
 from prb3r.mechanics.chain import loads, pose
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.reference import elastica_shooting, seed_fsolve, seed_residual
 from prb3r.mechanics.stability import lowest_of_block
@@ -27,7 +27,7 @@ NO_CABLES = np.zeros((1, 0))
 
 def good(chain, steps, **options):
     """Solved, stable, and in balance by the reference's own residual."""
-    states = solve(chain, steps, eigenvalue=True, **options)
+    states = solve_chain(chain, steps, eigenvalue=True, **options)
     assert (states.outcome == Outcome.CONVERGED).all()
     for s, q in enumerate(states.q):
         assert np.abs(seed_residual(chain, row(steps, s), q) / chain.stiffness).max() < 1e-9
@@ -87,7 +87,7 @@ def test_no_load_is_the_rest_shape(plate):
     assert (states.q == chain.rest).all()
     assert (states.iterations == 0).all()
     straight = prototype(plate=plate)
-    assert (solve(straight, loads(straight, np.zeros(4))).y == 0).all()
+    assert (solve_chain(straight, loads(straight, np.zeros(4))).y == 0).all()
 
 
 @MODELS
@@ -136,7 +136,7 @@ def test_declared_friction_forgets_the_path(plate, dead):
     share = lambda field: (between - low).reshape(-1, *[1] * (field.ndim - 1))  # noqa: E731
     fine = type(steps)(*(field[low] + share(field) * (field[low + 1] - field[low]) for field in steps))
     assert good(chain, fine).q[::10] == pytest.approx(along.q, abs=1e-9)
-    single = solve(chain, type(steps)(*(field[2:3].copy() for field in steps)), from_rest=True)
+    single = solve_chain(chain, type(steps)(*(field[2:3].copy() for field in steps)), from_rest=True)
     for name in ("outcome", "iterations", "residual", "q", "x", "y", "angle", "tension", "moment"):
         assert (getattr(single, name)[0] == getattr(alone, name)[2]).all(), name
 
@@ -144,7 +144,7 @@ def test_declared_friction_forgets_the_path(plate, dead):
 def test_details_can_be_left_out():
     chain = prototype()
     steps = loads(chain, np.linspace(0, 80, 5)[:, None] * [1, 0.5, 0, 0], tip=(0, -0.5))
-    full, lean = solve(chain, steps), solve(chain, steps, detail=False)
+    full, lean = solve_chain(chain, steps), solve_chain(chain, steps, detail=False)
     assert (lean.x == full.x).all()
     assert (lean.residual == full.residual).all()
     assert lean.q.shape == (0, 14, 3)
@@ -212,7 +212,7 @@ def test_a_moment_bends_the_arc_it_acts_on_by_moment_times_compliance_and_no_oth
     assert np.diff(states.angle) == pytest.approx(compliance * extra, abs=1e-12)
     assert states.moment == pytest.approx(np.repeat(extra[..., None], states.moment.shape[-1], -1), abs=1e-12)
     always = chain._replace(constant=loads(chain, NO_CABLES, moment=extra[0]))
-    assert solve(always, loads(chain, NO_CABLES)).q[0] == pytest.approx(states.q[0], abs=1e-12)
+    assert solve_chain(always, loads(chain, NO_CABLES)).q[0] == pytest.approx(states.q[0], abs=1e-12)
 
 
 # corners
@@ -236,7 +236,7 @@ def test_loads_without_equilibrium_are_rows_and_later_steps_go_on():
     chain = prototype(0)
     tension = np.array([50, 2000, 60, np.inf, np.nan, 70])
     with np.errstate(invalid="ignore"):
-        states = solve(chain, loads(chain, tension[:, None] * [1, 0, 0, 0]), eigenvalue=True)
+        states = solve_chain(chain, loads(chain, tension[:, None] * [1, 0, 0, 0]), eigenvalue=True)
     failed = np.array([False, True, False, True, True, False])
     assert [Outcome(code).label for code in states.outcome] == [
         "converged",
@@ -252,7 +252,7 @@ def test_loads_without_equilibrium_are_rows_and_later_steps_go_on():
         assert np.isnan(field[failed]).all()
         assert np.isfinite(field[~failed]).all()
     assert np.isnan(states.lowest_eigenvalue[failed]).all()
-    alone = solve(chain, loads(chain, tension[~failed, None] * [1, 0, 0, 0]))
+    alone = solve_chain(chain, loads(chain, tension[~failed, None] * [1, 0, 0, 0]))
     assert states.q[~failed] == pytest.approx(alone.q, abs=1e-10)
     assert "No equilibrium" in states.reason(1)
     assert "leaves out a step" in states.reason(2)
@@ -292,7 +292,7 @@ def test_1400_plates_approach_a_cable_in_a_bending_rod(mu):
 
 def test_dead_load_on_1400_plates_from_zero():
     chain = cantilever(1400)
-    states = solve(chain, loads(chain, NO_CABLES, tip=(0, 10)))
+    states = solve_chain(chain, loads(chain, NO_CABLES, tip=(0, 10)))
     assert [states.y[0, -1], 1 - states.x[0, -1], states.angle[0, -1]] == pytest.approx(
         [0.81061, 0.55500, 1.43029], abs=6e-6
     )
@@ -304,7 +304,7 @@ def test_euler_column():
     for plate, plates, tolerance in ((ELASTICA, 8, 1e-6), (PRB_3R, 1, 0.03), (PRB_3R, 8, 1e-3)):
         chain = cantilever(plates, plate)
         push = critical * np.array([0.5, 1 - tolerance, 1 + tolerance, 1.5])
-        states = solve(chain, loads(chain, np.zeros((4, 0)), tip=push[:, None] * [-1, 0]), eigenvalue=True)
+        states = solve_chain(chain, loads(chain, np.zeros((4, 0)), tip=push[:, None] * [-1, 0]), eigenvalue=True)
         assert (states.y == 0).all()
         assert (np.diff(states.lowest_eigenvalue) < 0).all()
         assert list(states.outcome) == [Outcome.CONVERGED] * 2 + [Outcome.UNSTABLE] * 2
@@ -343,7 +343,9 @@ def test_path_ends_at_a_fold():
     """Tip load against cables: the branch turns back where the eigenvalue falls to zero like a square root."""
     chain = prototype(0)
     share = np.concatenate([np.linspace(0.1, 0.69, 7), np.linspace(0.70, 0.74, 41)])
-    states = solve(chain, loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10]), eigenvalue=True)
+    states = solve_chain(
+        chain, loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10]), eigenvalue=True
+    )
     last = int(np.argmax(states.outcome))
     assert (states.outcome[:last] == Outcome.CONVERGED).all()
     assert (states.outcome[last:] == Outcome.LIMIT_POINT).all()

@@ -7,7 +7,7 @@ import pytest
 from prototype import ELASTICA, PRB_3R, prototype
 
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 
 G = 9.785
 LENGTH = 0.476
@@ -25,7 +25,7 @@ def pulls(*tensions):
 
 
 def path(chain, table, tip=0.0, moment=0.0):
-    found = solve(chain, loads(chain, table, tip=tip, moment=moment))
+    found = solve_chain(chain, loads(chain, table, tip=tip, moment=moment))
     assert (found.outcome == Outcome.CONVERGED).all()
     return found
 
@@ -45,7 +45,7 @@ def test_published_unloading_sticks_first():
     """An independent simulation: history against instant full reversal moves the tip by 64 mm, then by 1 mm."""
     steps = pulls((10 * G, 0), (7.5 * G, 0), (5 * G, 0))
     history = path(chain(), steps)
-    reversed_ = solve(chain(0.0), loads(chain(0.0), steps, np.array([[-1.0] * 4, [1.0] * 4, [1.0] * 4])))
+    reversed_ = solve_chain(chain(0.0), loads(chain(0.0), steps, np.array([[-1.0] * 4, [1.0] * 4, [1.0] * 4])))
     tip = 1e3 * np.hypot(history.x[:, 14] - reversed_.x[:, 14], history.y[:, 14] - reversed_.y[:, 14])
     assert tip == pytest.approx([0, 63, 0.9], abs=1.5)
 
@@ -86,7 +86,7 @@ def random_path(rng, presliding, plate):
 def test_robust_along_random_paths(presliding, paths, plate):
     for seed in range(paths):
         chain, steps = random_path(np.random.default_rng(seed), presliding, plate)
-        found = solve(chain, steps)
+        found = solve_chain(chain, steps)
         assert (found.outcome == Outcome.CONVERGED).all(), seed
         assert found.residual.max() < 1e-8
         assert np.abs(found.slip).max() <= 1
@@ -107,7 +107,7 @@ def test_rate_independent_repeated_points_change_nothing():
 
 def test_pulling_once_from_rest_is_the_declared_law_once_all_holes_slip():
     table = pulls((100, 0))
-    declared = solve(chain(0.0), loads(chain(0.0), table))
+    declared = solve_chain(chain(0.0), loads(chain(0.0), table))
     assert apart(path(chain(1e-5), table), declared) < 1e-6
 
 
@@ -154,7 +154,7 @@ def spans(chain, found):
 
 def test_sequences_that_start_from_rest_can_share_one_call():
     first, second = pulls((80, 0), (40, 30)), pulls((0, 60), (50, 60))
-    together = solve(chain(), loads(chain(), np.vstack([first, second])), from_rest=np.array([0, 0, 1, 0], bool))
+    together = solve_chain(chain(), loads(chain(), np.vstack([first, second])), from_rest=np.array([0, 0, 1, 0], bool))
     for half, table in ((slice(0, 2), first), (slice(2, 4), second)):
         alone = path(chain(), table)
         assert (together.x[half] == alone.x).all()
@@ -165,11 +165,11 @@ def test_sequences_that_start_from_rest_can_share_one_call():
 def test_a_tip_load_of_one_sequence_is_gone_in_the_next(kind):
     rig = chain()._replace(**kind)
     table, tip = np.vstack([pulls((80, 0)), pulls((30, 20))]), np.array([[0.5, -1.5], [0.0, 0.0]])
-    together = solve(rig, loads(rig, table, tip=tip), from_rest=True)
-    alone = solve(rig, loads(rig, table[1:]))
+    together = solve_chain(rig, loads(rig, table, tip=tip), from_rest=True)
+    alone = solve_chain(rig, loads(rig, table[1:]))
     assert (together.outcome == 0).all()
     assert (together.x[1:] == alone.x).all()
-    assert np.abs(together.y[1] - solve(rig, loads(rig, table[1:], tip=tip[:1])).y[0]).max() > 1e-3
+    assert np.abs(together.y[1] - solve_chain(rig, loads(rig, table[1:], tip=tip[:1])).y[0]).max() > 1e-3
 
 
 def test_moments_act_along_the_path_too():

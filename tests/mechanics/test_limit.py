@@ -6,7 +6,7 @@ from prototype import ELASTICA, PRB_1R, PRB_3R, cantilever, prototype
 from scipy.optimize import brentq
 
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.limit import limit_load
 
 NO_CABLES = np.zeros((1, 0))
@@ -42,7 +42,7 @@ def test_a_strut_snaps_through(push):
     rest = 0.05
     chain = cantilever(1, PRB_1R)._replace(rest=np.array([[rest]]))
     tip = np.array([[-push, 0], [-push, -3.0], [-push, -2.9]])
-    states = solve(chain, loads(chain, np.zeros((3, 0)), tip=tip), eigenvalue=True)
+    states = solve_chain(chain, loads(chain, np.zeros((3, 0)), tip=tip), eigenvalue=True)
     assert list(states.outcome) == [Outcome.CONVERGED, Outcome.LIMIT_POINT, Outcome.LIMIT_POINT]
     assert 3.0 * states.reached[1] == pytest.approx(strut_snaps_at(push, rest), rel=1e-4)
     assert "would jump; reached" in states.reason(1)
@@ -53,9 +53,9 @@ def test_what_is_solved_after_a_jump_says_that_it_leaves_out_a_step():
     chain = cantilever(1, PRB_1R)._replace(rest=np.array([[0.05]]))
     tip = np.array([[-3.0, 0], [-3.0, -3.0], [-3.0, -0.1], [-3.0, -0.1]])
     steps = loads(chain, np.zeros((4, 0)), tip=tip)
-    states = solve(chain, steps, eigenvalue=True)
+    states = solve_chain(chain, steps, eigenvalue=True)
     assert list(states.outcome[2:]) == [Outcome.DETOUR] * 2
-    anew = solve(chain, steps, eigenvalue=True, from_rest=np.array([0, 0, 0, 1], bool))
+    anew = solve_chain(chain, steps, eigenvalue=True, from_rest=np.array([0, 0, 0, 1], bool))
     assert anew.outcome[3] == Outcome.CONVERGED
 
 
@@ -66,7 +66,9 @@ def test_growing_loads_end_where_the_eigenvalue_falls_to_zero():
     limit = limit_load(chain, whole, from_rest=True)
     assert limit.outcome == Outcome.LIMIT_POINT
     near = limit.factor * (1 - np.array([8e-3, 4e-3]))
-    states = solve(chain, loads(chain, near[:, None] * [0, 0, 60, 150], tip=near[:, None] * [3, 10]), eigenvalue=True)
+    states = solve_chain(
+        chain, loads(chain, near[:, None] * [0, 0, 60, 150], tip=near[:, None] * [3, 10]), eigenvalue=True
+    )
     first, second = states.lowest_eigenvalue**2
     assert near[1] + (near[1] - near[0]) * second / (first - second) == pytest.approx(limit.factor, rel=1e-3)
     half = loads(chain, [[0, 0, 30, 75]], tip=(1.5, 5))

@@ -7,9 +7,9 @@ import pytest
 from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
+from prb3r.mechanics.sensitivity import chain_sensitivities, direction
 from prb3r.mechanics.sensitivity import derivatives as derivatives_along
-from prb3r.mechanics.sensitivity import direction, sensitivities
 from prb3r.mechanics.solved_path import solve_path
 
 STEP = 1e-5
@@ -40,14 +40,16 @@ def parameters(chain, steps):
 
 
 def good(chain, steps, **options):
-    found = solve(chain, steps, **options)
+    found = solve_chain(chain, steps, **options)
     assert (found.outcome == Outcome.CONVERGED).all()
     return found
 
 
 def derivatives(chain, steps, problems, **options):
     """(p, ...) x, y, angles and tensions of all steps in one row a parameter."""
-    found = sensitivities(chain, steps, [direction(problem, 1.0, STEP) for problem in problems.values()], **options)
+    found = chain_sensitivities(
+        chain, steps, [direction(problem, 1.0, STEP) for problem in problems.values()], **options
+    )
     fields = found.dx, found.dy, found.dangle, found.dtension
     return [np.moveaxis(field, -1, 0) for field in fields]
 
@@ -166,7 +168,7 @@ def test_a_slack_cable_stays_slack_and_an_idle_one_can_be_pulled():
         def problem(v, nominal=nominal):
             return offset(np.array([0, 0, 0, nominal + v]))
 
-        found = sensitivities(*problem(0.0), [direction(problem, 0.0, STEP)])
+        found = chain_sensitivities(*problem(0.0), [direction(problem, 0.0, STEP)])
         ahead, here = good(*problem(1e-4)), good(*problem(0.0))
         assert found.dtension[0, 0, 3, 0] == pytest.approx(change, rel=0.1)
         assert found.dy[0, -1, 0] == pytest.approx((ahead.y[0, -1] - here.y[0, -1]) / 1e-4, rel=1e-3)
@@ -175,7 +177,7 @@ def test_a_slack_cable_stays_slack_and_an_idle_one_can_be_pulled():
 def test_a_failed_step_has_no_derivatives():
     chain = prototype(mu=0.0)
     steps = loads(chain, [[10.0, 0, 0, 0], [1e6, 0, 0, 0], [20.0, 0, 0, 0]])
-    found = sensitivities(chain, steps, [direction(parameters(chain, steps)["stiffness"], 1.0, STEP)])
+    found = chain_sensitivities(chain, steps, [direction(parameters(chain, steps)["stiffness"], 1.0, STEP)])
     lost = found.equilibria.outcome == Outcome.NO_EQUILIBRIUM
     assert lost.tolist() == [False, True, False]
     for field in (found.dx, found.dy, found.dangle, found.dtension):
@@ -187,9 +189,11 @@ def test_parameters_do_not_disturb_each_other_however_many():
     chain = prototype()
     steps = loads(chain, np.linspace(5, 100, 20)[:, None] * [1, 0, 0.3, 0])
     directions = [direction(problem, 1.0, STEP) for problem in parameters(chain, steps).values()]
-    many = sensitivities(chain, steps, directions * 3)
+    many = chain_sensitivities(chain, steps, directions * 3)
     for k, one in enumerate(directions):
-        assert sensitivities(chain, steps, [one]).dy[..., 0] == pytest.approx(many.dy[..., k], rel=1e-12, abs=1e-15)
+        assert chain_sensitivities(chain, steps, [one]).dy[..., 0] == pytest.approx(
+            many.dy[..., k], rel=1e-12, abs=1e-15
+        )
     assert many.dy.shape[-1] == 3 * len(directions) > 32
 
 
@@ -197,7 +201,7 @@ def test_parameters_do_not_disturb_each_other_however_many():
 def test_a_path_solved_once_has_the_derivatives_by_whatever_is_asked_later(presliding):
     chain, steps = loop(presliding)
     directions = [direction(problem, 1.0, STEP) for problem in parameters(chain, steps).values()]
-    together = sensitivities(chain, steps, directions, from_rest=[True, False, False, True, False])
+    together = chain_sensitivities(chain, steps, directions, from_rest=[True, False, False, True, False])
     solved = solve_path(chain, steps, from_rest=[True, False, False, True, False])
     assert (solved.equilibria.x == together.equilibria.x).all()
     solved = pickle.loads(pickle.dumps(solved))
@@ -214,12 +218,12 @@ def test_a_direction_may_change_numbers_only():
     steps = loads(chain, [[50.0, 0, 0, 0]])
     broken = chain._replace(reach=np.array([0, 7, 7, 14]))
     with pytest.raises(ValueError, match="direction 0 changes the kind"):
-        sensitivities(chain, steps, [direction(lambda v: (broken, steps), 1.0, STEP)])
+        chain_sensitivities(chain, steps, [direction(lambda v: (broken, steps), 1.0, STEP)])
     closed = chain._replace(closure=(Term("bend", np.ones(14)),))
     with pytest.raises(ValueError, match="follow the state"):
-        sensitivities(closed, steps, [direction(lambda v: (closed, steps), 1.0, STEP)])
+        chain_sensitivities(closed, steps, [direction(lambda v: (closed, steps), 1.0, STEP)])
     with pytest.raises(ValueError, match="at least one"):
-        sensitivities(chain, steps, [])
+        chain_sensitivities(chain, steps, [])
 
 
 # friction that follows the cables' travel: derivatives remember, too

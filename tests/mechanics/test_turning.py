@@ -6,7 +6,7 @@ from numpy.polynomial import Polynomial
 from prototype import PRB_3R, prototype
 
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import solve
+from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.mechanics.solved_path import solve_path
 from prb3r.mechanics.turning import turning_lengths
 
@@ -46,7 +46,7 @@ def test_a_step_without_turns_is_exact_however_long():
     solved = solve_path(chain, loads(chain, table))
     assert len(solved.states.row) == 1 + 2 * 4
     fine = np.interp(np.arange(1, 129), [0, 64, 128], [0, 100, 40])[:, None] * [1.0, 0, 0, 0]
-    finely = solve(chain, loads(chain, fine))
+    finely = solve_chain(chain, loads(chain, fine))
     for step, same in ((0, 63), (1, 127)):
         assert np.abs(solved.equilibria.x[step] - finely.x[same]).max() < 1e-9
         assert solved.equilibria.slip[step] == pytest.approx(finely.slip[same], abs=1e-6)

@@ -6,7 +6,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import solve
+from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve as solve_steps
@@ -32,7 +32,7 @@ def manipulator(*effects, mu=0.0, plates=4, **changes):
 
 def state(rig, up=40.0, down=0.0, slip=-1.0, tip=(0.0, 0.0)):
     chain = rig.chain()
-    return solve(chain, loads(chain, [[up, down]], slip, tip=tip))
+    return solve_chain(chain, loads(chain, [[up, down]], slip, tip=tip))
 
 
 def same(a, b, within=1e-9):
@@ -102,7 +102,7 @@ def test_a_hole_offset_is_another_lever():
     moved = manipulator({"kind": "hole_offset", "cable": "up", "offset_m": 0.003})
     other = manipulator(cable=[{"name": "up", "offset_m": 0.023, "ends_at_segment": 1}])
     chain = other.chain()
-    assert same(state(moved), solve(chain, loads(chain, [[40.0]])))
+    assert same(state(moved), solve_chain(chain, loads(chain, [[40.0]])))
 
 
 def test_clearance_moves_a_tensioned_cable_by_its_full_size_to_the_inner_side():
@@ -128,7 +128,7 @@ def test_a_pure_moment_bends_a_nonlinear_plate_by_its_law():
     ):
         rig = manipulator({"kind": "nonlinear_plate", **law}, plates=1)
         chain = rig.chain()
-        found = solve(chain, loads(chain, [[pull, 0.0]]))
+        found = solve_chain(chain, loads(chain, [[pull, 0.0]]))
         mean = found.moment[0, 0, 1:-1].mean() / stiffness  # nearly constant along a short arc
         assert mean == pytest.approx(pull * lever / stiffness, rel=0.02)
         assert found.angle[0, -1] == pytest.approx(curvature(mean) * arc, rel=2e-3)
@@ -219,7 +219,7 @@ def test_gravity_is_a_load_on_every_disk_and_the_tip_force_one_on_the_tip():
     chain = rig.chain()
     weight = np.zeros((1, 4, 2))
     weight[..., 1] = 0.05 * -9.8
-    loaded = solve(chain, loads(chain, [[40.0, 0.0]], force=weight))
+    loaded = solve_chain(chain, loads(chain, [[40.0, 0.0]], force=weight))
     assert same(state(manipulator({"kind": "gravity", "y_m_s2": -9.8})), loaded)
     pushed = state(manipulator({"kind": "tip_force", "x_n": 0.5, "y_n": -1.0}))
     assert same(pushed, state(rig, tip=(0.5, -1.0)))
@@ -286,7 +286,7 @@ def test_plates_that_yield_and_touch_are_solved_in_few_steps_and_stand_against_t
     touches = {"kind": "disk_contact", "angle_rad": angle, "stiffness_n_m_per_rad": stiffness}
     chain = manipulator(yields, touches, model="elastica").chain()
     tension = np.outer(np.linspace(2, 300, 11), [1.0, 0.0])
-    found = solve(chain, loads(chain, tension))
+    found = solve_chain(chain, loads(chain, tension))
     assert (found.outcome == 0).all()
     assert found.iterations.max() <= 30
     bend = np.diff(found.angle[-1])

@@ -10,7 +10,7 @@ from matplotlib.contour import QuadContourSet
 
 from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
-from prb3r.mechanics.equilibrium import solve
+from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.present import style
 from prb3r.present.page import save_figure
 from prb3r.present.study.figures import study_figure
@@ -28,7 +28,7 @@ def states_of(tensions, first_case: int = 0) -> pd.DataFrame:
     """The states of one case for each row of tensions."""
     chain = MANIPULATOR.chain()
     applied = loads(chain, tensions)
-    found = solve(chain, applied, from_rest=True)
+    found = solve_chain(chain, applied, from_rest=True)
     tension = np.concatenate([applied.tension[:, None], found.tension], 1)
     cases, disks = found.x.shape
     columns = {"case_id": first_case + np.repeat(np.arange(cases), disks), "step": 0}

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from prb3r.mechanics.equilibrium import Outcome, solve
+from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import loads_of
@@ -95,7 +95,7 @@ def disagreements(seed, rigs, effects, history):
         steps = random_steps(rng, data, history)
         manipulator = Manipulator.model_validate(data)
         chain = manipulator.chain()
-        engine = solve(chain, loads_of(manipulator, chain, pd.DataFrame(steps)), eigenvalue=True)
+        engine = solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps)), eigenvalue=True)
         rig = simulate(data, steps)
         usable = (engine.outcome == Outcome.CONVERGED) & rig.converged
         away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
@@ -132,7 +132,7 @@ def test_engine_and_rig_agree_on_a_fitted_moment_law(history):
     engine, rig = equilibria_of(chain, loads_of(manipulator, chain, pd.DataFrame(steps))), simulate(data, steps)
     away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
     assert away.max() < 1e-5
-    bare = solve(chain._replace(closure=(), constant=None), loads_of(manipulator, chain, pd.DataFrame(steps)))
+    bare = solve_chain(chain._replace(closure=(), constant=None), loads_of(manipulator, chain, pd.DataFrame(steps)))
     assert np.hypot(bare.x - rig.x, bare.y - rig.y).max() / chain.length > 1e-2
 
 
@@ -189,5 +189,5 @@ def test_a_hole_that_turns_back_within_a_step_is_noticed():
     ]
     manipulator = Manipulator.model_validate(data)
     chain = manipulator.chain()
-    engine, rig = solve(chain, loads_of(manipulator, chain, pd.DataFrame(steps))), simulate(data, steps)
+    engine, rig = solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps))), simulate(data, steps)
     assert np.hypot(engine.x - rig.x, engine.y - rig.y).max() / chain.length < 5e-4

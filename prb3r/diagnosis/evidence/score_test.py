@@ -18,6 +18,8 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 
+REPEATED_SHARE = 1e-10
+"""Share of the largest variance below which a combination of alternatives repeats others but for rounding."""
 NOTHING, REPEATED = 1e-6, 1e-6
 """A change that is freed of all but this share of it is not felt; columns are repetitions of others up to this."""
 
@@ -139,8 +141,8 @@ def chance_of_largest(tested: Sequence[Alternative], seed: int, settings: Settin
         return float(high), float(higher)
     bases = np.hstack([candidate.basis for candidate in felt])
     variance, axes = np.linalg.eigh(bases.T @ bases)
-    drawn = np.random.default_rng(seed).standard_normal((len(variance), settings.draws))
-    along = (axes * np.sqrt(np.maximum(variance, 0.0))) @ drawn
+    root = (axes * np.sqrt(np.where(variance > REPEATED_SHARE * variance[-1], variance, 0.0))) @ axes.T
+    along = root @ np.random.default_rng(seed).standard_normal((len(root), settings.draws))
     parts = np.split(along, np.cumsum([candidate.freedom for candidate in felt])[:-1])
     largest = np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0)
     high, higher = np.quantile(largest, 1 - rates)

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.mechanics.sensitivity import Direction, Sensitivities
-from prb3r.mechanics.sensitivity import sensitivities as without_law
+from prb3r.mechanics.sensitivity import chain_sensitivities as without_law
 from prb3r.model.laws.moment_law import LawPath, StateChange, law_path
 from prb3r.model.laws.self_consistent import kept, settled
 

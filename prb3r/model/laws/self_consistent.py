@@ -11,7 +11,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve
+from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve_chain
 from prb3r.model.laws.moment_law import LawPath, law_path
 
 MAX_PASSES = 60
@@ -44,7 +44,7 @@ def equilibria_of(
     number : (s,) step numbers, for terms that follow the time; absent: 1, 2, ... in each sequence.
     """
     if not chain.closure:
-        return solve(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail)
+        return solve_chain(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail)
     along = law_path(chain, loads, from_rest, number)
     states, _, closed = settled(along, eigenvalue)
     return kept(states, closed, detail)
@@ -58,7 +58,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
     least, most = ANGLE_TOLERANCE * stiffest, LARGEST_TRIED_BEND * stiffest
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     for done in range(MAX_PASSES):
-        states = solve(*along.under(moment), from_rest=along.begins)
+        states = solve_chain(*along.under(moment), from_rest=along.begins)
         asked = along.asked(states)
         too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
         asked = np.where(too_large, moment / 2, asked)
@@ -69,7 +69,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         share = _share(moment - before, miss - missed) if done else 1.0
         before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
     if eigenvalue:
-        states = solve(*along.under(moment), from_rest=along.begins, eigenvalue=True)
+        states = solve_chain(*along.under(moment), from_rest=along.begins, eigenvalue=True)
     if chain.presliding:  # what follows an unclosed step is another path
         for first in np.flatnonzero(~closed):
             end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))

@@ -12,7 +12,7 @@ from prb3r.proof.judging.intervals import Score
 from prb3r.proof.judging.scores import Goal
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.sweep import SettingsSweep, VariantScores
-from prb3r.runs.store import write_whole
+from prb3r.runs.files import write_whole
 
 
 def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
