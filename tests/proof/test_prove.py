@@ -241,8 +241,9 @@ def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
         again = run.answer(run.VerdictTask(0, recording, frozenset(), run.MAIN, SEED))
     assert again.verdict == first.verdict.verdict
     assert [each.kind for each in again.named] == [each.kind for each in first.verdict.named]
-    assert again.chi2 == pytest.approx(first.verdict.chi2, rel=1e-9)  # sums differ in their last bits between processes
-    assert again.largest == pytest.approx(first.verdict.largest, rel=1e-9)
+    # Between processes sums differ in their last bits, and fits stop a relative 1e-6 short of their lowest point.
+    assert again.chi2 == pytest.approx(first.verdict.chi2, rel=1e-6)
+    assert again.largest == pytest.approx(first.verdict.largest, rel=1e-5)
 
 
 def test_labels_are_the_same_again():
