@@ -11,7 +11,7 @@ further out only through the dead loads, whose forces are known and whose total 
 scalar.
 """
 
-from math import copysign
+from math import copysign, inf
 
 from prb3r.mechanics.angle import cos_sin
 from prb3r.mechanics.cable import pull_cables
@@ -59,15 +59,28 @@ def place_plate(model, plate):
 
 
 @kernel
-def bending_law(model, angle, curvature):
+def bending_law(model, knees, angle, curvature):
     """Node angle that a linear plate would need for the same moment, and its slope; `curvature` per node angle."""
-    k = abs(curvature * angle)
-    if k <= model.knee:
-        stretch = model.cubic * k * k
+    k, knee = abs(curvature * angle), knees[1] if angle > 0.0 else knees[0]
+    stretch = model.cubic * k * k
+    if model.sharpness < inf:
+        passed = (k / knee) ** model.sharpness
+        share = (1.0 - model.ratio) * (1.0 + passed) ** (-1.0 / model.sharpness)
+        return angle * (stretch + model.ratio + share), 3.0 * stretch + model.ratio + share / (1.0 + passed)
+    if k <= knee:
         return angle * (1.0 + stretch), 1.0 + 3.0 * stretch
-    knee = model.knee / curvature
-    offset = knee * (1.0 + model.cubic * model.knee**2 - model.ratio)
+    offset = knee / curvature * (1.0 + model.cubic * knee**2 - model.ratio)
     return copysign(1.0, angle) * offset + model.ratio * angle, model.ratio
+
+
+@kernel
+def contact(plate):
+    """Moment that touching disks carry beside a bent plate, N m, and its slope by the bend."""
+    side = 1 if plate.bend > 0.0 else 0
+    excess, stiffness = abs(plate.bend) - plate.contact_angle[side], plate.contact_stiffness[side]
+    if excess > 0.0:
+        return copysign(stiffness * excess, plate.bend), stiffness
+    return 0.0, 0.0
 
 
 @kernel
@@ -82,17 +95,14 @@ def balance_plate(model, plate, span, cable):
     pull_cables(model, plate, span, cable)
     n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-    moment = plate.wrench[2] + plate.load[2] + plate.extra
-    help = 0.0  # tangent stiffness of disks in contact, between the ends of the plate
-    if abs(plate.bend) > model.contact_angle:
-        help = model.contact_stiffness
-        moment -= help * (plate.bend - copysign(model.contact_angle, plate.bend))
+    beside, help = contact(plate)
+    moment = plate.wrench[2] + plate.load[2] + plate.extra - beside
     largest = 0.0
     for k in range(n):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
         elastic, slope = plate.q[k] - plate.rest[k], 1.0
         if not model.linear:
-            elastic, slope = bending_law(model, elastic, plate.curvature[k])
+            elastic, slope = bending_law(model, plate.knee, elastic, plate.curvature[k])
         residual = stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness

@@ -13,18 +13,32 @@ from prb3r.mechanics.plate import PlateModel
 
 class Law(NamedTuple):
     """``M = EI f(k)`` for the curvature `k` beyond the stress-free one: f = k (1 + cubic k^2) up to the curvature
-    `knee` (1/m), beyond it with the slope `ratio`."""
+    `knee` (1/m), beyond it with the slope `ratio`.
+
+    With a finite `sharpness` R the slope passes over smoothly (Menegotto and Pinto, IABSE Symposium, Lisbon 1973):
+    f = cubic k^3 + ratio k + (1 - ratio) k / (1 + |k / knee|^R)^(1/R).
+    """
 
     cubic: float = 0.0
-    knee: float = np.inf
+    knee: np.ndarray | float = np.inf
+    """(n, 2) of every plate for negative and for positive curvature, or what broadcasts to that."""
     ratio: float = 1.0
+    sharpness: float = np.inf
+
+    @property
+    def linear(self) -> bool:
+        """Whether moment and curvature are proportional."""
+        return self.cubic == 0 and (self.ratio == 1 or bool(np.all(np.isinf(self.knee))))
 
 
 class Contact(NamedTuple):
-    """A plate whose bend exceeds `angle` (rad) is helped by its disks with `stiffness` (N m/rad) times the excess."""
+    """A plate whose bend exceeds `angle` (rad) is helped by its disks with `stiffness` (N m/rad) times the excess.
 
-    angle: float = np.inf
-    stiffness: float = 0.0
+    Both (n, 2), of every plate for negative and for positive bends, or what broadcasts to that.
+    """
+
+    angle: np.ndarray | float = np.inf
+    stiffness: np.ndarray | float = 0.0
 
 
 class Term(NamedTuple):
@@ -79,6 +93,14 @@ class Chain(NamedTuple):
     """Loads that always act (one step), at rest too; tensions are added to the applied ones."""
     tip_efficiency: float = 1.0
     """Share of the tip load that arrives."""
+    gain: np.ndarray | float = 1.0
+    """(m,) true over noted tension, as the noted one goes to zero."""
+    quadratic: np.ndarray | float = 0.0
+    """(m,) how that grows with the noted tension, relative, 1/N."""
+    friction_exponent: float = 0.0
+    """Of the tension at the base, by which declared friction falls."""
+    friction_tension: float = 1.0
+    """Tension at which it has the coefficients of `friction`, N."""
     closure: tuple[Term, ...] = ()
     """Moments on the arcs that follow the state."""
 
@@ -132,11 +154,14 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.
     """
     constant = chain.constant or no_loads(chain)
-    tip = loads.tip * chain.tip_efficiency
-    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.tension, loads.force, tip, loads.moment)]
+    tip, true = loads.tip * chain.tip_efficiency, loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
+    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (true, loads.force, tip, loads.moment)]
     always = constant.tension, constant.force, constant.tip, constant.moment
     tension, force, tip, moment = (f + c for f, c in zip(applied, always, strict=True))
     slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])
+    if chain.friction_exponent:  # the coefficients of a step's friction scale with its slip
+        pull = np.where(tension > 0, tension, chain.friction_tension) / chain.friction_tension
+        slip = slip * pull**-chain.friction_exponent
     return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip, moment)))
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Law
+from prb3r.mechanics.chain import Chain
 
 
 class Packed(NamedTuple):
@@ -35,6 +35,9 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("stiffness", float, (n,)),
         ("curvature", float, (n,)),  # per node angle, 1/m
         ("rest", float, (n,)),  # stress-free node angles
+        ("knee", float, (2,)),  # curvature from which the law of bending has another slope, negative and positive, 1/m
+        ("contact_angle", float, (2,)),  # bend at which the disks touch, negative and positive
+        ("contact_stiffness", float, (2,)),
         ("q", float, (n,)),  # node angles
         ("residual", float, (n,)),  # unbalanced moment at each node
         ("tangent", float, (n, by)),  # its derivative by q
@@ -90,10 +93,8 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("clearance", float),
         ("linear", bool),
         ("cubic", float),
-        ("knee", float),
         ("ratio", float),
-        ("contact_angle", float),
-        ("contact_stiffness", float),
+        ("sharpness", float),
         ("extra", bool),  # whether any plate ever has an extra moment
     ]
 
@@ -126,12 +127,13 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
     for name in ("disk", "presliding", "edges", "clearance"):
         model[name] = getattr(chain, name)
-    model["linear"] = chain.law == Law()
-    model["cubic"], model["knee"], model["ratio"] = chain.law
-    model["contact_angle"], model["contact_stiffness"] = chain.contact
+    for name in ("linear", "cubic", "ratio", "sharpness"):
+        model[name] = getattr(chain.law, name)
     plate = np.zeros(plates + 1, of_plate)
     for name in ("arc", "clamp", "stiffness", "rest"):
         plate[name][:-1] = getattr(chain, name)
+    plate["knee"][:-1] = chain.law.knee
+    plate["contact_angle"][:-1], plate["contact_stiffness"][:-1] = chain.contact
     span = np.zeros((plates, cables), of_span)
     span["offset"], span["friction"] = chain.offset, chain.friction
     friction = np.vstack([chain.friction, np.zeros((1, cables))]) != 0

@@ -175,8 +175,9 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
 def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
     """Whether the same loads act, and not only equal ones."""
     (chain, loads), (nominal, nominal_loads) = side, problem
+    names = "tip_efficiency", "gain", "quadratic", "friction_exponent", "friction_tension"
     same = loads is nominal_loads and chain.constant is nominal.constant
-    return same and chain.tip_efficiency == nominal.tip_efficiency
+    return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)
 
 
 def _kind(chain: Chain, loads: Loads) -> tuple:

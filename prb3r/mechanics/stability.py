@@ -5,10 +5,11 @@ Friction makes the tangent unsymmetric, so real parts are taken.  Without dead l
 and the eigenvalues are those of the plates' own blocks.
 """
 
-from math import acos, copysign, cos, pi, sqrt
+from math import acos, cos, pi, sqrt
 
 import numpy as np
 
+from prb3r.mechanics.balance import contact
 from prb3r.mechanics.kernel import kernel
 
 
@@ -66,10 +67,7 @@ def plate_moments(packed, out):
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-        moment = plate.wrench[2] + plate.load[2] + plate.extra
-        limit = packed.model[0].contact_angle
-        if abs(plate.bend) > limit:  # what the disks carry, the plate does not
-            moment -= packed.model[0].contact_stiffness * (plate.bend - copysign(limit, plate.bend))
+        moment = plate.wrench[2] + plate.load[2] + plate.extra - contact(plate)[0]  # which the disks carry
         out[i, 0] = moment - plate.clamp * fy
         for k in range(n):
             out[i, k + 1] = moment - (plate.node[0, k] * fy - plate.node[1, k] * fx)

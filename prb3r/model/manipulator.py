@@ -181,6 +181,11 @@ class Manipulator(Strict):
         """(plates,) distance of the outermost fibre from the neutral axis, m; NaN where it is not known."""
         return self.per_plate(segment.outer_fibre for segment in self.segment)
 
+    def cable_arm(self, side: int) -> np.ndarray:
+        """(plates,) largest offset of a cable toward positive (`side` 1) or negative offsets (-1), m; 0 without any."""
+        arms = [self.per_plate(side * cable.offset(k) for k in range(len(self.segment))) for cable in self.cable]
+        return np.maximum.reduce([np.zeros(self.plates), *arms])
+
     def chain(self, broken: Iterable[str] = ()) -> Chain:
         """The mechanical problem, effects included; `broken` names cables that carry nothing.
 

@@ -13,6 +13,7 @@ from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.library.suspect import Estimate, Occurrence
 from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.manipulator import Manipulator
 
 MU = 0.3
@@ -43,9 +44,30 @@ def frictionless():
 
 
 @pytest.fixture(scope="module")
-def library(rubbing, frictionless):
-    """Every hypothesis on either rig, with the friction coefficient beside it."""
-    return [(each, MU) for each in hypotheses(rubbing)] + [(each, 0.0) for each in hypotheses(frictionless)]
+def limp():
+    """Plates that bend to 0.3 rad and more, where notches of their length close at 0.5."""
+    return scope(segment=sections(thickness_m=0.0006))
+
+
+def sections(**changes):
+    plain = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True)
+    return [segment | changes for segment in plain["segment"]]
+
+
+def bare_sections(**changes):
+    """Of plates that are known by their stiffness alone."""
+    unsaid = "width_m", "thickness_m"
+    known = {"bending_stiffness_n_m2": 0.24} | changes
+    return [{k: v for k, v in (each | known).items() if k not in unsaid} for each in sections()]
+
+
+@pytest.fixture(scope="module")
+def library(rubbing, frictionless, limp):
+    """Every hypothesis on some rig, with the friction coefficient beside it."""
+    closing = [each for each in hypotheses(limp) if each.kind == "notch_closing"]
+    return [(each, MU) for each in (*hypotheses(rubbing), *closing)] + [
+        (each, 0.0) for each in hypotheses(frictionless)
+    ]
 
 
 def names(scope, *kinds):
@@ -109,6 +131,32 @@ def test_a_place_is_one_where_the_recording_could_show_the_effect(rubbing):
         "precurvature (plates 1+2+3)",
         "precurvature (plates 4+5+6)",
     ]
+
+
+def freed(scope, kind):
+    """Names of what is fitted, by the place."""
+    return {h.place: [free.name for free in h.free] for h in hypotheses(scope) if h.kind == kind}
+
+
+def test_a_knee_is_sought_as_strain_where_every_fibre_is_known(rubbing):
+    bilinear, smooth = (("law", "bilinear"),), (("law", "smooth"),)
+    known = freed(rubbing, "nonlinear_plate")
+    assert known[bilinear] == ["knee_strain", "ratio"]
+    assert known[smooth] == ["knee_strain", "ratio", "sharpness"]
+    segments = bare_sections()
+    assert freed(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
+    segments[0]["outer_fibre_m"] = 4e-4
+    assert freed(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
+
+
+def test_one_side_is_suspected_where_plates_bend_to_both(rubbing, limp):
+    sided = "nonlinear_plate (law bilinear, side negative)"
+    assert sided in names(rubbing, "nonlinear_plate")
+    assert sided not in names(rubbing._replace(bend=np.abs(rubbing.bend)), "nonlinear_plate")
+    assert not names(rubbing, "notch_closing")
+    closing = ["notch_closing (side negative)", "notch_closing (side positive)", "notch_closing"]
+    assert names(limp, "notch_closing") == closing
+    assert names(limp._replace(bend=np.abs(limp.bend)), "notch_closing") == closing[1:2]
 
 
 def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
@@ -182,6 +230,18 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("hole_offset", {"cable": "2"}, {"offset_m": (-0.002, -0.003, -0.001)}, "runs -2 (-3 to -1) mm off"),
         ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (0.5, 0.4, 0.6)}, "soften (yield)"),
         ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (1.5, 1, 2)}, "stiffen (touch)"),
+        (
+            "nonlinear_plate",
+            {"law": "smooth", "side": "negative"},
+            {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
+            "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",
+        ),
+        (
+            "notch_closing",
+            {"side": "positive"},
+            {"factor": (1.02, 0.98, 1.05), "stiffness_n_m_per_rad": (3, None, None)},
+            "The notches close where they bend toward positive offsets at 1.02 (0.98 to 1.05) times the bend that",
+        ),
         ("precurvature", {}, {"curvature_per_m": (1, None, None)}, "All plates are bent"),
         ("precurvature", {"plates": (4,)}, {"curvature_per_m": (1, None, None)}, "Plate 4 is bent"),
         ("precurvature", {"plates": (4, 5, 6)}, {"curvature_per_m": (1, None, None)}, "Plates 4 to 6 are bent"),
@@ -251,6 +311,17 @@ def test_a_bending_law_stays_where_no_fibre_is_known():
     assert "needs outer_fibre_m" in said
 
 
+def test_a_law_in_strain_carries_over_as_it_is_and_one_on_equal_sections_too():
+    here, there = recorded(Case(hidden=())).manipulator, other_design(2.0)
+    strained = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_strain=1e-3, ratio=0.4)
+    assert SUSPECTS["nonlinear_plate"].transfer(strained, here, there) == strained
+    curved = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.4)
+    plain = here.model_dump(exclude_none=True)
+    unknown = [Manipulator.model_validate(plain | {"segment": bare_sections(plates=n)}) for n in (3, 5)]
+    assert SUSPECTS["nonlinear_plate"].transfer(curved, *unknown) == curved
+    assert "needs outer_fibre_m" in SUSPECTS["nonlinear_plate"].transfer(strained, here, unknown[0])
+
+
 def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
     here, there = recorded(Case(hidden=())).manipulator, other_design()
     carried = set()
@@ -260,10 +331,10 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
         if isinstance(moved, str):
             assert moved.startswith(f"{hypothesis.kind}: ")
         else:
-            assert not [name for name, _ in hypothesis.place if name != "law"]
+            assert not [name for name, _ in hypothesis.place if name not in ("law", "side")]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
-    assert carried == rules | {"nonlinear_plate"}
+    assert carried == rules | {"nonlinear_plate", "notch_closing"}
 
 
 def test_names_read_as_kind_and_place():

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import brentq
 
 from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
@@ -54,8 +55,12 @@ def same(a, b, within=1e-9):
         {"kind": "segment_stiffness", "segment": 1, "factor": 1.0},
         {"kind": "nonlinear_plate", "law": "cubic", "cubic_m2": 0.0},
         {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 1.0},
+        {"kind": "nonlinear_plate", "law": "smooth", "knee_per_m": 1.0, "ratio": 1.0, "sharpness": 2.0},
+        {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5, "side": "negative"},
         {"kind": "precurvature", "curvature_per_m": 0.0},
         {"kind": "disk_contact", "angle_rad": 1.0, "stiffness_n_m_per_rad": 50.0},
+        {"kind": "notch_closing", "factor": 2.0, "stiffness_n_m_per_rad": 50.0},
+        {"kind": "notch_closing", "factor": 0.01, "stiffness_n_m_per_rad": 50.0, "side": "negative"},
         {"kind": "clamp_compliance", "compliance_rad_per_n_m": 1e-12},
         {"kind": "cable_bending", "stiffness_n_m2": 0.0},
         {"kind": "gravity"},
@@ -125,6 +130,7 @@ def test_a_pure_moment_bends_a_nonlinear_plate_by_its_law():
     for law, curvature in (
         ({"law": "cubic", "cubic_m2": 0.02}, lambda m: np.roots([0.02, 0, 1, -m]).real[2]),
         ({"law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5}, lambda m: 1 + (m - 1) / 0.5),
+        ({"law": "smooth", "knee_per_m": 1.0, "ratio": 4.0, "sharpness": 3.0}, lambda m: menegotto_pinto(m, 1, 4, 3)),
     ):
         rig = manipulator({"kind": "nonlinear_plate", **law}, plates=1)
         chain = rig.chain()
@@ -132,6 +138,95 @@ def test_a_pure_moment_bends_a_nonlinear_plate_by_its_law():
         mean = found.moment[0, 0, 1:-1].mean() / stiffness  # nearly constant along a short arc
         assert mean == pytest.approx(pull * lever / stiffness, rel=0.02)
         assert found.angle[0, -1] == pytest.approx(curvature(mean) * arc, rel=2e-3)
+
+
+def menegotto_pinto(moment, knee, ratio, sharpness):
+    """Curvature by bisection of the law as it was published, in strain over that of the knee."""
+
+    def stress(strain):
+        return ratio * strain + (1 - ratio) * strain / (1 + strain**sharpness) ** (1 / sharpness)
+
+    return knee * brentq(lambda strain: stress(strain) - moment / knee, 0, 100, xtol=1e-14)
+
+
+TWO_SECTIONS = [
+    PLATE | {"plates": 2, "outer_fibre_m": 4e-4},
+    PLATE | {"plates": 2, "bending_stiffness_n_m2": 0.1, "outer_fibre_m": 2.5e-4},
+]
+
+
+def bent(rig, moment):
+    """Curvatures of all arcs under one moment (N m) on each: circles."""
+    chain = rig.chain()
+    found = solve_chain(chain, loads(chain, [[0.0, 0.0]], moment=moment))
+    return np.diff(found.angle[0]) / chain.arc
+
+
+@pytest.mark.parametrize("law", [{"law": "bilinear"}, {"law": "smooth", "sharpness": 2.0}], ids=["bilinear", "smooth"])
+def test_a_knee_in_strain_is_one_of_the_material_whatever_the_section(law):
+    """Plates whose outermost fibres are strained alike keep the same part of their stiffness."""
+    knee, ratio = 1.2e-3, 0.3
+    yields = {"kind": "nonlinear_plate", "knee_strain": knee, "ratio": ratio} | law
+    rig = manipulator(yields, segment=TWO_SECTIONS, model="elastica")
+    for moment in (0.5, 1.0, -1.0):
+        found = bent(rig, moment)
+        for plates, rigidity, fibre in ((slice(0, 2), 0.24, 4e-4), (slice(2, 4), 0.1, 2.5e-4)):
+            bare = abs(moment) / rigidity
+            if law["law"] == "smooth":
+                curvature = menegotto_pinto(bare, knee / fibre, ratio, 2.0)
+            else:
+                curvature = bare + max(bare - knee / fibre, 0) * (1 / ratio - 1)
+            assert found[plates] == pytest.approx(np.sign(moment) * np.full(2, curvature), rel=1e-9)
+
+
+def test_a_knee_of_one_side_is_passed_by_bending_to_that_side_alone():
+    yields = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 2.0, "ratio": 0.5, "side": "negative"}
+    bow = {"kind": "precurvature", "curvature_per_m": 1.0}  # beyond the stress-free curvature counts
+    rig = manipulator(yields, bow, model="elastica")
+    assert bent(rig, 0.96) == pytest.approx(np.full(4, 1 + 4.0))
+    assert bent(rig, -0.96) == pytest.approx(np.full(4, 1 - 2 - 2 / 0.5))
+
+
+def test_a_smooth_law_passes_into_the_bilinear_one_and_into_a_limit_moment():
+    def curvatures(**law):
+        return bent(manipulator({"kind": "nonlinear_plate", "knee_per_m": 2.0} | law, model="elastica"), 0.9)
+
+    sharp = curvatures(law="bilinear", ratio=0.4)
+    assert curvatures(law="smooth", ratio=0.4, sharpness=100.0) == pytest.approx(sharp, rel=1e-3)
+    limit = 0.24 * 2.0
+    plastic = {"kind": "nonlinear_plate", "law": "smooth", "knee_per_m": 2.0, "ratio": 1e-9, "sharpness": 2.0}
+    flat = bent(manipulator(plastic, model="elastica"), 0.99 * limit)
+    assert flat == pytest.approx(np.full(4, 2 * 0.99 / np.sqrt(1 - 0.99**2)), rel=1e-5)  # M / limit = x / sqrt(1 + x^2)
+
+
+NOTCHES = [(5e-4, 1.40e-3, 1.1e-4, 0.3311), (1e-3, 1.39e-3, 1.2e-4, 0.6623)]
+"""Notch length, tendon from the neutral axis, back of the tube from it (m), and the bend (rad) at which the notch
+closes by hand: tubes of 1.6 mm as wrists are cut from."""
+
+
+@pytest.mark.parametrize(("notch", "arm", "fibre", "closes"), NOTCHES)
+def test_notches_close_where_their_geometry_says(notch, arm, fibre, closes):
+    tube = {"plates": 3, "length_m": notch, "bending_stiffness_n_m2": 6e-6, "outer_fibre_m": fibre}
+    tendon = {"name": "tendon", "offset_m": arm, "ends_at_segment": 1}
+    edges = {"kind": "notch_closing", "factor": 1.0, "stiffness_n_m_per_rad": 1e3}
+    rig = manipulator(edges, segment=[tube], cable=[tendon], disk={"thickness_m": 1e-3}, model="elastica")
+    chain = rig.chain()
+    found = solve_chain(chain, loads(chain, [[0.0], [1.0], [4.0], [5.0]]))
+    bend = np.diff(found.angle, axis=1)
+    assert (bend[1] < closes).all()
+    assert bend[2:] == pytest.approx(np.full((2, 3), closes), abs=1e-3)
+    outer = notch - bend[2] * (arm + fibre)  # the length that is left of the notch where the tendon runs
+    assert outer == pytest.approx(np.zeros(3), abs=1e-3 * notch)
+    away = solve_chain(chain, loads(chain, [[0.0]], moment=-6e-6 * closes * 1.5 / notch))
+    assert np.diff(away.angle[0]) == pytest.approx(np.full(3, -1.5 * closes))  # nothing closes at the back
+
+
+def test_closed_notches_take_the_place_of_disks_that_touch_on_their_side():
+    touch = {"kind": "disk_contact", "angle_rad": 0.02, "stiffness_n_m_per_rad": 40.0}
+    open_end = {"kind": "notch_closing", "factor": 50.0, "stiffness_n_m_per_rad": 40.0, "side": "positive"}
+    both = manipulator(open_end, touch)
+    assert same(state(both, 120.0), state(manipulator(), 120.0))
+    assert same(state(both, 0.0, 120.0), state(manipulator(touch), 0.0, 120.0))
 
 
 def test_precurved_plates_are_circles_when_nothing_pulls():
@@ -260,6 +355,10 @@ def test_a_camera_reads_positions_scaled_and_bent_about_its_image_centre():
         ({"kind": "worn_hole", "disk": 4, "coefficient": 0.1}, "cables rub at disks 0 to 3"),
         ({"kind": "segment_stiffness", "segment": 2, "factor": 0.1}, "there is no segment 2"),
         ({"kind": "nonlinear_plate", "law": "cubic", "ratio": 0.5}, "takes cubic_m2, nothing else"),
+        (YIELD | {"knee_strain": 0.01}, "takes knee_strain and ratio, nothing else"),
+        (YIELD | {"law": "smooth"}, "takes knee_per_m and ratio and sharpness, nothing else"),
+        (YIELD | {"side": "left"}, "positive"),
+        ({"kind": "nonlinear_plate", "law": "bilinear", "knee_strain": 0.01, "ratio": 0.5}, "needs outer_fibre_m"),
         ({"kind": "wear"}, "unknown kind 'wear'"),
     ],
 )

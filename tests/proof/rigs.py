@@ -24,6 +24,7 @@ def short(*effects, plates=3, rigidity=RIGIDITY, **friction):
     """One segment of few plates with one cable above and one below."""
     cables = [{"name": n, "offset_m": y, "ends_at_segment": 1} for n, y in (("up", 0.02), ("down", -0.025))]
     segment = {"plates": plates, "length_m": 0.030, "clamp_m": 0.006, "bending_stiffness_n_m2": rigidity}
+    segment["outer_fibre_m"] = 4e-4
     return prototype(*effects, **friction) | {"segment": [segment], "cable": cables}
 
 

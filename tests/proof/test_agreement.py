@@ -92,15 +92,19 @@ def disagreements(seed, rigs, effects, history):
     rng, found = np.random.default_rng(seed), []
     for _ in range(rigs):
         data = random_manipulator(rng, effects, history)
-        steps = random_steps(rng, data, history)
-        manipulator = Manipulator.model_validate(data)
-        chain = manipulator.chain()
-        engine = solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps)), eigenvalue=True)
-        rig = simulate(data, steps)
-        usable = (engine.outcome == Outcome.CONVERGED) & rig.converged
-        away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
-        found += away[np.logical_and.accumulate(usable)].tolist()
+        found += disagreement(data, random_steps(rng, data, history))
     return np.array(found)
+
+
+def disagreement(data, steps):
+    """Largest distance of a disk for every step up to the first that either does not solve."""
+    manipulator = Manipulator.model_validate(data)
+    chain = manipulator.chain()
+    engine = solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps)), eigenvalue=True)
+    rig = simulate(data, steps)
+    usable = (engine.outcome == Outcome.CONVERGED) & rig.converged
+    away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
+    return away[np.logical_and.accumulate(usable)].tolist()
 
 
 @pytest.mark.parametrize(("seed", "rigs", "effects"), [(1, 20, 0), (2, 20, 2), (3, 10, 4)])
@@ -117,6 +121,25 @@ def test_engine_and_rig_agree_with_history_to_a_twentieth_of_a_percent(seed, rig
     assert len(away) > rigs
     assert away.max() < 5e-4
     assert np.median(away) < 1e-5
+
+
+def laws_of_plates(rng):
+    """Two that act together, of those that differ by plate and by side."""
+    u, side = rng.uniform, str(rng.choice(["negative", "positive"]))
+    knee = {"kind": "nonlinear_plate", "knee_strain": u(5e-4, 2e-3), "ratio": u(0.4, 2.5)}
+    law = {"law": "smooth", "sharpness": u(1, 5)} if rng.random() < 0.7 else {"law": "bilinear"}
+    notch = {"kind": "notch_closing", "factor": u(0.05, 0.2), "stiffness_n_m_per_rad": u(5, 30)}
+    return [knee | law | ({"side": side} if rng.random() < 0.5 else {}), notch | ({"side": side} if u() < 0.5 else {})]
+
+
+def test_engine_and_rig_agree_on_laws_that_differ_by_plate_and_side():
+    rng, away = np.random.default_rng(7), []
+    for _ in range(12):
+        data = random_manipulator(rng, 0, False)
+        data["effect"] = laws_of_plates(rng)
+        away += disagreement(data, random_steps(rng, data, False))
+    assert len(away) > 12
+    assert max(away) < 1e-4
 
 
 @pytest.mark.parametrize("history", [False, True])

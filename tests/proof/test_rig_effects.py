@@ -17,6 +17,15 @@ LAWS = [
         effect("nonlinear_plate", law="bilinear", knee_per_m=3.0, ratio=0.4),
         lambda k: np.sign(k) * (min(abs(k), 3) + 0.4 * max(abs(k) - 3, 0)),
     ),
+    (
+        effect("nonlinear_plate", law="smooth", knee_strain=1.2e-3, ratio=0.4, sharpness=2.0),
+        lambda k: 0.4 * k + 0.6 * k / np.sqrt(1 + (k / 3) ** 2),
+    ),
+    (
+        effect("nonlinear_plate", law="smooth", knee_per_m=2.0, ratio=3.0, sharpness=1.0, side="positive"),
+        lambda k: k if k < 0 else 3 * k - 2 * k / (1 + k / 2),
+    ),
+    (effect("notch_closing", factor=0.1, stiffness_n_m_per_rad=20.0), lambda k: k),
     (effect("weakened_plate", plate=2, factor=0.7), lambda k: k),
     (effect("cable_bending", stiffness_n_m2=0.01), lambda k: k * (1 + 0.02 / RIGIDITY)),
     (effect("precurvature", curvature_per_m=-2.0, plates=[1, 3]), lambda k: k),
@@ -47,7 +56,9 @@ def test_every_plate_balances_in_a_second_integration(what, law):
     for i in range(3):
         start = states.x[-1, i] + 1j * states.y[-1, i] + axis[i] * (FACE + 0.006)
         acting = [*zip(ends[i], -way[i] * states.tension[-1, i], strict=True), *loads[i:]]
-        excess = max(abs(bends[i]) - what.get("angle_rad", np.inf), 0) * np.sign(bends[i])
+        arm = 0.02 if bends[i] > 0 else 0.025
+        touch = 0.1 * 0.018 / (arm + 4e-4) if what["kind"] == "notch_closing" else what.get("angle_rad", np.inf)
+        excess = max(abs(bends[i]) - touch, 0) * np.sign(bends[i])
         beside = excess * what.get("stiffness_n_m_per_rad", 0)
         if what["kind"] == "empirical_moment":
             beside = -4 * bends[i] - 0.2 * (i - 1)
@@ -88,6 +99,8 @@ NOTHING = [
     effect("segment_stiffness", segment=2, factor=1.0),
     effect("nonlinear_plate", law="cubic", cubic_m2=0.0),
     effect("nonlinear_plate", law="bilinear", knee_per_m=1.0, ratio=1.0),
+    effect("nonlinear_plate", law="smooth", knee_strain=1e-3, ratio=1.0, sharpness=3.0),
+    effect("notch_closing", factor=20.0, stiffness_n_m_per_rad=10.0),
     effect("precurvature", curvature_per_m=0.0),
     effect("disk_contact", angle_rad=0.01, stiffness_n_m_per_rad=0.0),
     effect("disk_contact", angle_rad=1.0, stiffness_n_m_per_rad=10.0),
@@ -192,6 +205,9 @@ def test_observation():
         (effect("nonlinear_plate", law="cubic"), "cubic_m2"),
         (effect("nonlinear_plate", law="bilinear", knee_per_m=1.0), "ratio"),
         (effect("nonlinear_plate", law="bilinear", knee_per_m=1.0, ratio=0.0), "ratio"),
+        (effect("nonlinear_plate", law="bilinear", knee_per_m=1.0, knee_strain=1e-3, ratio=0.5), "or knee_strain"),
+        (effect("nonlinear_plate", law="smooth", knee_per_m=1.0, ratio=0.5), "sharpness"),
+        (effect("notch_closing", factor=1.0, stiffness_n_m_per_rad=1.0, side="up"), "side"),
         (effect("hole_clearence", clearance_m=0.1), "hole_clearance"),
         (effect("gravity", x_m_s2=0.0, y_m_s2=1.0, z_m_s2=2.0), "z_m_s2"),
     ],

@@ -6,10 +6,13 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, Occurrence, Suspect
-from prb3r.model.effects.base import Effect
-from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, Occurrence, Suspect, as_it_is
+from prb3r.model.effects.base import SIDES, Effect
+from prb3r.model.effects.plates import NonlinearPlate, closing_angles
 from prb3r.model.manipulator import Manipulator
+
+CLOSING_FACTOR = 0.5, 2.0
+"""Closing angles of notches, of those that geometry gives."""
 
 
 def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -17,43 +20,77 @@ def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("factor", 1.0, 0.05, 20.0, log=True),)
 
 
+def _laws(scope: Scope) -> Iterator[Place]:
+    """Both sides alike, and where plates bend to both, one side alone."""
+    yield {"law": "cubic"}
+    for law in ("bilinear", "smooth"):
+        yield {"law": law}
+        if len(scope.sides) == 2:
+            yield from ({"law": law, "side": side} for side in scope.sides)
+
+
 def _law(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """In units of the largest curvature K: a law is felt within it.
+    """In units of the largest curvature K, or of the largest strain where every plate's outer fibre is known: a law is
+    felt within it.
 
     The cubic term reaches 100 times the linear one at K; a knee lies between K / 50, where the law is linear in all but
-    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.
+    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.  A sharpness of 1
+    has no knee to speak of; beyond 20 it is one with corners.
     """
     k = scope.curvature
     if place["law"] == "cubic":
         return (Free("cubic_m2", 0.0, 0.0, 100 / k**2, scale=1 / k**2),)
-    return (Free("knee_per_m", k / 2, k / 50, k, log=True), Free("ratio", 1.0, 0.02, 10.0, log=True))
+    name, most = ("knee_strain", scope.strain) if scope.in_strain else ("knee_per_m", k)
+    bilinear = Free(name, most / 2, most / 50, most, log=True), Free("ratio", 1.0, 0.02, 10.0, log=True)
+    return bilinear if place["law"] == "bilinear" else (*bilinear, Free("sharpness", 3.0, 1.0, 20.0, log=True))
 
 
 def _law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
     """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there."""
     if place["law"] == "cubic":
         return ()
-    return tuple((share * scope.curvature, ratio) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
+    most = scope.strain if scope.in_strain else scope.curvature
+    rest = (3.0,) if place["law"] == "smooth" else ()
+    return tuple((share * most, ratio, *rest) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
 
 
 def _law_sentence(fitted: Occurrence) -> str:
     if fitted.place["law"] == "cubic":
         return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {fitted.size} m^2."
-    knee, ratio = fitted.estimates["knee_per_m"], fitted.estimates["ratio"]
+    ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
     how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
-    return f"The plates {how} beyond a curvature of {knee} 1/m, to {ratio} of their stiffness."
+    knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
+    smooth = fitted.estimates.get("sharpness")
+    gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
+    return f"The plates {how} beyond {knee}{_toward(fitted)}, to {ratio} of their stiffness{gently}."
+
+
+def _toward(fitted: Occurrence) -> str:
+    side = fitted.place.get("side")
+    return f" where they bend toward {side} offsets" if side else ""
 
 
 def _as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """A bending law carries over as strain: curvature times the outermost fibre."""
-    fibre, other = here.outer_fibre, there.outer_fibre
-    if not (np.isfinite(fibre).all() and np.isfinite(other).all()):
-        return f"{effect.kind}: carries over as strain, which needs outer_fibre_m in both manipulator files"
+    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is."""
     assert isinstance(effect, NonlinearPlate)
+    if _sections(here) == _sections(there):
+        return effect
+    fibre, other = here.outer_fibre, there.outer_fibre
+    known = np.isfinite(other).all() and (effect.knee_strain is not None or np.isfinite(fibre).all())
+    if not known:
+        return f"{effect.kind}: carries over as strain, which needs outer_fibre_m in both manipulator files"
+    if effect.knee_strain is not None:
+        return effect
     ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
     if effect.law == "cubic":
         return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
     return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
+
+
+def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:
+    """What bends in each segment: dimensions, or stiffness and outer fibre."""
+    names = "width_m", "thickness_m", "bending_stiffness_n_m2", "outer_fibre_m"
+    return {tuple(getattr(segment, name) for name in names) for segment in manipulator.segment}
 
 
 def _bent_plates(scope: Scope) -> Iterator[Place]:
@@ -103,6 +140,35 @@ def _contact_sentence(fitted: Occurrence) -> str:
     return f"Neighbouring disks touch beyond a bend of {angle} rad and then add {stiffness} N m/rad."
 
 
+def _notches(scope: Scope) -> Iterator[Place]:
+    """Every side, and both together, to which plates bend so far that notches could close."""
+    angles = CLOSING_FACTOR[0] * closing_angles(scope.chain.arc, scope.manipulator)
+    least = np.nanmin(scope.bend, axis=0, initial=0.0), np.nanmax(scope.bend, axis=0, initial=0.0)
+    sides = [side for side, bend, angle in zip(SIDES, least, angles.T, strict=True) if (np.abs(bend) > angle).any()]
+    yield from ({"side": side} for side in sides)
+    yield from whole_rig_if(len(sides) == 2)
+
+
+def _closing(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Geometry is right within a factor of two (rounded edges, burrs, a tendon off the wall); stiffness as of disks."""
+    stiffness = _contact(scope, place)[1]
+    return (Free("factor", 1.0, *CLOSING_FACTOR, log=True), stiffness)
+
+
+def _closing_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Near the geometry, of edges that help a little and of edges that carry most."""
+    stiff = _plate_stiffness(scope)
+    return tuple((factor, size * stiff) for factor in (0.7, 1.0, 1.3) for size in (0.3, 3.0))
+
+
+def _closing_sentence(fitted: Occurrence) -> str:
+    factor, stiffness = fitted.estimates["factor"], fitted.estimates["stiffness_n_m_per_rad"]
+    return (
+        f"The notches close{_toward(fitted)} at {factor} times the bend that length, cable arm and outer fibre give, "
+        f"and their edges then add {stiffness} N m/rad."
+    )
+
+
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to ten nodes of a plate; a millionth of one stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.node_rigidity))
@@ -140,12 +206,13 @@ PLATE_SUSPECTS = (
         "nonlinear_plate",
         _law_sentence,
         _as_strain,
-        places=lambda scope: ({"law": law} for law in ("cubic", "bilinear")),
+        places=_laws,
         free=_law,
         probes=_law_probes,
     ),
     Suspect("precurvature", _rest_sentence, OF_A_PART, places=_bent_plates, free=_rest),
     Suspect("disk_contact", _contact_sentence, OF_THE_GEOMETRY, free=_contact, probes=_contact_probes),
+    Suspect("notch_closing", _closing_sentence, as_it_is, places=_notches, free=_closing, probes=_closing_probes),
     Suspect(
         "clamp_compliance",
         sentence=lambda fitted: f"The clamps give way: a hinge of {fitted.size} rad/(N m) at each end of every plate.",

@@ -7,11 +7,16 @@ import numpy as np
 
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.effects.base import Side
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 Place = Mapping[str, Any]
 """Parameters of an effect that say where it sits; several cables or plates as a tuple."""
+
+
+SIDE_SHARE = 0.1
+"""Of the largest bend, from which on plates count as bent to a side.  Choice: below, a law of that side is not felt."""
 
 
 class Scope(NamedTuple):
@@ -91,6 +96,22 @@ class Scope(NamedTuple):
     def curvature(self) -> float:
         """Largest curvature of a plate, 1/m."""
         return float(np.nanmax(np.abs(self.bend) / self.chain.arc)) or 1.0
+
+    @property
+    def in_strain(self) -> bool:
+        """Whether the strain of every plate is known from its curvature."""
+        return bool(np.isfinite(self.manipulator.outer_fibre).all())
+
+    @property
+    def strain(self) -> float:
+        """Largest of a plate's outermost fibre by bending; NaN where it is not known of every plate."""
+        return float(np.nanmax(np.abs(self.bend) / self.chain.arc * self.manipulator.outer_fibre)) or 1.0
+
+    @property
+    def sides(self) -> list[Side]:
+        """To which plates bend by a tenth of the largest bend at least: enough to see one side's law."""
+        most: dict[Side, float] = {"negative": -np.nanmin(self.bend), "positive": np.nanmax(self.bend)}
+        return [side for side, bend in most.items() if bend > SIDE_SHARE * self.largest_bend]
 
     @property
     def node_rigidity(self) -> np.ndarray:

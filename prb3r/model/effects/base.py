@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, ClassVar, Protocol
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -14,6 +15,12 @@ from prb3r.mechanics.chain import Chain
 
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 Number = Annotated[int, Field(ge=1)]
+Side = Literal["positive", "negative"]
+"""Toward which plates bend: that of positive or of negative cable offsets."""
+SIDES: tuple[Side, ...] = "negative", "positive"
+"""In the order of arrays that hold both."""
+SIDE_COLUMN: Mapping[str | None, int | slice] = MappingProxyType({"negative": 0, "positive": 1, None: slice(None)})
+"""Of a side in such arrays; of no side: both."""
 
 
 class Host(Protocol):
@@ -33,6 +40,11 @@ class Host(Protocol):
 
     @property
     def disk(self) -> Any: ...
+
+    @property
+    def outer_fibre(self) -> np.ndarray: ...
+
+    def cable_arm(self, side: int) -> np.ndarray: ...
 
 
 class Effect(BaseModel, ABC):

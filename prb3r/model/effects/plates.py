@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from prb3r.mechanics.chain import Chain, Contact, Law
 from prb3r.mechanics.plate import with_end_hinges
-from prb3r.model.effects.base import Effect, Host, Number
+from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side
 from prb3r.model.files.numbers import NonNegative, Positive
 
 
@@ -41,27 +41,43 @@ class SegmentStiffness(Effect):
 
 class NonlinearPlate(Effect):
     """The law `cubic` takes `cubic_m2` (c): M = EI k (1 + c k^2); `bilinear` takes `knee_per_m` and `ratio`: beyond the
-    curvature of the knee the tangent stiffness is `ratio` times EI."""
+    curvature of the knee the tangent stiffness is `ratio` times EI. `smooth` takes a `sharpness` (R) too: M = EI k
+    (ratio + (1 - ratio) / (1 + (k / knee)^R)^(1/R)). Instead of `knee_per_m` a knee may be given as `knee_strain`, that
+    of the outermost fibre, so that each plate has its own curvature there; one with a `side` (positive, negative) is
+    passed by bending to that side alone."""
 
     kind: Literal["nonlinear_plate"]
     once: ClassVar[bool] = True
-    law: Literal["cubic", "bilinear"]
+    law: Literal["cubic", "bilinear", "smooth"]
     cubic_m2: NonNegative | None = None
     knee_per_m: Positive | None = None
     ratio: Annotated[float, Field(gt=0, le=10)] | None = None
+    knee_strain: Positive | None = None
+    sharpness: Annotated[float, Field(ge=1, le=100)] | None = None
+    side: Side | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> NonlinearPlate:
-        given = {name for name in ("cubic_m2", "knee_per_m", "ratio") if getattr(self, name) is not None}
-        needed = {"cubic_m2"} if self.law == "cubic" else {"knee_per_m", "ratio"}
-        if given != needed:
+        names = "cubic_m2", "knee_per_m", "knee_strain", "ratio", "sharpness", "side"
+        given = {name for name in names if getattr(self, name) is not None}
+        knee = "knee_per_m" if self.knee_strain is None else "knee_strain"
+        needed = {"cubic": {"cubic_m2"}, "bilinear": {knee, "ratio"}, "smooth": {knee, "ratio", "sharpness"}}[self.law]
+        if given - ({"side"} if self.law != "cubic" else set()) != needed:
             raise ValueError(f"the {self.law} law takes {' and '.join(sorted(needed))}, nothing else")
         return self
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         if self.cubic_m2 is not None:
             return chain._replace(law=chain.law._replace(cubic=self.cubic_m2))
-        return chain._replace(law=Law(chain.law.cubic, self.knee_per_m or np.inf, self.ratio or 1.0))
+        knee = np.full((chain.plates, 2), np.inf)
+        in_curvature = self.knee_per_m if self.knee_strain is None else self.knee_strain / manipulator.outer_fibre
+        knee.T[SIDE_COLUMN[self.side]] = in_curvature  # all plates of one side, or of both
+        return chain._replace(law=Law(chain.law.cubic, knee, self.ratio or 1.0, self.sharpness or np.inf))
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        """A strain needs to know where it is."""
+        if self.knee_strain is not None and np.isnan(manipulator.outer_fibre).any():
+            yield f"effect {self.kind}: knee_strain needs outer_fibre_m (or thickness_m) of every segment"
 
 
 class Precurvature(Effect):
@@ -89,6 +105,39 @@ class DiskContact(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(contact=Contact(self.angle_rad, self.stiffness_n_m_per_rad))
+
+
+class NotchClosing(Effect):
+    """Notches close: where a plate bends beyond `factor` times h / (cable arm + outer fibre), to either side (or to one
+    `side`, positive or negative, alone), its edges touch and carry the stiffness times the excess. h is the flexible
+    length of the plate, the arm the largest offset of a cable on the side to which it bends, the outer fibre 0 where it
+    is not known; toward a side without cables a plate does not close. On that side it replaces `disk_contact`."""
+
+    kind: Literal["notch_closing"]
+    once: ClassVar[bool] = True
+    late: ClassVar[int] = 1
+    factor: Positive
+    stiffness_n_m_per_rad: Positive
+    side: Side | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        angle, stiffness = np.empty((2, chain.plates, 2))
+        angle[:], stiffness[:] = chain.contact
+        column = SIDE_COLUMN[self.side]
+        angle[:, column] = self.factor * closing_angles(chain.arc, manipulator)[:, column]
+        stiffness[:, column] = self.stiffness_n_m_per_rad
+        return chain._replace(contact=Contact(angle, stiffness))
+
+
+def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
+    """(n, 2) bend to the negative and the positive side at which notches as long as each `arc` (n,) close, rad.
+
+    A plate bent to a circle about its neutral axis shortens by bend times distance from that axis.  Infinite toward a
+    side without cables.
+    """
+    arm = np.stack([manipulator.cable_arm(side) for side in (-1, 1)], axis=1)
+    height = arm + np.nan_to_num(manipulator.outer_fibre)[:, None]
+    return np.divide(arc[:, None], height, out=np.full(arm.shape, np.inf), where=arm > 0)
 
 
 class ClampCompliance(Effect):

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-LINEAR_LAW, CUBIC_LAW, BILINEAR_LAW = 0, 1, 2
-"""Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee."""
+LINEAR_LAW, CUBIC_LAW, BILINEAR_LAW, SMOOTH_LAW = 0, 1, 2, 3
+"""Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee; the same reached
+smoothly."""
 
 
 class Rig(NamedTuple):
@@ -16,12 +17,13 @@ class Rig(NamedTuple):
     disk: float  # thickness
     rigidity: np.ndarray  # (n,) EI
     rest: np.ndarray  # (n,) stress-free curvature
-    law: int  # of every plate: one of the three above
-    law_first: float  # c, or the knee
+    law: int  # of every plate: one of those above
+    law_first: np.ndarray  # (n, 2) c, or the knee; bending toward negative and toward positive offsets
     law_second: float  # ratio
+    law_third: float  # sharpness
     compliance: float  # of the hinge at each end of each arc
-    contact_angle: float
-    contact_stiffness: float
+    contact_angle: np.ndarray  # (n, 2) as above
+    contact_stiffness: np.ndarray  # (n, 2)
     offset: np.ndarray  # (n, m) of each plate's span
     clearance: float
     reach: np.ndarray  # (m,) plates that a cable crosses; 0 if dead

@@ -78,20 +78,20 @@ def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
 
 def _arrays(draft: Draft) -> Rig:
     """The draft as compiled code reads it."""
-    law, first, second = draft.law
-    angle, stiffness = draft.contact
+    first = np.array(np.broadcast_to(draft.law_first, (len(draft.arc), 2)), float)
     return Rig(
         arc=draft.arc,
         clamp=draft.clamp,
         disk=draft.disk,
         rigidity=draft.rigidity,
         rest=draft.rest,
-        law=law,
-        law_first=float(first),
-        law_second=float(second),
+        law=draft.law,
+        law_first=first,
+        law_second=float(draft.law_second),
+        law_third=float(draft.law_third),
         compliance=float(draft.compliance),
-        contact_angle=float(angle),
-        contact_stiffness=float(stiffness),
+        contact_angle=draft.contact_angle,
+        contact_stiffness=draft.contact_stiffness,
         offset=draft.offset,
         clearance=float(draft.clearance),
         reach=draft.reach,

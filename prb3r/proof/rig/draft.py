@@ -36,12 +36,23 @@ class Draft:
     cables: tuple[str, ...]
     segment_of: np.ndarray
     """(n,) number of each plate's segment, from 1."""
-    law: tuple[int, float, float] = (LINEAR_LAW, 0.0, 1.0)
-    """Which, and its two numbers."""
+    fibre: np.ndarray
+    """(n,) distance of the outermost fibre from the neutral axis; NaN: unknown."""
+    arm: np.ndarray
+    """(n, 2) largest offset of a cable toward negative and toward positive ones, as drawn; 0 without any."""
+    law: int = LINEAR_LAW
+    law_first: np.ndarray | float = 0.0
+    """c, or the knee; (n, 2) of bending toward negative and toward positive offsets, or one for all."""
+    law_second: float = 1.0
+    """Ratio of stiffness."""
+    law_third: float = np.inf
+    """Sharpness of a knee."""
     compliance: float = 0.0
     """Of a hinge at each end of each arc, rad/(N m)."""
-    contact: tuple[float, float] = (np.inf, 0.0)
-    """Angle and stiffness."""
+    contact_angle: np.ndarray = field(init=False)
+    """(n, 2) toward negative and toward positive offsets."""
+    contact_stiffness: np.ndarray = field(init=False)
+    """(n, 2)"""
     clearance: float = 0.0
     tip_efficiency: float = 1.0
     scale: float = 1.0
@@ -64,6 +75,7 @@ class Draft:
     def __post_init__(self) -> None:
         n, m = self.offset.shape
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
 
@@ -101,21 +113,28 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
             return float(segment["bending_stiffness_n_m2"])
         return manipulator["youngs_modulus_pa"] * segment["width_m"] * segment["thickness_m"] ** 3 / 12
 
+    def fibre(segment):
+        return segment["thickness_m"] / 2 if "thickness_m" in segment else segment.get("outer_fibre_m", np.nan)
+
     def offset(cable, plate):
         value, last = cable["offset_m"], cable["ends_at_segment"]
         return float(value[min(number[plate], last) - 1] if isinstance(value, Sequence) else value)
 
+    offsets = np.array([[offset(cable, i) for cable in cables] for i in range(n)]).reshape(n, m)
+    there = np.array([number <= cable["ends_at_segment"] for cable in cables]).reshape(m, n).T
     return Draft(
         arc=(np.array([float(segment["length_m"]) for segment in segments]) - 2 * clamp)[number - 1],
         clamp=clamp[number - 1],
         disk=float(disk.get("thickness_m", 0)),
         mass=disk.get("mass_kg"),
         rigidity=np.array([rigidity(segment) for segment in segments])[number - 1],
-        offset=np.array([[offset(cable, i) for cable in cables] for i in range(n)]).reshape(n, m),
-        reach=np.array([(number <= cable["ends_at_segment"]).sum() for cable in cables], int),
+        offset=offsets,
+        reach=there.sum(0),
         friction=np.full((n, m), float(friction.get("coefficient", 0))),
         edges=friction.get("wrap", "net") == "edges",
         presliding=friction["presliding_m"] if history else np.inf,
         cables=tuple(str(cable["name"]) for cable in cables),
         segment_of=number,
+        fibre=np.array([fibre(segment) for segment in segments], float)[number - 1],
+        arm=np.stack([np.max(side * offsets * there, axis=1, initial=0.0) for side in (-1, 1)], 1),
     )

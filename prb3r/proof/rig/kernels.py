@@ -13,16 +13,37 @@ its proximal end, answers with an end pose; equilibrium is where the answer is t
 import numpy as np
 from numba import njit
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, Pulls, Slips
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW, Pulls, Slips
 
 CLEARANCE_BEND = 0.005
 """Bend over which a cable changes over to the other side of its holes, rad."""
+SMOOTH_ITERATIONS = 60
+"""Of Newton for a curvature; a knee passed a hundredfold takes about ten."""
 
 
 @njit(cache=True)
-def curvature(moment, rigidity, law, first, second):
+def smooth_curvature(bare, knee, ratio, sharpness):
+    """Curvature and its derivative where its stiffness changes smoothly, by `bare`, that of a plate which keeps it.
+
+    Newton's iteration from `bare` runs to the root from one side, as the law bends one way.
+    """
+    k, slope = bare, 1.0
+    for _ in range(SMOOTH_ITERATIONS):
+        passed = (k / knee) ** sharpness
+        share = (1 - ratio) * (1 + passed) ** (-1 / sharpness)
+        slope = ratio + share / (1 + passed)
+        move = (bare - k * (ratio + share)) / slope
+        k += move
+        if abs(move) < 1e-14 * k:
+            break
+    return k, 1 / slope
+
+
+@njit(cache=True)
+def curvature(moment, rigidity, law, firsts, second, third):
     """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
     bare = moment / rigidity
+    first = firsts[1] if bare > 0 else firsts[0]
     if law == CUBIC_LAW and first != 0:
         root = np.sqrt(3 * abs(first))
         if first > 0:
@@ -35,16 +56,19 @@ def curvature(moment, rigidity, law, first, second):
     excess = abs(bare) - first
     if law == BILINEAR_LAW and excess > 0:
         return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
+    if law == SMOOTH_LAW and bare != 0:
+        k, slope = smooth_curvature(abs(bare), first, second, third)
+        return np.sign(bare) * k, slope / rigidity
     return bare, 1 / rigidity
 
 
 @njit(cache=True)
 def _along(plate, wrench, z, rate):
     """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench."""
-    clamp, rest, rigidity, law, first, second = plate
+    clamp, rest, rigidity, law, first, second, third = plate
     moment, force_x, force_y = wrench
     arm_x, arm_y = z[0] - clamp, z[1]
-    k, softness = curvature(moment - arm_x * force_y + arm_y * force_x, rigidity, law, first, second)
+    k, softness = curvature(moment - arm_x * force_y + arm_y * force_x, rigidity, law, first, second, third)
     cos, sin = np.cos(z[2]), np.sin(z[2])
     rate[0], rate[1], rate[2] = cos, sin, rest + k
     for p in range(3):
@@ -60,7 +84,8 @@ def shape(rig, i, wrench, elements):
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
-    plate = rig.clamp[i], rig.rest[i], rig.rigidity[i], rig.law, rig.law_first, rig.law_second
+    law = rig.law, rig.law_first[i], rig.law_second, rig.law_third
+    plate = (rig.clamp[i], rig.rest[i], rig.rigidity[i]) + law  # noqa: RUF005 compiled code joins tuples so
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
     load = moment, force_x, force_y
     clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
@@ -210,10 +235,11 @@ def imbalance(rig, forces, slip, sticking, ends, elements):
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
     gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
     for i in range(n):
-        excess = abs(ends[i, 2]) - rig.contact_angle
+        side = 1 if ends[i, 2] > 0 else 0
+        excess = abs(ends[i, 2]) - rig.contact_angle[i, side]
         if excess > 0:  # the touching disks carry this part past plate and hinges
-            wrench[i, 0] -= rig.contact_stiffness * excess * np.sign(ends[i, 2])
-            d_wrench[i, 0, i, 2] -= rig.contact_stiffness
+            wrench[i, 0] -= rig.contact_stiffness[i, side] * excess * np.sign(ends[i, 2])
+            d_wrench[i, 0, i, 2] -= rig.contact_stiffness[i, side]
         wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
         d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
         answer, softness = shape(rig, i, wrench[i], elements)

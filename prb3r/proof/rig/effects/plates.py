@@ -11,11 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions, RigPlace
-from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
+from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, several, size
 
+BENT_TOWARD = "negative", "positive"
+"""Toward which a plate bends: that of negative or of positive offsets."""
 THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
 """Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
 THRESHOLD_RANGE = 0.25, 0.7
@@ -63,7 +65,18 @@ def _curved(given: Conditions) -> Iterator[Candidate]:
 
 
 def _touch(draft: Draft, angle_rad, stiffness_n_m_per_rad):
-    draft.contact = (angle_rad, stiffness_n_m_per_rad)
+    draft.contact_angle[:], draft.contact_stiffness[:] = angle_rad, stiffness_n_m_per_rad
+
+
+def _close(draft: Draft, factor, stiffness_n_m_per_rad, side=None):
+    """A plate that turns about its neutral axis until its edges meet where the cable runs."""
+    for column, name in enumerate(BENT_TOWARD):
+        if side in (None, name):
+            arm = draft.arm[:, column]
+            apart = arm + np.where(np.isnan(draft.fibre), 0.0, draft.fibre)
+            closes = factor * draft.arc / np.where(arm > 0, apart, 1.0)
+            draft.contact_angle[:, column] = np.where(arm > 0, closes, np.inf)
+            draft.contact_stiffness[:, column] = stiffness_n_m_per_rad
 
 
 def _touching(given: Conditions) -> Iterator[Candidate]:
@@ -84,14 +97,24 @@ def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Can
     yield replace(_knee(form.shape[0] / given.arc), kind="nonlinear_plate")
 
 
-def _follow_law(draft: Draft, law, cubic_m2=None, knee_per_m=None, ratio=None):
-    cubic, bilinear = cubic_m2 is not None, knee_per_m is not None and ratio is not None
-    if law == "cubic" and cubic and knee_per_m is None and ratio is None:
-        draft.law = (CUBIC_LAW, cubic_m2, 1.0)
-    elif law == "bilinear" and bilinear and not cubic:
-        draft.law = (BILINEAR_LAW, knee_per_m, ratio)
-    else:
-        raise ValueError("law 'cubic' takes cubic_m2, law 'bilinear' takes knee_per_m and ratio")
+def _follow_law(draft: Draft, law, side=None, **numbers):
+    knees = [name for name in ("knee_per_m", "knee_strain") if name in numbers]
+    if law == "cubic" and set(numbers) == {"cubic_m2"} and side is None:
+        draft.law, draft.law_first = CUBIC_LAW, numbers["cubic_m2"]
+        return
+    takes = {*knees, "ratio", "sharpness"} if law == "smooth" else {*knees, "ratio"}
+    if law == "cubic" or len(knees) != 1 or set(numbers) != takes:
+        raise ValueError(
+            "law 'cubic' takes cubic_m2, law 'bilinear' takes knee_per_m or knee_strain and ratio, "
+            "law 'smooth' takes sharpness too"
+        )
+    if knees == ["knee_strain"] and np.isnan(draft.fibre).any():
+        raise ValueError("knee_strain needs the outer fibre of every plate")
+    knee = numbers[knees[0]] / (draft.fibre if knees == ["knee_strain"] else np.ones(len(draft.arc)))
+    passed = np.array([side in (None, name) for name in BENT_TOWARD])
+    draft.law = SMOOTH_LAW if law == "smooth" else BILINEAR_LAW
+    draft.law_first = np.where(passed, knee[:, None], np.inf)
+    draft.law_second, draft.law_third = numbers["ratio"], numbers.get("sharpness", np.inf)
 
 
 def _nonlinear(given: Conditions) -> Iterator[Candidate]:
@@ -153,13 +176,26 @@ PLATE_RECORDS = (
         twins=_knee_there,
     ),
     Record(
+        "notch_closing",  # no design that is drawn has notches: at a factor near one its plates never close
+        _close,
+        (
+            size("factor", POSITIVE, Scale.LOGARITHM),
+            size("stiffness_n_m_per_rad", FROM_ZERO),
+            replace(one_of("side", BENT_TOWARD), optional=True),
+        ),
+        once=True,
+    ),
+    Record(
         "nonlinear_plate",
         _follow_law,
         (
-            one_of("law", ("cubic", "bilinear")),
+            one_of("law", ("cubic", "bilinear", "smooth")),
             size("cubic_m2", ANY, optional=True),
             size("knee_per_m", POSITIVE, optional=True),
             size("ratio", POSITIVE, Scale.LOGARITHM, optional=True),
+            size("knee_strain", POSITIVE, optional=True),
+            size("sharpness", number_in(1, 100), optional=True),
+            replace(one_of("side", BENT_TOWARD), optional=True),
         ),
         _nonlinear,
         turn=7,
