@@ -29,6 +29,7 @@ def conditions_of(design: Design) -> Conditions:
         bend=design.largest_bend,
         arc=first["length_m"] - 2 * first["clamp_m"],
         rigidity=manipulator["youngs_modulus_pa"] * first["width_m"] * first["thickness_m"] ** 3 / 12,
+        fibre=first["thickness_m"] / 2,
     )
 
 

@@ -22,6 +22,8 @@ THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
 """Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
 THRESHOLD_RANGE = 0.25, 0.7
 """In which knees and contact angles are drawn: passed by several steps, and not by all."""
+SHARPNESS_RANGE = 1.5, 5.0
+"""In which smooth knees are drawn: from one that is spread over all curvatures to one that is nearly a corner."""
 
 
 def _factor(u: float) -> dict[str, float]:
@@ -94,7 +96,7 @@ def _contact_anew(given: Conditions, form: Candidate, rng: np.random.Generator) 
 
 
 def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
-    yield replace(_knee(form.shape[0] / given.arc), kind="nonlinear_plate")
+    yield replace(_knee(given, form.shape[0] / given.arc), kind="nonlinear_plate")
 
 
 def _follow_law(draft: Draft, law, side=None, **numbers):
@@ -120,18 +122,26 @@ def _follow_law(draft: Draft, law, side=None, **numbers):
 def _nonlinear(given: Conditions) -> Iterator[Candidate]:
     cubic = lambda u: {"cubic_m2": u / given.curvature**2}  # noqa: E731
     yield Candidate((("law", "cubic"),), cubic, 0, 3.0, variant="cubic")  # four times the moment at the largest bend
-    yield from (_knee(share * given.curvature) for share in THRESHOLDS)
+    for sharpness in (np.inf, 2.0):
+        yield from (_knee(given, share * given.curvature, sharpness) for share in THRESHOLDS)
 
 
-def _knee(curvature: float) -> Candidate:
-    """Bilinear plates with a knee at a curvature (1/m); the size is ln(ratio)."""
-    law = lambda u: {"knee_per_m": curvature, "ratio": float(np.exp(u))}  # noqa: E731
+def _knee(given: Conditions, curvature: float, sharpness: float = np.inf) -> Candidate:
+    """Plates of one material, with a knee at a curvature (1/m) of the first; the size is ln(ratio)."""
+    knee: dict[str, float] = {"knee_strain": curvature * given.fibre}
+    variant = "bilinear" if np.isinf(sharpness) else "smooth"
+    if variant == "smooth":
+        knee["sharpness"] = sharpness
+    law = lambda u: knee | {"ratio": float(np.exp(u))}  # noqa: E731
     # below a third of EI few designs keep their equilibria; beyond four times it the knee is a stop
-    return Candidate((("law", "bilinear"),), law, -1.2, 1.5, (curvature,), "bilinear")
+    return Candidate((("law", variant),), law, -1.2, 1.5, (curvature, sharpness), variant)
 
 
 def _knee_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
-    return _knee(given.curvature * rng.uniform(*THRESHOLD_RANGE)) if form.variant == "bilinear" else form
+    if form.variant == "cubic":
+        return form
+    curvature = given.curvature * rng.uniform(*THRESHOLD_RANGE)
+    return _knee(given, curvature, np.inf if form.variant == "bilinear" else rng.uniform(*SHARPNESS_RANGE))
 
 
 def _contact_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
