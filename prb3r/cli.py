@@ -171,17 +171,25 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
 
 @main.command("compare")
 @click.argument("results", nargs=-1, required=True, metavar="RESULT...", callback=_existing)
-@click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and a figure.")
-def compare_command(results, output) -> None:
-    """Lay designs side by side on the cases they share, mark the Pareto front, name the trade."""
-    from prb3r.present.study.comparison import comparison_page, publish_comparison
-    from prb3r.study.designs import compare_results
+@click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and figures.")
+@click.option("--requirements", metavar="FILE", help="[[requirement]] and [[preference]], instead of the study's.")
+@click.pass_context
+def compare_command(ctx, results, output, requirements) -> None:
+    """Designs side by side: which keep the requirements, the Pareto front, and which to build.
 
-    comparison = compare_results([Path(result) for result in results])
-    click.echo(comparison_page(comparison))
+    Exit code 1 if no design keeps every requirement.
+    """
+    from prb3r.present.study.comparison import advice_on, publish_comparison
+    from prb3r.study.designs import read_designs
+    from prb3r.study.wishes import load_wishes
+
+    asked = load_wishes(requirements) if requirements else None
+    counsel = advice_on(read_designs([Path(result) for result in results], asked))
+    click.echo(counsel.markdown)
     if output:
-        files = publish_comparison(comparison, Path(output))
+        files = publish_comparison(counsel, Path(output))
         click.echo(f"\n{', '.join(files)} in {output}")
+    ctx.exit(ExitCode.DONE if counsel.decision.winner else ExitCode.SOME_FAILED)
 
 
 @main.command("diagnose")

@@ -142,6 +142,39 @@ def test_compare_needs_results_with_designs(tmp_path):
     assert "no manifest.json" in prb3r("compare", tmp_path).stderr
 
 
+def test_compare_takes_requirements_of_its_own_and_says_when_nothing_keeps_them(tmp_path):
+    study = """
+name = "three"
+title = "three"
+manipulator = "{}"
+factor = [{{ name = "thickness_m", path = "segment.1.thickness_m", values = [0.8e-3, 1.0e-3, 1.2e-3] }},
+          {{ name = "load_n", path = "step.1.cable_1_n", values = [20, 40] }}]
+step = [{{ cable_1_n = 20 }}]
+metric = [{{ kind = "position", disk = 7 }}, {{ kind = "tip-compliance" }}]
+"""
+    (tmp_path / "three.toml").write_text(study.format(PROTOTYPE))
+    assert prb3r("run", tmp_path / "three.toml", "-o", tmp_path, "-j", 1).returncode == 0
+    wishes, folder = tmp_path / "wishes.toml", tmp_path / "three"
+    done = prb3r("compare", folder)
+    assert done.returncode == 2
+    assert "give [[preference]] or [[requirement]]" in done.stderr
+    bound = '[[requirement]]\nmetric = "disk7_angle_rad"\nat_least = {}\nwhere = {{ load_n = 40 }}\n'
+    preferred = '[[preference]]\nmetric = "tip_compliance_m_per_n"\nbetter = "less"\n'
+    wishes.write_text(bound.format(0.15) + preferred)
+    done = prb3r("compare", folder, "--requirements", wishes, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("**Recommendation: Thickness 1 mm.** 2 of 3 designs keep every requirement")
+    assert (tmp_path / "out/comparison.md").exists()
+    wishes.write_text(bound.format(2.0) + preferred)
+    done = prb3r("compare", folder, "--requirements", wishes)
+    assert done.returncode == 1
+    assert "No design keeps every requirement" in done.stdout
+    wishes.write_text('[[preference]]\nmetric = "tip_complience"\nbetter = "less"\n')
+    done = prb3r("compare", folder, "--requirements", wishes)
+    assert done.returncode == 2
+    assert "did you mean 'tip_compliance_m_per_n'?" in done.stderr
+
+
 def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     recording, folder = write_recording(tmp_path / "rig"), tmp_path / "out"
     done = prb3r("diagnose", recording, "-o", folder, "-j", 1)

@@ -14,7 +14,7 @@ ORDER = {
     "bench progress check cli",
     "model": "files laws effects manipulator steps",
     "runs": "files store parts provenance tasks backends engine journal",
-    "study": "workspace metrics spec columns cases compare work manifest run designs",
+    "study": "workspace metrics wishes spec columns cases compare work manifest run designs decide advice",
     "recording": "recording findings units steps markers reading writing",
     "diagnosis": "confidence settings library fit evidence search checks result stages run",
     "proof": "rig settings concealed judging prove sweep",

@@ -57,8 +57,9 @@ def _named(study: Study) -> Iterator[tuple[str, str | None]]:
         yield from ((f"comparison {comparison.name}", name) for name in (*of, *comparison.to))
     if study.designs is not None:
         yield from (("designs", name) for name in study.designs.factors)
-        for objective in study.designs.objective:
-            yield from (("designs.objective", name) for name in (objective.metric, *objective.where))
+    for criterion in study.wishes.criteria:
+        place = type(criterion).__name__.lower()
+        yield from ((place, name) for name in (criterion.metric, *criterion.where))
 
 
 def disk_of(column: str, tip: int) -> int:

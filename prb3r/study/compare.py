@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from prb3r.study.spec import LineFit, Scalar, Study
+from prb3r.study.spec import LineFit, Study
+from prb3r.study.wishes import Scalar
 
 
 def select(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:

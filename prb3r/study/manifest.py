@@ -30,7 +30,7 @@ def changes(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
     for part in ("study", "manipulator"):
         old, new = (_flat(json.loads(json.dumps(run.get(part, {}), default=str))) for run in (before, after))
         for key in [*new, *(key for key in old if key not in new)]:
-            if old.get(key) != new.get(key) and not key.startswith(("plot", "designs")):
+            if old.get(key) != new.get(key) and not key.startswith(("plot", "designs", "requirement", "preference")):
                 said.append(f"{part} {key}: {old.get(key, 'absent')} -> {new.get(key, 'absent')}")
     if before.get("engine") != after["engine"]:
         said.append("the program text of the engine")

@@ -11,10 +11,12 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.manipulator import ModelName, Strict
 from prb3r.quantities import unit_ending
 from prb3r.study.metrics import AnyMetric
+from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
 
-Scalar = float | int | str | bool
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 MAX_CASES = 1_000_000
+LOADS = ("initial", "step", "sweep", "cloud", "broken")
+"""Parameter paths that begin so change what is done to a manipulator, not its design."""
 
 
 class Range(Strict):
@@ -210,24 +212,6 @@ class Plot(Strict):
         return self
 
 
-class Objective(Strict):
-    """A column of cases by which designs are compared, and which way is better."""
-
-    metric: str
-    better: Literal["low", "high"]
-    words: str
-    """The quantity in words, as the subject of a sentence: `coupling of Segment 2 into Segment 1`."""
-    where: dict[str, Scalar | list[Scalar]] = {}
-    """Cases that count, such as only broken ones; the worst of them is taken when several remain."""
-
-
-class Designs(Strict):
-    """How `prb3r compare` reads the study: what tells designs apart and what they are judged by."""
-
-    factors: Annotated[list[str], Field(min_length=1)]
-    objective: Annotated[list[Objective], Field(min_length=2)]
-
-
 class Study(Strict):
     """A whole study file: question, factors, loads, metrics, comparisons and plots."""
 
@@ -260,8 +244,25 @@ class Study(Strict):
     fit: list[LineFit] = []
     plot: list[Plot] = []
     designs: Designs | None = None
+    requirement: list[Requirement] = []
+    """What a design must keep."""
+    preference: list[Preference] = []
+    """By what the designs that do are ranked."""
     timing: bool = False
     """Also measure the time per equilibrium of each model; it goes into manifest and summary, never into tables."""
+
+    @property
+    def design_factors(self) -> list[str]:
+        """The factors that tell designs apart: those of `[designs]`, or else all that change the manipulator."""
+        if self.designs is not None:
+            return self.designs.factors
+        changing = [f for f in self.factor if f.ratio or (f.path and f.path.split(".")[0] not in LOADS)]
+        return [factor.name for factor in changing]
+
+    @property
+    def wishes(self) -> Wishes:
+        """What the study wants of its designs."""
+        return Wishes(designs=self.designs, requirement=self.requirement, preference=self.preference)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Study":
@@ -275,6 +276,11 @@ class Study(Strict):
             )
         if self.sampling is not None and not sampled:
             problems.append("[sampling] needs factors with a range")
+        if self.wishes.given and not self.design_factors:
+            problems.append(
+                "requirements and preferences are of designs, but no factor changes the manipulator: "
+                "say which factors tell designs apart, [designs] factors = [...]"
+            )
         for kind, names in (
             ("factors", [factor.name for factor in self.factor]),
             ("plots", [plot.name for plot in self.plot]),

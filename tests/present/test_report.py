@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from prb3r.present import style
-from prb3r.present.study.report import write_report
+from prb3r.present.study.report import Source, write_report
 from prb3r.quantities import Quantity
 from prb3r.study.spec import Study
 
@@ -55,7 +55,7 @@ def cases() -> pd.DataFrame:
 def pages(tmp_path, cases) -> tuple[str, str]:
     (tmp_path / "shift.png").write_bytes(b"picture")
     (tmp_path / "shift.svg").write_bytes(b"<svg/>")
-    summary, page = write_report(tmp_path, STUDY, cases, QUANTITIES, MANIFEST, [("shift", "How it looks.")])
+    summary, page = write_report(tmp_path, Source(STUDY, cases, QUANTITIES, MANIFEST), [("shift", "How it looks.")])
     return summary.read_text(), page.read_text()
 
 
@@ -95,14 +95,14 @@ def test_cases_compared_with_themselves_do_not_count(pages):
 
 def test_large_studies_are_not_listed_case_by_case(tmp_path, cases):
     many = pd.concat([cases] * 20, ignore_index=True)
-    page = write_report(tmp_path, STUDY, many, QUANTITIES, {}, [])[1].read_text()
+    page = write_report(tmp_path, Source(STUDY, many, QUANTITIES, {}))[1].read_text()
     assert "Every case" not in page
     assert "Laws" not in page
 
 
 def test_missing_figure_is_named(tmp_path, cases):
     with pytest.raises(FileNotFoundError, match="plot 'shift' is missing"):
-        write_report(tmp_path, STUDY, cases, QUANTITIES, MANIFEST, [("shift", "")])
+        write_report(tmp_path, Source(STUDY, cases, QUANTITIES, MANIFEST), [("shift", "")])
     assert list(tmp_path.iterdir()) == []
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from prb3r.present.study.comparison import comparison_page
+from prb3r.present.study.comparison import advice_on
+from prb3r.present.study.publish import publish
 from prb3r.study.cases import count_cases
-from prb3r.study.designs import compare_results
+from prb3r.study.designs import read_designs
 from prb3r.study.run import Options, Workers, plan_study, run_study
 from prb3r.study.work import solve_chunk
 
@@ -116,14 +117,33 @@ def test_stiffness_designs_trade_coupling_for_tension(tmp_path):
     (tmp_path / "small.toml").write_text(spec)
     result = run_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
     assert result.failed == 0
-    comparison = compare_results([result.folder])
+    advice = advice_on(read_designs([result.folder]))
+    comparison = advice.decision
     worth = comparison.values
     assert (
         worth.loc["Thickness ratio 2", "coupling_m_per_n"] < 0.15 * worth.loc["Thickness ratio 1", "coupling_m_per_n"]
     )
     assert worth["drive_tension_n"].iloc[1] == pytest.approx(8 * worth["drive_tension_n"].iloc[0], rel=0.01)
     assert comparison.front == [True, True]
-    assert "Recommendation" in comparison_page(comparison)
+    assert "Recommendation" in advice.markdown
+
+
+def test_which_design_excludes_both_ends_and_recommends_between_them(tmp_path):
+    spec = (STUDIES / "which-design.toml").read_text()
+    spec = spec.replace("manipulators/", f"{STUDIES}/manipulators/").replace("count = 4096", "count = 256")
+    spec = spec.replace("values = [0.1, 0.2, 0.3]", "values = [0.3]")
+    spec = spec.replace("[1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0]", "[1.0, 1.2, 1.4, 2.0]")
+    (tmp_path / "small.toml").write_text(spec)
+    result = run_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
+    publish(result)
+    advice = advice_on(read_designs([result.folder]))
+    assert advice.decision.feasible.tolist() == [False, True, True, False]
+    assert advice.decision.excluded_alone(0) == ["Thickness ratio 1"]  # coupling
+    assert advice.decision.excluded_alone(1) == ["Thickness ratio 2"]  # tension
+    assert advice.recommendation in (result.folder / "summary.md").read_text()
+    page = (result.folder / "report.html").read_text()
+    assert "<strong>Recommendation: Thickness ratio 1.2.</strong>" in page
+    assert "**" not in page
 
 
 def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies():

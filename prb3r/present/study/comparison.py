@@ -1,73 +1,155 @@
-"""A comparison of designs on disk: text, table and a figure."""
+"""A decision between designs as a page in Markdown or a section of a report, a table on disk and figures."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
-from prb3r.markdown import markdown_table
 from prb3r.present import style
-from prb3r.present.page import save_figure
+from prb3r.present.page import Table, save_figure
+from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
-from prb3r.study.designs import DesignComparison, recommendation, value_in_words
+from prb3r.study import advice
+from prb3r.study.decide import Decision, by_circumstance, decide
+from prb3r.study.designs import DesignCases, value_in_words
+
+DECISION_CAPTIONS = {
+    "decision": "How far each design is inside the requirements, and what it is worth by each preference.",
+    "decision-front": "The designs over the two preferences of greatest weight.",
+}
+MOST_BESIDE = 5
+"""Up to this many designs stand side by side; more stand below each other."""
 
 
-def publish_comparison(comparison: DesignComparison, folder: Path) -> list[str]:
-    """Write `comparison.md`, `comparison.parquet` and `comparison.png/svg`; the names written."""
-    ensure_writable(folder)
-    write_whole(folder / "comparison.md", (comparison_page(comparison) + "\n").encode())
-    values = comparison.values
-    columns = {"design": list(values.index), "on_pareto_front": comparison.front}
-    write_arrow(
-        arrow_table(columns | {name: values[name].to_numpy(float) for name in values}, comparison.quantities),
-        folder / "comparison.parquet",
-    )
-    with matplotlib.rc_context(style.RC):
-        figures = save_figure(worth_figure(comparison), folder, "comparison")
-    return ["comparison.md", "comparison.parquet", *(path.name for path in figures)]
+@dataclass(frozen=True)
+class Advice:
+    """A decision in words and as a table."""
+
+    decision: Decision
+    recommendation: str
+    table: Table
+    note: str
+    """What the numbers of the table are of."""
+    points: list[tuple[str, list[str]]]
+    """Headings with the sentences below them; none without a sentence."""
+
+    @property
+    def markdown(self) -> str:
+        """The page."""
+        lines = [self.recommendation, "", *self.table.markdown.splitlines(), "", self.note]
+        for heading, sentences in self.points:
+            lines += ["", f"**{heading}**", "", *(f"- {sentence}" for sentence in sentences)]
+        return "\n".join(lines)
 
 
-def comparison_page(comparison: DesignComparison) -> str:
-    """Table, Pareto front and recommendation as Markdown; the best values are bold."""
-    rows = [
-        [f"{objective.words} ({objective.better} is better)", *_cells(comparison, k)]
-        for k, objective in enumerate(comparison.objectives)
+def advice_on(cases: DesignCases) -> Advice:
+    """The decision between the designs of `cases`, told; raises what `decide` raises."""
+    decision = decide(cases)
+    winners = {style.quantity_of(column, ()).title: pairs for column, pairs in by_circumstance(cases).items()}
+    points = [
+        ("What is out", advice.exclusions(decision)),
+        ("Which requirement binds", advice.bindings(decision)),
+        ("The others", advice.trades(decision)),
+        ("If weights change", advice.changes_with_weights(decision)),
+        ("In each circumstance", advice.changes_with_circumstances(winners)),
     ]
-    rows.append(["on the Pareto front", *("**yes**" if on else "no" for on in comparison.front)])
-    note = f"Worst value over the {comparison.shared} cases that all designs share"
-    if comparison.failed:
-        note += f"; {comparison.failed} of them left out because a design has no stable equilibrium there"
-    if comparison.left_out:
-        note += f"; {comparison.left_out} cases that only some designs have are not used"
-    table = markdown_table(["", *comparison.values.index], rows)
-    return "\n".join([*table, "", f"{note}. Best values in bold.", "", *recommendation(comparison)])
+    return Advice(
+        decision,
+        advice.recommendation(decision),
+        decision_table(decision),
+        _note(decision),
+        [(heading, sentences) for heading, sentences in points if sentences],
+    )
 
 
-def _cells(comparison: DesignComparison, k: int) -> list[str]:
-    """The values of one objective, a design each."""
-    column, scores = comparison.values.iloc[:, k], comparison.scores[:, k]
-    texts = [value_in_words(value, comparison.quantities[k]) for value in column]
-    return [f"**{text}**" if score == scores.max() else text for text, score in zip(texts, scores, strict=True)]
+def decision_table(decision: Decision) -> Table:
+    """Requirements, preferences and what follows, with a column for each design or, of many, a row."""
+    columns = [("", decision.designs), *_required(decision), *_preferred(decision), *_ranked(decision)]
+    heads = [head for head, _ in columns]
+    rows = [list(row) for row in zip(*(cells for _, cells in columns), strict=True)]
+    if len(decision.designs) > MOST_BESIDE:
+        return Table(heads, rows)
+    turned = [list(row) for row in zip(heads, *rows, strict=True)]
+    return Table(turned[0], turned[1:])
 
 
-def worth_figure(comparison: DesignComparison) -> Figure:
-    """Designs over the objectives, each as a share of the best design there: 1 is best."""
-    figure = Figure(figsize=(style.DOUBLE / 25.4, 0.34 * len(comparison.objectives) + 0.9), layout="constrained")
-    axes = figure.subplots()
-    rows = np.arange(len(comparison.objectives))[::-1]
-    values = comparison.values.to_numpy(float)
-    looks = style.looks(list(comparison.values.index))
-    for k, (name, look) in enumerate(looks.items()):
-        worth = []
-        for j, objective in enumerate(comparison.objectives):
-            column = np.abs(values[:, j])
-            worth.append(column.min() / column[k] if objective.better == "low" else column[k] / column.max())
-        label = name + ("" if comparison.front[k] else " (dominated)")
-        axes.plot(worth, rows, color=look.colour, marker=look.marker, ls=look.line, lw=0.8, label=label)
-    axes.set_yticks(rows, [objective.words for objective in comparison.objectives])
-    axes.set_xlim(0, 1.05)
-    axes.set_xlabel("worth, as a share of the best design")
-    figure.legend(loc="outside lower center", ncols=min(4, len(values)))
-    return figure
+def _required(decision: Decision) -> list[tuple[str, list[str]]]:
+    columns = []
+    for r, requirement in enumerate(decision.requirements):
+        quantity = decision.quantities[r]
+        head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity)}"
+        texts = [value_in_words(value, quantity) for value in decision.bounded[:, r]]
+        kept = decision.margins[:, r] >= 0
+        columns.append((head, [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]))
+    return columns
+
+
+def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
+    columns = []
+    for j, preference in enumerate(decision.preferences):
+        quantity = decision.quantities[len(decision.requirements) + j]
+        weight = f", weight {preference.weight:g}" if len(set(decision.weights)) > 1 else ""
+        head = f"{advice.wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
+        scores = decision.scores[:, j]
+        best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
+        texts = [value_in_words(value, quantity) for value in decision.values.iloc[:, j]]
+        columns.append((head, [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]))
+    return columns
+
+
+def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
+    columns = []
+    if decision.requirements:
+        columns.append(("keeps every requirement", ["**yes**" if able else "no" for able in decision.feasible]))
+    if decision.preferences:
+        rank = {k: str(place) for place, k in enumerate(decision.ranking, 1)}
+        columns += [
+            ("on the Pareto front", ["**yes**" if on else "no" for on in decision.front]),
+            ("rank", [rank.get(k, "-") for k in range(len(decision.designs))]),
+        ]
+    if sum(decision.front) > 1:
+        columns += [
+            ("score", [f"{score:.2f}" if np.isfinite(score) else "-" for score in decision.score]),
+            ("first at this share of all weights", [f"{100 * share:.0f} %" for share in decision.win_share]),
+        ]
+    return columns
+
+
+def _note(decision: Decision) -> str:
+    parts = []
+    if decision.requirements:
+        parts.append("Requirements hold over all cases of a design; ✗ marks those that are broken")
+    if decision.preferences:
+        note = f"Preferences are over the {decision.shared} cases that all designs share"
+        if decision.failed:
+            note += f", without {decision.failed} of them in which a design has no stable equilibrium"
+        if decision.left_out:
+            note += f"; {decision.left_out} cases that only some designs have are not used"
+        parts += [note, "Best values in bold"]
+    if sum(decision.front) > 1:
+        parts.append("Scores go from 0, worst in everything, to 1, best in everything")
+    return ". ".join(parts) + "."
+
+
+def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") -> list[str]:
+    """Write page, table and figures of a decision as files whose names begin with `name`; these names."""
+    ensure_writable(folder)
+    decision = counsel.decision
+    write_whole(folder / f"{name}.md", (counsel.markdown + "\n").encode())
+    table = decision.table
+    columns = {column: table[column].tolist() for column in table}
+    write_arrow(arrow_table(columns, decision.column_quantities), folder / f"{name}.parquet")
+    return [f"{name}.md", f"{name}.parquet", *(path.name for path in decision_pictures(decision, folder, name))]
+
+
+def decision_pictures(decision: Decision, folder: Path, name: str) -> list[Path]:
+    """Draw the figures of a decision, `name` and `name-front`; the files written."""
+    files: list[Path] = []
+    with matplotlib.rc_context(style.RC):
+        if decision.requirements or sum(decision.front) > 1:
+            files += save_figure(decision_figure(decision), folder, name)
+        if len(decision.preferences) > 1:
+            files += save_figure(front_figure(decision), folder, f"{name}-front")
+    return files

@@ -4,9 +4,11 @@ from pathlib import Path
 
 from prb3r.errors import Problem, SpecError
 from prb3r.present.page import save_figure
+from prb3r.present.study.comparison import DECISION_CAPTIONS, advice_on, decision_pictures
 from prb3r.present.study.figures import study_figure
-from prb3r.present.study.report import write_report
+from prb3r.present.study.report import Source, write_report
 from prb3r.present.study.sheet import Scene
+from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
 
 
@@ -27,7 +29,14 @@ def publish(result: Result) -> list[Path]:
             figures.append((plot.name, plot.caption))
         except ValueError as error:
             problems.append(Problem(f"{plan.path} plot {plot.name}", str(error)))
-    files += write_report(result.folder, plan.study, result.cases, plan.quantities, result.manifest, figures)
+    counsel = None
+    if plan.study.wishes.given:
+        counsel = advice_on(read_designs([result.folder]))
+        drawn = decision_pictures(counsel.decision, result.folder, "decision")
+        files += drawn
+        figures = [(name, DECISION_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in drawn)] + figures
+    source = Source(plan.study, result.cases, plan.quantities, result.manifest)
+    files += write_report(result.folder, source, figures, counsel)
     if problems:
         raise SpecError(*problems)
     return files

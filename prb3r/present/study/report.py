@@ -11,6 +11,7 @@ import pandas as pd
 
 from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
+from prb3r.present.study.comparison import Advice
 from prb3r.present.study.lines import law_in_words
 from prb3r.quantities import Quantity
 from prb3r.runs.files import write_whole
@@ -86,12 +87,7 @@ class Source:
 
 
 def write_report(
-    folder: str | Path,
-    study: Study,
-    cases: pd.DataFrame,
-    quantities: Sequence[Quantity],
-    manifest: Mapping[str, Any],
-    figures: Iterable[tuple[str, str]] = (),
+    folder: str | Path, source: Source, figures: Iterable[tuple[str, str]] = (), counsel: Advice | None = None
 ) -> list[Path]:
     """Write `summary.md` and `report.html` whole or not at all; figures (name, caption) are in `folder` already.
 
@@ -100,11 +96,12 @@ def write_report(
     FileNotFoundError
         If a figure has neither PNG nor SVG.
     """
-    folder, source = Path(folder), Source(study, cases, quantities, manifest)
+    folder, study, cases, manifest = Path(folder), source.study, source.cases, source.manifest
     kinds = {plot.name: plot.kind for plot in study.plot}
     content = {
         "study": study,
         "figures": [picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
+        "counsel": counsel,
         "count": _count(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, source.measured),

@@ -1,0 +1,135 @@
+"""Figures of a decision: reserves to the requirements, worth by the preferences, and the Pareto front."""
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from prb3r.present import style
+from prb3r.study.advice import bound_in_words, wish_in_words
+from prb3r.study.decide import Decision
+
+MOST_TOLD_APART = 6
+"""So many designs, the first in the ranking, have a look of their own; the others are grey."""
+FULL_RESERVE = 1.0
+"""Reserves beyond this share of the bound, to either side, stand at the edge."""
+LABEL_LETTERS = 48
+"""So many letters of a label fit beside an axis of one column's width."""
+OTHERS = style.Look(style.PALE, ".", "-", "")
+
+
+def looks_of(decision: Decision) -> dict[int, style.Look]:
+    """The look of each design: the best ranked ones are told apart, and of designs that are out the nearest."""
+    out = [k for k in np.argsort(-decision.margins.min(1, initial=np.inf)) if not decision.feasible[k]]
+    apart = [*decision.ranking, *map(int, out)][:MOST_TOLD_APART]
+    looks = style.looks([decision.designs[k] for k in apart])
+    return {k: looks[decision.designs[k]] if k in apart else OTHERS for k in range(len(decision.designs))}
+
+
+def decision_figure(decision: Decision) -> Figure:
+    """Reserve to each requirement, and below it worth by each preference, of all designs.
+
+    Raises
+    ------
+    ValueError
+        Without requirements and with a single design on the front: there is nothing to lay side by side.
+    """
+    choice = decision.preferences if sum(decision.front) > 1 else []
+    heights = [len(part) + 0.6 for part in (decision.requirements, choice) if part]
+    figure = Figure(figsize=(style.DOUBLE * style.MM, (7.5 * sum(heights) + 20) * style.MM), layout="constrained")
+    if not heights:
+        raise ValueError("nothing to lay side by side")
+    panels = iter(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False).ravel())
+    looks = looks_of(decision)
+    if decision.requirements:
+        axes, quantities = next(panels), decision.quantities[: len(decision.requirements)]
+        axes.axvspan(-1.2, 0, color="#f3e3e5", lw=0)
+        axes.axvline(0, color=style.ALARM, lw=0.8)
+        reserves = np.clip(np.nan_to_num(decision.margins), -FULL_RESERVE, FULL_RESERVE)
+        words = [
+            f"{wish_in_words(requirement, q)},\n{bound_in_words(requirement, q)}"
+            for requirement, q in zip(decision.requirements, quantities, strict=True)
+        ]
+        _rows(axes, reserves, words, looks)
+        axes.set_xlim(-1.07 * FULL_RESERVE, 1.07 * FULL_RESERVE)
+        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+        axes.set_xlabel("reserve to the bound (left of 0: broken; more than 100 % at the edge)")
+    if choice:
+        axes = next(panels)
+        quantities = decision.quantities[len(decision.requirements) :]
+        words = [wish_in_words(*pair) for pair in zip(choice, quantities, strict=True)]
+        _rows(axes, decision.worth, words, looks)
+        axes.set_xlim(-0.05, 1.05)
+        axes.set_xlabel("worth, from the worst (0) to the best (1) of the designs to choose from")
+    order = [*decision.ranking, *(k for k in looks if not decision.feasible[k])]
+    handles = []
+    for k in [k for k in order if looks[k] is not OTHERS]:
+        mark, look = "" if decision.feasible[k] else " (out)", looks[k]
+        handles.append(_handle(look, decision.designs[k] + mark))
+    if len(handles) < len(order):
+        handles.append(_handle(OTHERS, "others"))
+    beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
+    figure.legend(handles=handles, loc="outside lower center", ncols=beside)
+    return figure
+
+
+def _handle(look: style.Look, label: str) -> Line2D:
+    return Line2D([], [], color=look.colour, marker=look.marker, ls=look.line, label=label)
+
+
+def _rows(axes: Axes, values: np.ndarray, words: Sequence[str], looks: dict[int, style.Look]) -> None:
+    """A row for each column of `values`; the better ranked designs on top."""
+    rows = np.arange(values.shape[1])[::-1]
+    for k in sorted(looks, key=lambda k: looks[k] is not OTHERS):
+        look = looks[k]
+        axes.plot(values[k], rows, color=look.colour, marker=look.marker, ls=look.line, lw=0.8, clip_on=False)
+    axes.set_yticks(rows, words)
+    axes.set_ylim(-0.5, len(words) - 0.5)
+
+
+def front_figure(decision: Decision) -> Figure:
+    """All designs over the two preferences of greatest weight; the Pareto front of these two is joined.
+
+    Raises
+    ------
+    ValueError
+        With fewer than two preferences.
+    """
+    if len(decision.preferences) < 2:
+        raise ValueError("a front needs two preferences")
+    columns = np.sort(np.argsort(-decision.weights, kind="stable")[:2])
+    quantities = [decision.quantities[len(decision.requirements) + j] for j in columns]
+    shown = [style.shown(q, decision.values.iloc[:, j]) for q, j in zip(quantities, columns, strict=True)]
+    x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
+    figure = Figure(figsize=(style.SINGLE * style.MM, 0.8 * style.SINGLE * style.MM), layout="constrained")
+    axes, looks = figure.subplots(), looks_of(decision)
+    out = ~decision.feasible
+    if out.any():
+        axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, ms=4, mew=0.9, label="breaks a requirement")
+    edge = _edge(decision.scores[:, columns], decision.feasible)
+    axes.plot(x[edge], y[edge], color=style.QUIET, lw=0.9, ls=(0, (4, 2)), label="Pareto front of these two")
+    for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
+        look = looks[k]
+        label = None if look is OTHERS else decision.designs[k]
+        axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=label)
+    for setter, j, s in zip((axes.set_xlabel, axes.set_ylabel), columns, shown, strict=True):
+        preference = decision.preferences[j]
+        words = wish_in_words(preference, decision.quantities[len(decision.requirements) + j])
+        better = "→" if preference.better == "greater" else "←"
+        text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better {better}"
+        setter(textwrap.fill(text, LABEL_LETTERS))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def _edge(scores: np.ndarray, feasible: np.ndarray) -> list[int]:
+    """Designs on the front of two preferences alone, in the order of the first."""
+    edge = [
+        k
+        for k in np.flatnonzero(feasible)
+        if not any(np.all(scores[j] >= scores[k]) and np.any(scores[j] > scores[k]) for j in np.flatnonzero(feasible))
+    ]
+    return sorted(edge, key=lambda k: scores[k, 0])

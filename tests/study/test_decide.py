@@ -1,0 +1,198 @@
+"""Decisions: hand-computed tables and laws that hold for any table."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from prb3r.errors import SpecError
+from prb3r.present.study.comparison import advice_on, publish_comparison
+from prb3r.runs.store import read_arrow
+from prb3r.study.advice import exclusions, recommendation
+from prb3r.study.decide import decide
+from prb3r.study.designs import DesignCases
+from prb3r.study.wishes import Preference, Requirement, Wishes
+
+
+def cases(columns, requirement=(), preference=(), circumstances=()):
+    """A case for each row; designs by the column `design`."""
+    frame = pd.DataFrame(columns)
+    frame["outcome"] = frame.get("outcome", "converged")
+    if "scenario" not in frame:
+        frame["scenario"] = frame.groupby("design").cumcount()
+    return DesignCases(frame, list(circumstances), Wishes(requirement=list(requirement), preference=list(preference)))
+
+
+def greater(metric, **more):
+    return Preference(metric=metric, better="greater", **more)
+
+
+def less(metric, **more):
+    return Preference(metric=metric, better="less", **more)
+
+
+def random_cases(seed, requirement=(), weights=(1.0, 1.0, 1.0)):
+    rng = np.random.default_rng(seed)
+    table = {"design": [f"d{k}" for k in range(12)], **{name: rng.normal(size=12) for name in "abc"}}
+    wishes = [greater("a", weight=weights[0]), less("b", weight=weights[1]), greater("c", weight=weights[2])]
+    return cases(table, requirement, wishes)
+
+
+TABLE = {
+    "design": ["thin", "middle", "thick", "odd"],
+    "area": [4.0, 3.0, 1.0, 2.0],
+    "force": [90.0, 60.0, 50.0, 80.0],
+}
+
+
+def test_a_small_table_by_hand():
+    known = decide(cases(TABLE, [Requirement(metric="force", at_most=100)], [greater("area"), less("force")]))
+    assert known.feasible.all()
+    assert known.front == [True, True, True, False]  # odd has less area than middle, and needs more force
+    assert known.worth[:3] == pytest.approx(np.array([[1, 0], [2 / 3, 0.75], [0, 1]]))
+    assert known.score[:3] == pytest.approx([0.5, (2 / 3 + 0.75) / 2, 0.5])
+    assert known.winner == "middle"
+    # with share t of the weight on area: thin t, middle 0.75 - t/12, thick 1 - t; they cross at 9/13 and at 3/11
+    assert known.win_share == pytest.approx([4 / 13, 9 / 13 - 3 / 11, 3 / 11, 0], abs=0.015)
+    move = known.move(0)
+    assert (move.below, move.above) == ("thick", "thin")
+    assert (move.low, move.high) == pytest.approx(((3 / 11) / (8 / 11), (9 / 13) / (4 / 13)))
+
+
+def test_what_excludes_and_by_how_much():
+    known = decide(cases(TABLE, [Requirement(metric="force", at_most=75), Requirement(metric="area", at_least=1.5)]))
+    assert known.margins[:, 0] == pytest.approx([-0.2, 0.2, 1 / 3, -1 / 15])
+    assert known.feasible.tolist() == [False, True, False, False]
+    assert known.excluded_alone(0) == ["thin", "odd"]
+    assert known.excluded_alone(1) == ["thick"]
+    assert known.winner == "middle"
+    told = " ".join(exclusions(known))
+    assert "**thin** is out: force is 90, at most 75 allowed (20 % off)" in told
+
+
+def test_nothing_keeps_the_requirements_and_the_nearest_is_named():
+    known = decide(cases(TABLE, [Requirement(metric="force", at_most=45)], [greater("area")]))
+    assert known.winner is None
+    assert not any(known.front)
+    assert not known.ranking
+    assert "thick comes closest" in recommendation(known)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_dominated_design_is_never_recommended_and_changes_nothing(seed):
+    known = random_cases(seed)
+    before = decide(known)
+    winner = before.designs.index(before.winner)
+    assert before.front[winner]
+    assert all(before.win_share[k] == 0 for k, on in enumerate(before.front) if not on)
+    worse = known.frame.iloc[[winner]].assign(design="worse", a=lambda f: f["a"] - 9, b=lambda f: f["b"] + 9)
+    after = decide(DesignCases(pd.concat([known.frame, worse], ignore_index=True), [], known.wishes))
+    assert after.winner == before.winner
+    assert not after.front[-1]
+    assert np.array_equal(after.win_share[:-1], before.win_share)
+    assert np.array_equal(after.worth[:-1][before.front], before.worth[before.front])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_tighter_requirement_lets_no_more_designs_through(seed):
+    kept = [
+        set(np.flatnonzero(decide(random_cases(seed, [Requirement(metric="a", at_least=bound)])).feasible))
+        for bound in (-2.0, -0.5, 0.0, 0.5, 2.0)
+    ]
+    assert all(after <= before for before, after in itertools.pairwise(kept))
+    assert len(kept[0]) > len(kept[-1])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_another_design_comes_first_exactly_beyond_the_bounds_of_a_weight(seed):
+    weights = np.random.default_rng(seed).uniform(0.5, 3, 3)
+    before = decide(random_cases(seed, weights=weights))
+    bounds = 0
+    for j in range(3):
+        move = before.move(j)
+        for bound, taker, out in ((move.low, move.below, 1 - 1e-6), (move.high, move.above, 1 + 1e-6)):
+            if taker is None:
+                continue
+            bounds += 1
+            assert (bound < weights[j]) == (out < 1)
+            for factor, winner in ((out, taker), (2 - out, before.winner)):
+                moved = weights.copy()
+                moved[j] = bound * factor
+                assert decide(random_cases(seed, weights=moved)).winner == winner
+    assert bounds
+
+
+def test_units_do_not_matter():
+    before = decide(random_cases(3))
+    frame = random_cases(3).frame.assign(a=lambda f: 1e3 * f["a"], b=lambda f: 1e-3 * f["b"])
+    after = decide(DesignCases(frame, [], random_cases(3).wishes))
+    assert after.ranking == before.ranking
+    assert after.score == pytest.approx(before.score)
+
+
+@pytest.mark.parametrize(
+    ("over", "expected"),
+    [({}, 1.0), ({"over": "mean"}, 3.0), ({"over": "median"}, 2.0), ({"over": "quantile", "quantile": 0.25}, 1.5)],
+)
+def test_statistics_over_the_cases_of_a_design(over, expected):
+    table = {"design": ["x"] * 3, "a": [2.0, 1.0, 6.0]}
+    assert decide(cases(table, [Requirement(metric="a", at_least=0, **over)])).bounded[0, 0] == expected
+    upper = decide(cases(table, [Requirement(metric="a", at_most=0, **over)])).bounded[0, 0]
+    assert upper == (6.0 if not over else expected)  # the worst is the other end; statistics are what they are
+
+
+def test_a_case_without_equilibrium_is_infinitely_bad_but_not_to_the_others():
+    table = {
+        "design": ["x", "x", "y", "y"],
+        "a": [1.0, 5.0, 1.0, 0.5],
+        "outcome": ["converged", "limit point", "converged", "converged"],
+    }
+    need = Requirement(metric="a", at_least=0.2)
+    known = decide(cases(table, [need], [greater("a")]))
+    assert known.feasible.tolist() == [False, True]
+    assert known.failed == 0
+    assert known.values["a"]["y"] == 0.5
+    assert "no value in some case" in " ".join(exclusions(known))
+    assert decide(cases(table, [Requirement(metric="a", at_least=0.2, over="median")])).feasible.tolist() == [
+        False,
+        True,
+    ]
+    free = decide(cases(table, [], [greater("a")]))
+    assert free.failed == 1
+    assert free.values["a"].tolist() == [1.0, 1.0]
+
+
+def test_one_metric_wanted_in_two_circumstances(tmp_path):
+    table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "broken_cables": ["", "2", "", "2"]}
+    wishes = [greater("a", where={"broken_cables": ""}), greater("a", where={"broken_cables": "2"}, weight=2)]
+    counsel = advice_on(cases(table, [], wishes, ["broken_cables"]))
+    assert counsel.decision.values.to_numpy().tolist() == [[1, 5], [2, 3]]
+    assert counsel.decision.winner == "x"
+    assert "all cables intact" in counsel.markdown
+    assert "weight 2" in counsel.markdown
+    names = publish_comparison(counsel, tmp_path)
+    assert {"comparison.md", "comparison.parquet", "comparison.png", "comparison-front.svg"} <= set(names)
+    table = read_arrow(tmp_path / "comparison.parquet").to_pandas()
+    assert table[["a_1", "a_2"]].to_numpy().tolist() == [[1, 5], [2, 3]]
+    assert table["on_pareto_front"].tolist() == [True, True]
+
+
+def test_circumstances_by_themselves():
+    table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "mu": [0.0, 0.3, 0.0, 0.3]}
+    counsel = advice_on(cases(table, [], [greater("a")], ["mu"]))
+    assert ("In each circumstance", ["Friction coefficient: y at 0; x at 0.3."]) in counsel.points
+
+
+@pytest.mark.parametrize(
+    "wrong", [{}, {"at_least": 1, "at_most": 2}, {"at_least": 1, "over": "quantile"}, {"at_least": 1, "quantile": 0.1}]
+)
+def test_requirements_that_say_too_little_or_too_much(wrong):
+    with pytest.raises(ValueError, match=r"give one of|go together"):
+        Requirement(metric="a", **wrong)
+
+
+def test_designs_that_share_no_case():
+    table = {"design": ["x", "y"], "a": [1.0, 2.0], "scenario": ["p", "q"]}
+    with pytest.raises(SpecError, match="share no case"):
+        decide(cases(table, [], [greater("a")]))
