@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
     from prb3r.front import diagnose
+    from prb3r.inverse.reach import reach
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.sensitivity import sensitivities
     from prb3r.model.solve import solve
@@ -17,6 +18,7 @@ _WHERE = {
     "Manipulator": "prb3r.model.manipulator",
     "load_manipulator": "prb3r.model.manipulator",
     "solve": "prb3r.model.solve",
+    "reach": "prb3r.inverse.reach",
     "sensitivities": "prb3r.model.sensitivity",
     "run_study": "prb3r.study.run",
     "load_recording": "prb3r.recording.reading",
@@ -35,6 +37,7 @@ __all__ = [
     "diagnose",
     "load_manipulator",
     "load_recording",
+    "reach",
     "run_study",
     "sensitivities",
     "solve",

@@ -175,6 +175,38 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
 
 
+@main.command("reach")
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.option("--disk", default="tip", show_default=True, metavar="K", help="Number of the disk, or tip.")
+@click.option("--x", "x_m", type=float, metavar="M", help="Where its centre should be, m.")
+@click.option("--y", "y_m", type=float, metavar="M")
+@click.option("--angle", "angle_rad", type=float, metavar="RAD", help="Its angle, rad.")
+@click.option("--path", metavar="TABLE", help="Instead: a table of x_m, y_m, angle_rad, one target after the other.")
+@click.option("--most", type=float, metavar="N", help="Largest tension of a cable [default: bends by a whole turn].")
+@click.option("--broken", multiple=True, metavar="CABLE", help="A cable that carries nothing; may be repeated.")
+@click.option("-o", "--output", metavar="STEPS", help="A .csv or .parquet file instead of CSV on stdout.")
+@click.pass_context
+def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -> None:
+    """Tensions of least sum that bring a disk to a place or an angle, as a table of steps that `solve` takes.
+
+    Exit code 1, and the nearest it comes, where that cannot be.
+    """
+    from prb3r.inverse.reach import reach
+    from prb3r.model.files.table import write_table
+    from prb3r.model.manipulator import load_manipulator
+
+    wanted = {name: value for name, value in place.items() if value is not None}
+    number = int(disk) if disk.isdigit() else disk
+    answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, broken=broken, **wanted)
+    if output:
+        write_table(answer.steps, output)
+    else:
+        click.echo(answer.steps.to_csv(index=False), nl=False)
+    for sentence in answer.sentences:
+        click.echo(sentence, err=not output)
+    ctx.exit(ExitCode.DONE if answer.reached else ExitCode.SOME_FAILED)
+
+
 @main.command("compare")
 @click.argument("results", nargs=-1, required=True, metavar="RESULT...", callback=_existing)
 @click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and figures.")

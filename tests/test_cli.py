@@ -137,6 +137,23 @@ def test_run_writes_tables_figures_and_report_and_is_a_no_op_the_second_time(tmp
     assert (folder / "cases.parquet").read_bytes() == before
 
 
+def test_reach_writes_steps_that_solve_takes_and_says_when_it_cannot(tmp_path):
+    done = prb3r("reach", PROTOTYPE, "--x", 0.41, "--y", 0.2)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("sequence,step,cable_1_n,cable_2_n,cable_3_n,cable_4_n,slip_1")
+    assert "disk 14 at x 0.41 m, y 0.2 m: reached with 86.94 N in sum" in done.stderr
+    (tmp_path / "pull.csv").write_text(done.stdout)
+    markers = prb3r("solve", PROTOTYPE, tmp_path / "pull.csv").stdout.splitlines()[-1].split(",")
+    assert [float(cell) for cell in markers[3:5]] == pytest.approx([0.41, 0.2], abs=1e-6)
+    done = prb3r("reach", PROTOTYPE, "--disk", 7, "--x", 0.3, "--most", 50, "-o", tmp_path / "near.csv")
+    assert done.returncode == 1
+    assert "is not reached; nearest is x 0.236 m" in done.stdout
+    assert (tmp_path / "near.csv").exists()
+    done = prb3r("reach", PROTOTYPE)
+    assert done.returncode == 2
+    assert "say where to" in done.stderr
+
+
 def test_compare_needs_results_with_designs(tmp_path):
     assert prb3r("compare", tmp_path).returncode == 2
     assert "no manifest.json" in prb3r("compare", tmp_path).stderr

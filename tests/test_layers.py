@@ -10,9 +10,10 @@ import prb3r
 
 ROOT = Path(prb3r.__file__).parent
 ORDER = {
-    "": "errors markdown quantities mechanics model runs study recording diagnosis proof present front "
+    "": "errors markdown quantities mechanics model inverse runs study recording diagnosis proof present front "
     "bench progress check cli",
     "model": "files laws effects manipulator steps",
+    "inverse": "target pull search reach",
     "runs": "files store parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes spec columns cases compare work manifest run designs decide advice",
     "recording": "recording findings units steps markers reading writing",
@@ -28,6 +29,7 @@ ALLOWED = {
     "quantities": set(),
     "mechanics": {"numpy", "scipy", "numba"},
     "model": {"numpy", "pandas", "pydantic", "scipy", "tomli_w"},
+    "inverse": {"numpy", "pandas", "scipy"},
     "runs": {"pyarrow"},
     "runs/backends": {"joblib", "distributed", "threadpoolctl"},
     "study": {"numpy", "pandas", "scipy", "pydantic"},

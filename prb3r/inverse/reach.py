@@ -1,0 +1,210 @@
+"""Tensions that bring a disk where it should be: the entrance, and what comes back."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypedDict, Unpack
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.inverse.pull import Pull, lengths
+from prb3r.inverse.search import Found, best_pull, natural_limits
+from prb3r.inverse.target import COORDINATES, Target, targets_of
+from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.manipulator import Manipulator
+
+
+class Coordinates(TypedDict, total=False):
+    """Where a disk should be; what is left out is free."""
+
+    x_m: float
+    y_m: float
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Tensions that bring a disk along its targets, or as near as it comes."""
+
+    steps: pd.DataFrame
+    """A table of steps, as `solve` takes it: tensions and, where friction is declared, slips."""
+    table: pd.DataFrame
+    """A row for each target: `step, disk`, what was wanted (`wanted_x_m`, ...), where the disk comes (`x_m`, ...),
+    `distance_m`, `turn_off_rad`, `total_n` (the sum of the tensions), `reached`, and a `note`."""
+
+    @property
+    def reached(self) -> bool:
+        """Whether every target is reached."""
+        return bool(self.table["reached"].all())
+
+    @property
+    def sentences(self) -> list[str]:
+        """What to say of each target."""
+        return [_sentence(row) for row in self.table.to_dict("records")]
+
+
+def reach(
+    manipulator: Manipulator,
+    *,
+    disk: int | Literal["tip"] = "tip",
+    path: pd.DataFrame | str | Path | None = None,
+    most_n: float | None = None,
+    broken: Collection[str] = (),
+    **place: Unpack[Coordinates],
+) -> Reached:
+    """Tensions of least sum that bring a disk to a place, an angle, both, or along a path of them.
+
+    Parameters
+    ----------
+    disk : number of the disk, or `"tip"`.
+    path : instead of `place`, a table (or the file that holds it) of targets in their order, with columns among
+        `x_m, y_m, angle_rad`; an empty cell leaves a coordinate free.  The pull that leads to one is followed to the
+        next, and another one is looked for only where it leads no further.
+    most_n : largest tension of a cable, N; by itself where the cable alone would bend what it drives by a
+        whole turn if nothing rubbed.
+    broken : cables that carry nothing.
+    place : `x_m`, `y_m`, `angle_rad` of the disk's centre.
+
+    Returns
+    -------
+    The steps to pull, and whether each target is reached; where one is not, the nearest state (distances and angles
+    compare by the manipulator's length) is told.  Where friction is declared, each cable's slip goes with its travel
+    in that step; with `direction = "history"` friction follows the whole path.
+
+    Raises
+    ------
+    SpecError
+        With everything that is wrong with what is asked.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> manipulator = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
+    >>> answer = prb3r.reach(manipulator, x_m=0.40, y_m=0.15)
+    >>> answer.reached
+    True
+    >>> markers = prb3r.solve(manipulator, answer.steps)
+    >>> markers[["x_m", "y_m"]].iloc[-1].round(6).tolist()
+    [0.4, 0.15]
+    """
+    wanted = {name: float(value) for name, value in place.items() if value is not None}  # type: ignore[arg-type]
+    problems = _problems(manipulator, wanted, most_n, broken)
+    if problems:
+        raise SpecError(*problems)
+    chain = manipulator.chain(broken)
+    targets = targets_of(chain, disk, wanted, path)
+    most = np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
+    found = _along(chain, targets, most)
+    return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator.cable_names))
+
+
+def _problems(
+    manipulator: Manipulator, wanted: dict[str, float], most_n: float | None, broken: Collection[str]
+) -> list[Problem]:
+    names = manipulator.cable_names
+    problems = [
+        Problem("broken", f"there is no cable {name!r}{did_you_mean(name, names)}")
+        for name in broken
+        if name not in names
+    ]
+    problems += [
+        Problem("target", f"unknown coordinate {name!r}{did_you_mean(name, COORDINATES)}")
+        for name in wanted
+        if name not in COORDINATES
+    ]
+    if most_n is not None and not 0 < most_n < np.inf:
+        problems.append(Problem("most_n", "the largest tension must be more than 0 N"))
+    if not set(names) - set(broken):
+        problems.append(Problem("manipulator", "no cable is left to pull"))
+    return problems
+
+
+def _along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
+    """The best pull for each target, each from the state that the last one has left."""
+    before: Loads = no_loads(chain)
+    length = lengths(chain, equilibria_of(chain, before))[-1]
+    before = Loads(*(field[:0] for field in before))
+    found: list[Found | None] = []
+    near = None
+    for target in targets:
+        pull = Pull(chain, before, -np.ones(len(most)), target)
+        best = best_pull(pull, most, length, near)
+        found.append(best)
+        if best is not None:
+            length, near = best.lengths, best.tension
+            step = loads(chain, best.tension[None], best.slip[None])
+            before = Loads(*(np.concatenate(pair) for pair in zip(before, step, strict=True)))
+    return found
+
+
+def _steps(manipulator: Manipulator, found: list[Found | None]) -> pd.DataFrame:
+    pulled = [(number, pull) for number, pull in enumerate(found, 1) if pull is not None]
+    names = manipulator.cable_names
+    columns = {"sequence": ["reach"] * len(pulled), "step": [number for number, _ in pulled]}
+    columns |= {f"cable_{name}_n": [float(pull.tension[j]) for _, pull in pulled] for j, name in enumerate(names)}
+    if not manipulator.follows_history:
+        columns |= {f"slip_{name}": [int(pull.slip[j]) for _, pull in pulled] for j, name in enumerate(names)}
+    return pd.DataFrame(columns)
+
+
+def _table(targets: list[Target], found: list[Found | None], most: np.ndarray, names: list[str]) -> pd.DataFrame:
+    rows = []
+    for number, (target, best) in enumerate(zip(targets, found, strict=True), 1):
+        place = np.full(3, np.nan) if best is None else best.place
+        off = np.where(target.asked, place - target.wanted, 0.0)
+        rows.append(
+            {
+                "step": number,
+                "disk": target.disk,
+                **{f"wanted_{name}": value for name, value in zip(COORDINATES, target.wanted, strict=True)},
+                **dict(zip(COORDINATES, place, strict=True)),
+                "distance_m": float(np.hypot(off[0], off[1])),
+                "turn_off_rad": float(abs(off[2])),
+                "total_n": np.nan if best is None else float(best.tension.sum()),
+                "reached": best is not None and best.steady and target.reached(place),
+                "note": _note(target, best, most, names),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]) -> str:
+    if best is None:
+        return "no pull leads to a stable equilibrium"
+    if not target.reached(best.place):
+        full = [
+            name for name, pull, limit in zip(names, best.tension, most, strict=True) if 0 < limit <= pull * (1 + 1e-6)
+        ]
+        return f"cable {' and '.join(full)} at the largest tension" if full else "no pull brings it nearer"
+    if not best.steady:
+        return "only with friction that does not go with the cables' travel"
+    stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
+    return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""
+
+
+def _sentence(row: dict) -> str:
+    wanted = _in_words([row[f"wanted_{name}"] for name in COORDINATES])
+    if not np.isfinite(row["x_m"]):
+        return f"step {row['step']}: disk {row['disk']} at {wanted}: {row['note']}"
+    if row["reached"]:
+        note = f"; {row['note']}" if row["note"] else ""
+        return f"step {row['step']}: disk {row['disk']} at {wanted}: reached with {row['total_n']:.4g} N in sum{note}"
+    asked = [row[name] if np.isfinite(row[f"wanted_{name}"]) else np.nan for name in COORDINATES]
+    parts = [f"{1e3 * row['distance_m']:.3g} mm"] if np.isfinite(asked[:2]).any() else []
+    parts += [f"{row['turn_off_rad']:.3g} rad"] if np.isfinite(asked[2]) else []
+    return (
+        f"step {row['step']}: disk {row['disk']} at {wanted} is not reached; nearest is {_in_words(asked)}, "
+        f"{' and '.join(parts)} off, with {row['total_n']:.4g} N in sum; {row['note']}"
+    )
+
+
+def _in_words(place: list[float]) -> str:
+    parts = [
+        f"{name.split('_')[0]} {value:.5g} {name.split('_')[1]}"
+        for name, value in zip(COORDINATES, place, strict=True)
+        if np.isfinite(value)
+    ]
+    return ", ".join(parts)

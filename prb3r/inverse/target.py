@@ -1,0 +1,90 @@
+"""Where a disk should be, and how far from there it is."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.mechanics.sensitivity import Sensitivities
+from prb3r.model.files.cells import number_problems, numbers
+from prb3r.model.files.table import read_table
+
+COORDINATES = ("x_m", "y_m", "angle_rad")
+"""What can be asked of a disk, in the order of all arrays here."""
+ARRIVED = 1e-6
+"""Off by less than this, of the straight length or in rad, a target is reached: a thousandth of what a camera reads,
+and a thousand times what equilibria are solved to."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A place and an angle of one disk; coordinates that are free are NaN."""
+
+    disk: int
+    wanted: np.ndarray
+    """(3,) of `COORDINATES`, m, m and rad."""
+    length: float
+    """Straight length of the manipulator, m: it makes distances and angles comparable."""
+
+    @property
+    def asked(self) -> np.ndarray:
+        """(3,) whether a coordinate is asked for."""
+        return np.isfinite(self.wanted)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """(3,) by which coordinates are divided."""
+        return np.array([self.length, self.length, 1.0])
+
+    def place(self, states: Equilibria) -> np.ndarray:
+        """(s, 3) the disk's coordinates."""
+        return np.stack([states.x[:, self.disk], states.y[:, self.disk], states.angle[:, self.disk]], 1)
+
+    def off(self, place: np.ndarray) -> np.ndarray:
+        """(..., k) what the `k` coordinates asked for are off, in shares of the length and rad, from (..., 3)."""
+        return ((place - self.wanted) / self.scale)[..., self.asked]
+
+    def rate(self, derivatives: Sensitivities) -> np.ndarray:
+        """(k, p) derivatives of :meth:`off` at the last step."""
+        disk = np.stack([field[-1, self.disk] for field in (derivatives.dx, derivatives.dy, derivatives.dangle)])
+        return (disk / self.scale[:, None])[self.asked]
+
+    def reached(self, place: np.ndarray) -> bool:
+        """Whether the disk is there."""
+        return bool(np.linalg.norm(self.off(place)) <= ARRIVED)
+
+
+def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd.DataFrame | str | Path | None):
+    """The targets in their order: one of the coordinates `wanted`, or a row each of the table `path`.
+
+    Raises
+    ------
+    SpecError
+        With everything that is wrong.
+    """
+    where = str(path) if isinstance(path, str | Path) else "path" if path is not None else "target"
+    table = pd.DataFrame([wanted]) if path is None else path if isinstance(path, pd.DataFrame) else read_table(path)
+    problems = []
+    number = chain.plates if disk == "tip" else disk
+    if not isinstance(number, int) or not 1 <= number <= chain.plates:
+        problems.append(Problem("disk", f"there is no disk {disk!r} to bring anywhere; 1 to {chain.plates}, or tip"))
+    if path is not None and wanted:
+        problems.append(Problem(where, f"a path and {', '.join(wanted)} exclude each other"))
+    for name in table:
+        if name in COORDINATES:
+            problems += number_problems(table[name], f"{where} column {name}")
+        elif name != "step":
+            problems.append(Problem(where, f"unknown column {name!r}{did_you_mean(str(name), COORDINATES)}"))
+    rows = np.full((len(table), len(COORDINATES)), np.nan)
+    if not problems:
+        for k, name in enumerate(COORDINATES):
+            rows[:, k] = numbers(table[name]) if name in table else np.nan
+        if not len(rows) or np.isnan(rows).all(1).any():
+            problems.append(Problem(where, "say where to: x_m and y_m, angle_rad, or all of them"))
+    if problems:
+        raise SpecError(*problems)
+    return [Target(number, row, chain.length) for row in rows]  # type: ignore[arg-type]

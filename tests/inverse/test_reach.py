@@ -1,0 +1,188 @@
+"""Tensions for targets: they lead there, nothing less does, and what cannot be reached is said."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import prb3r
+from prb3r.errors import SpecError
+from prb3r.inverse.pull import Pull, lengths
+from prb3r.inverse.search import natural_limits
+from prb3r.inverse.target import targets_of
+from prb3r.mechanics.chain import loads, no_loads
+from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.model.manipulator import Manipulator
+
+
+def small(**friction):
+    """Two segments of three plates, four cables."""
+    segment = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": 0.0008}
+    cables = [("1", 0.0255, 2), ("2", 0.021, 1), ("3", -0.021, 1), ("4", -0.0255, 2)]
+    return Manipulator.model_validate(
+        {
+            "name": "small",
+            "youngs_modulus_pa": 1.87e11,
+            "disk": {"thickness_m": 0.004, "mass_kg": 0.04},
+            "friction": friction,
+            "segment": [segment, segment],
+            "cable": [{"name": name, "offset_m": offset, "ends_at_segment": end} for name, offset, end in cables],
+        }
+    )
+
+
+FREE, RUBBING, STICKY = small(), small(coefficient=0.3), small(coefficient=0.3, direction="history")
+
+
+def comes_to(manipulator, answer, disk):
+    """(steps, 3) where a forward solve of the answer brings a disk."""
+    markers = prb3r.solve(manipulator, answer.steps)
+    assert (markers["outcome"] == "converged").all()
+    return markers.loc[markers["disk"] == disk, ["x_m", "y_m", "angle_rad"]].to_numpy()
+
+
+def bent(manipulator, tension):
+    """(s, disks, 3) all disks under tensions (s, cables), each from rest."""
+    states = solve_chain(manipulator.chain(), loads(manipulator.chain(), tension), from_rest=True, detail=False)
+    return np.stack([states.x, states.y, states.angle], -1)
+
+
+@pytest.mark.parametrize("manipulator", [FREE, RUBBING, STICKY], ids=["free", "rubbing", "history"])
+@pytest.mark.parametrize(
+    ("disk", "wanted"),
+    [
+        (6, {"x_m": 0.17, "y_m": 0.08}),
+        (6, {"x_m": 0.16, "y_m": -0.03}),
+        (6, {"angle_rad": 0.6}),
+        (3, {"angle_rad": -0.3}),
+        (6, {"y_m": 0.05, "angle_rad": 0.2}),
+    ],
+)
+def test_a_forward_solve_of_the_answer_meets_the_target(manipulator, disk, wanted):
+    answer = prb3r.reach(manipulator, disk=disk, **wanted)
+    assert answer.reached, answer.sentences
+    place = dict(zip(("x_m", "y_m", "angle_rad"), comes_to(manipulator, answer, disk)[-1], strict=True))
+    assert {name: place[name] for name in wanted} == pytest.approx(wanted, abs=1e-6)
+    assert answer.table.loc[0, ["x_m", "y_m", "angle_rad"]].tolist() == pytest.approx(list(place.values()), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_pull_of_a_hundred_thousand_gets_there_with_less(seed):
+    rng = np.random.default_rng(seed)
+    chain = FREE.chain()
+    most = natural_limits(chain) / 3
+    tension = np.maximum(rng.uniform(-1, 1, (100_000, 4)), 0) * most
+    tips = bent(FREE, tension)[:, -1]
+    target = tips[rng.integers(len(tips)), :2]
+    answer = prb3r.reach(FREE, x_m=target[0], y_m=target[1], most_n=most.max())
+    off = np.hypot(*(tips[:, :2] - target).T)
+    least = answer.table["total_n"][0]
+    (asked,) = targets_of(chain, "tip", {"x_m": target[0], "y_m": target[1]}, None)
+    pull = Pull(chain, loads(chain, np.zeros((0, 4))), -np.ones(4), asked)
+    rate = pull(answer.steps.filter(like="_n").to_numpy(float)[0]).rate / chain.length  # share of the length per N
+    per_metre = np.linalg.norm(np.linalg.pinv(rate * chain.length**2), 1)  # N of all cables per metre, at most
+    for metres in (0.002, 0.004, 0.008):
+        assert tension[off < metres].sum(1).min(initial=np.inf) > least - 3 * per_metre * metres
+    assert answer.reached
+
+
+def test_a_grid_of_two_cables_finds_the_same_least_force():
+    grid = np.linspace(0, 60, 601)
+    tension = np.zeros((len(grid) ** 2, 4))
+    tension[:, 0], tension[:, 1] = (axis.ravel() for axis in np.meshgrid(grid, grid))
+    angle = bent(RUBBING, tension)[:, -1, 2]
+    wanted = 0.4
+    near = np.abs(angle - wanted) < 2e-4
+    brute = tension[near].sum(1).min()
+    answer = prb3r.reach(RUBBING, angle_rad=wanted, broken=["3", "4"])
+    assert answer.table["total_n"][0] == pytest.approx(brute, abs=0.1)
+
+
+@pytest.mark.parametrize("manipulator", [FREE, RUBBING, STICKY], ids=["free", "rubbing", "history"])
+def test_mirrored_targets_take_mirrored_cables(manipulator):
+    up = prb3r.reach(manipulator, x_m=0.17, y_m=0.07)
+    down = prb3r.reach(manipulator, x_m=0.17, y_m=-0.07)
+    names = [f"cable_{name}_n" for name in "1234"]
+    assert up.steps[names].to_numpy() == pytest.approx(down.steps[names[::-1]].to_numpy(), abs=1e-4)
+
+
+def test_what_is_out_of_reach_is_told_with_the_nearest_point():
+    target = np.array([0.25, 0.1])  # farther than the manipulator is long
+    answer = prb3r.reach(FREE, x_m=target[0], y_m=target[1])
+    assert not answer.reached
+    assert "is not reached; nearest is" in answer.sentences[0]
+    distance = answer.table["distance_m"][0]
+    assert np.hypot(*(comes_to(FREE, answer, 6)[-1, :2] - target)) == pytest.approx(distance)
+    rng = np.random.default_rng(1)
+    tension = np.maximum(rng.uniform(-1, 1, (20_000, 4)), 0) * natural_limits(FREE.chain())
+    assert distance <= np.nanmin(np.hypot(*(bent(FREE, tension)[:, -1, :2] - target).T)) + 1e-9
+
+
+def test_a_smaller_largest_tension_reaches_no_farther_and_is_kept():
+    distances = []
+    for most in (5.0, 20.0, 80.0):
+        answer = prb3r.reach(FREE, x_m=0.10, y_m=0.13, most_n=most)
+        assert answer.steps.filter(like="_n").to_numpy(float).max() <= most * (1 + 1e-9)
+        distances.append(answer.table["distance_m"][0])
+    assert distances == sorted(distances, reverse=True)
+    assert distances[0] > 2 * distances[-1]
+    assert "at the largest tension" in prb3r.reach(FREE, x_m=0.10, y_m=0.13, most_n=5.0).sentences[0]
+
+
+def test_broken_and_dead_cables_are_not_pulled():
+    broken = prb3r.reach(FREE, x_m=0.17, y_m=0.08, broken=["1"])
+    effect = FREE.model_dump(exclude_none=True) | {"effect": [{"kind": "dead_cable", "cable": "1"}]}
+    dead = prb3r.reach(Manipulator.model_validate(effect), x_m=0.17, y_m=0.08)
+    assert broken.steps["cable_1_n"][0] == dead.steps["cable_1_n"][0] == 0
+    assert broken.steps.equals(dead.steps)
+
+
+def test_slips_go_with_the_travel_along_a_path_and_history_agrees():
+    turn = np.linspace(0, 2 * np.pi, 7)
+    path = pd.DataFrame({"x_m": 0.165 + 0.008 * np.cos(turn), "y_m": 0.085 + 0.008 * np.sin(turn)})
+    declared, history = prb3r.reach(RUBBING, path=path), prb3r.reach(STICKY, path=path)
+    for manipulator, answer in ((RUBBING, declared), (STICKY, history)):
+        assert answer.reached, answer.sentences
+        assert comes_to(manipulator, answer, 6)[:, :2] == pytest.approx(path.to_numpy(), abs=1e-6)
+    names = [f"cable_{name}_n" for name in "1234"]
+    tension = declared.steps[names].to_numpy()
+    states = solve_chain(RUBBING.chain(), loads(RUBBING.chain(), tension, declared.steps.filter(like="slip")))
+    rest = solve_chain(RUBBING.chain(), no_loads(RUBBING.chain()))
+    longer = np.diff(np.concatenate([lengths(RUBBING.chain(), rest), lengths(RUBBING.chain(), states)]), axis=0)
+    slip = declared.steps.filter(like="slip").to_numpy()
+    counts = (tension > 0) & (slip != 0)
+    assert (np.sign(longer)[counts] == slip[counts]).all()
+    assert (slip[tension > 0] == 1).any()
+    sums = tension.sum(1), history.steps[names].to_numpy().sum(1)
+    alike = [0, 2, 3, 6]  # elsewhere holes stick here and slip there, which one slip for a cable cannot say
+    assert sums[0][alike] == pytest.approx(sums[1][alike], rel=1e-6)
+
+
+def test_lengths_of_cables_of_a_straight_and_of_an_evenly_bent_manipulator():
+    chain = FREE.chain()
+    rest = lengths(chain, solve_chain(chain, no_loads(chain)))[0]
+    assert rest == pytest.approx([6 * 0.03, 3 * 0.03, 3 * 0.03, 6 * 0.03])
+    moment = loads(chain, np.zeros((1, 4)), moment=0.05)
+    states = solve_chain(chain, moment)
+    bend = np.diff(states.angle[0])
+    longer = lengths(chain, states)[0] - rest
+    assert bend == pytest.approx(bend[0])
+    # each span is the chord between two disks that have turned by `bend`: half its change is offset sin(bend / 2)
+    assert longer[0] - longer[3] == pytest.approx(-2 * 6 * 2 * 0.0255 * np.sin(bend[0] / 2))
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({}, "say where to"),
+        ({"x_m": 0.1, "disk": 9}, "there is no disk 9"),
+        ({"x_m": 0.1, "broken": ["5"]}, "there is no cable '5'"),
+        ({"x_m": 0.1, "broken": ["1", "2", "3", "4"]}, "no cable is left"),
+        ({"x_m": 0.1, "most_n": -1.0}, "must be more than 0 N"),
+        ({"z_m": 0.1}, "unknown coordinate 'z_m'"),
+        ({"path": pd.DataFrame({"x_mm": [1.0]})}, "unknown column 'x_mm'"),
+        ({"x_m": 0.1, "path": pd.DataFrame({"x_m": [0.1]})}, "exclude each other"),
+    ],
+)
+def test_questions_that_make_no_sense(asked, message):
+    with pytest.raises(SpecError, match=message):
+        prb3r.reach(FREE, **asked)
