@@ -49,35 +49,76 @@ class Settings:
     """Reduced chi-square from which on no interval is printed.  Choice: the error bars would be a fifth too small."""
 
     # Search
-    most_effects: int = 3
-    """Effects at which the search ends and the diagnosis says `unexplained`.  Choice."""
-    shortlist: int = 12
-    """Most hypotheses of a round that are fitted in full.  Choice, for time."""
-    always_fitted: int = 5
-    """How many of the best always are.  Choice, for time."""
+    most_new: int = 4
+    """Effects that a proposed set has more than the one it is proposed around: as far as linearisation is trusted.
+    Choice."""
+    gross: float = 4.0
+    """Reduced chi-square of the constants alone from which on small loads are explained first.  Choice."""
+    fewest_small_loads: float = 5.0
+    """Readings a parameter that small loads must have to be explained first.  Choice."""
+    load_shares: tuple[float, ...] = (0.4, 0.7)
+    """Shares of the largest loads up to which readings are explained first, in this order."""
+    beam: int = 12
+    """Sets of effects that the linearised selection carries on.  Choice, for time."""
+    proposals: int = 5
+    """New sets that are fitted in full around each fit.  Choice, for time."""
+    proposal_reach: float = 3.0
+    """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
+    costly_gain: float = 2.0
+    """Rise in linearised ln evidence from which on an effect is fitted that makes every prediction slow.  Choice."""
+    useful_reach: float = 15.0
+    """A fit that is farther below the best model, in ln evidence, after `patience` steps is given up.  Choice."""
+    expansion_reach: float = 6.0
+    """How far below the best a model may be, in ln evidence, and still be expanded.  Choice."""
+    most_expansions: int = 12
+    """Models that are expanded under one covariance.  Choice, for time."""
+    later_expansions: int = 4
+    """The same once the noise was renewed.  Choice, for time."""
+    simpler_reach: float = 3.0
+    """A part of the most probable model is chosen instead if its ln evidence is at most so much lower: an odds ratio of
+    20, "strong" (Kass and Raftery), is asked of every effect that is named."""
+    shortlist: int = 8
+    """Replacements of an effect that are fitted in full.  Choice, for time."""
     shortlist_share: float = 0.5
-    """Share of the largest score that keeps a hypothesis on the shortlist.  Choice."""
-    kind_share: float = 0.3
-    """The same for the best of a kind that does not come by degrees, whose linearised score says little.  Choice."""
-    kind_score: float = 2.0
-    """And its least score.  Choice."""
+    """Share of what an effect gains that a replacement must promise.  Choice."""
     costly_share: float = 0.7
-    """Share of the largest score from which on an effect is fitted that makes every prediction slow.  Choice."""
-    pairs: int = 8
-    """Pairs of hypotheses that are fitted in full.  Choice, for time."""
-    paired: int = 60
-    """Hypotheses among which pairs are sought.  Choice, for time."""
-    most_exchanges: int = 3
-    """How often effects are exchanged.  Choice, for time."""
+    """Share of the best promise from which on a replacement is fitted that makes every prediction slow.  Choice."""
+    renewals: int = 4
+    """How often the noise is estimated anew from what the best model leaves.  Choice."""
+    kept_models: int = 12
+    """Models that are refitted under a new covariance.  Choice, for time."""
+    certain: float = 0.95
+    """Probability from which on an effect is called certain.  Choice."""
+    most_models: int = 12
+    """Surviving models that are listed.  Choice, for the reader."""
+    survival_odds: float = 150.0
+    """A model survives while the best is at most so many times as probable: beyond, evidence against it is decisive
+    (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
     most_rivals: int = 4
     """Rivals of an effect that experiments are sought for.  Choice, for the reader."""
+
+    # Noise
+    noise_log_sd: float = 0.35
+    """Prior standard deviation of the ln of the factor on the stated noise: within a factor of two, rarely beyond."""
+    noise_scales: tuple[float, float, int] = (-2.5, 2.5, 201)
+    """Logarithms of the factors that are considered: from, to, how many."""
+    far_noise: float = 0.7
+    """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
+    common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
+    """Shares of the noise that a photograph may have in common."""
+    common_reaches: tuple[float, ...] = (2.0, 1e3)
+    """Disks over which: neighbours, or the whole photograph, which has fewer."""
+    common_sd: float = 0.3
+    """Prior standard deviation of the share."""
+    fewest_in_photograph: float = 4.0
+    """Readings a photograph from which on a common share is sought."""
 
     # Fits
     most_steps: int = 40
     """Steps of a fit."""
-    patience: int = 6
+    patience: int = 10
     """Steps after which a fit that is of no use yet is given up.  Choice, for time."""
-    small_gain: float = 1e-8
+    small_gain: float = 1e-5
     """Fall of chi-square that is not worth a step."""
     small_share: float = 1e-6
     """The same as a share of chi-square."""
@@ -132,6 +173,9 @@ class Settings:
     """Share of the highest load by which two steps differ at most that a third is compared with in between.  Choice."""
     fewest_repeats: int = 8
     """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
+
+    told_share: float = 0.8
+    """A recording tells a tolerance if it leaves less than this share of its standard deviation.  Choice."""
 
     # Location and dependence
     alike_plates: float = 2.0

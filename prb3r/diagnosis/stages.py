@@ -4,14 +4,15 @@ calibrate -> doubt -> test -> search -> check -> tell
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from prb3r.diagnosis.checks.doubt import renewed, without_outliers, without_wrong_weights
+from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
-from prb3r.diagnosis.checks.outliers import Doubts
 from prb3r.diagnosis.checks.repeats import Scatter, scatter
+from prb3r.diagnosis.checks.residuals import model_checks
+from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
-from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
@@ -20,11 +21,12 @@ from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.diagnosis.result.named import named_effect, separations
-from prb3r.diagnosis.result.remarks import refusals, scattered, weighed, wrong_weights
+from prb3r.diagnosis.result.named import named_effect, separations, surviving
+from prb3r.diagnosis.result.remarks import noisy, not_predicted, scattered, weighed, wrong_weights
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.search.full_fits import Apply, serially
-from prb3r.diagnosis.search.selection import Choice, Search, choose, examine
+from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.search import Search, examine
+from prb3r.diagnosis.search.selection import Choice, choose
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.recording import Recording
@@ -54,7 +56,7 @@ class Calibrated:
 
     task: Task
     recording: Recording
-    """The whole, its noise as it was found."""
+    """The whole."""
     aside: tuple[int, ...]
     repeated: Scatter | None
     fitted: Fit
@@ -126,14 +128,12 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
 
 
 def calibrate(task: Task) -> Calibrated:
-    """Set sequences aside, hold the noise against what was pulled again, and fit the constants to the rest."""
+    """Set sequences aside, see what repeated ones scatter, and fit the constants to the rest."""
     recording, settings = task.recording, task.settings
     aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings) if task.hold_out else ()
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
-    repeated = scatter(training, settings)
-    if repeated and repeated.beyond_chance:
-        recording, training = (known.noisier(repeated.factor) for known in (recording, training))
-    return Calibrated(task, recording, aside, repeated, fit_constants(predictor(training), settings=settings))
+    fitted = fit_constants(predictor(training), settings=settings)
+    return Calibrated(task, recording, aside, scatter(training, settings), fitted)
 
 
 def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
@@ -148,44 +148,35 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
 
 
 def test(doubted: Doubted) -> Tested:
-    """Score what calibration leaves."""
+    """Score what calibration leaves, under the noise as it is stated."""
     return Tested(doubted, examine(doubted.fitted, doubted.search))
 
 
 def search(tested: Tested) -> Searched:
-    """Choose effects, and renew the covariance as the explanation has it."""
+    """Choose effects, under the noise that is found with them."""
     doubted = tested.doubted
-    choice = choose(doubted.fitted, doubted.search, tested.scores)
-    if choice.fitted.model.hypotheses:
-        explained = renewed(choice.fitted, doubted.doubts)
-        left = examine(explained, doubted.search)
-        choice = replace(choice, fitted=explained, scores=left, chi2_threshold=chi2_threshold(explained))
-    return Searched(tested, choice)
+    return Searched(tested, choose(doubted.fitted, doubted.search, doubted.doubts))
 
 
 def check(searched: Searched) -> Investigation:
     """Hold the choice against sequences that no fit has seen, and find out how sure what is."""
     tested, choice = searched.tested, searched.choice
-    doubted, calibrated = tested.doubted, tested.doubted.fitted
+    doubted, calibrated = tested.doubted, choice.calibrated
     task, training = doubted.task, calibrated.model.predict.recording
-    fresh = unseen(doubted.recording, doubted.aside, task.settings)
+    fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts.level)
     fresh = fresh.doubting(choice.fitted) if fresh else None
-    heldout = fresh.judge(calibrated, choice.fitted) if fresh else None
-    refuted: tuple[str, ...] = ()
-    if fresh and heldout and heldout.chi2_explained > heldout.chi2_calibrated + task.settings.refuted_rise:
-        refuted = tuple(hypothesis.name for hypothesis in choice.fitted.model.hypotheses)
-        threshold = chi2_threshold(calibrated)
-        choice = replace(choice, fitted=calibrated, scores=tested.scores, chi2_threshold=threshold)
-        heldout = fresh.judge(calibrated, calibrated)
-    wrong = (*doubted.doubts.weights, *(fresh.doubted if fresh else ()))
-    why = why_unexplained(choice, [training.manipulator.cable_names[weight.cable] for weight in wrong])
+    judged = fresh.judged(choice.fitted) if fresh else ()
+    failed = [sequence for sequence in judged if sequence.p < task.settings.naming_rate / len(judged)]
+    wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
+    why = why_unexplained(choice, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong])
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
     if why or not named:
         verdict = "unexplained" if why else "adequate"
     else:
-        verdict = "ambiguous" if any(effect.rivals for effect in named) else "explained"
+        rivals = any(effect.rivals for effect in named)
+        verdict = "ambiguous" if rivals or choice.alternatives else "explained"
     return Investigation(
         recording=doubted.recording,
         seed=task.seed,
@@ -196,18 +187,22 @@ def check(searched: Searched) -> Investigation:
         calibrated=calibrated,
         before=tested.scores,
         choice=choice,
-        doubts=doubted.doubts,
+        doubts=choice.doubts,
         named=named,
+        models=surviving(choice, fresh),
+        tolerances=within_tolerance(choice),
+        checks=model_checks(choice, judged),
         closure=law,
         closure_gain=gain,
-        heldout=heldout,
+        heldout=fresh.judge(calibrated, choice.fitted) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         remarks=(
             *doubted.recording.remarks,
             *scattered(doubted.repeated),
-            *wrong_weights(training, doubted.doubts.weights),
+            *noisy(choice.level, task.settings),
+            *wrong_weights(training, choice.doubts.weights),
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
-            *weighed(doubted.doubts),
-            *refusals(refuted),
+            *weighed(choice.doubts),
+            *not_predicted(failed),
         ),
     )

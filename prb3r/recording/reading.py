@@ -61,6 +61,7 @@ def load_recording(path: str | Path) -> Recording:
         manipulator=manipulator,
         measurement=described.measurement,
         prior=described.prior,
+        tolerance=described.tolerance,
         image_centre_m=described.image_centre_m,
         sequences=tuple(names),
         steps=steps,

@@ -1,6 +1,6 @@
 """A recording in memory: the load steps of every sequence, and what was read at each."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
@@ -11,7 +11,7 @@ from pydantic import Field
 
 from prb3r.mechanics.chain import Loads
 from prb3r.model.files.numbers import NonNegative, Positive
-from prb3r.model.manipulator import Manipulator, Strict
+from prb3r.model.manipulator import Manipulator, Segment, Strict
 
 
 class Kind(IntEnum):
@@ -53,6 +53,37 @@ class Prior(Strict):
     friction_coefficient: Positive | None = None
 
 
+class Tolerance(Strict):
+    """How exactly the rig was made: standard deviations of its own geometry, the same through a recording."""
+
+    offset_m: NonNegative | None = None
+    """Of each cable's place, as a whole and at each plate; absent: 0.5 % of its offset."""
+    length_m: NonNegative | None = None
+    """Of each plate's length; absent: 0.5 % of it."""
+    thickness_relative: NonNegative = 0.005
+    """Of the thickness of plates, by segment and each."""
+    marker_m: NonNegative | None = None
+    """Of a marker's place in its disk's own frame; absent: 1 % of the longest plate."""
+
+    def offset(self, arm: float) -> float:
+        """Of a cable with an offset of `arm`, m."""
+        return OWN_SHARE * arm if self.offset_m is None else self.offset_m
+
+    def length(self, segment: Segment) -> float:
+        """Of a plate of a segment, m."""
+        return OWN_SHARE * segment.length_m if self.length_m is None else self.length_m
+
+    def marker(self, segments: Sequence[Segment]) -> float:
+        """Of a marker, m."""
+        longest = max(segment.length_m for segment in segments)
+        return MARKER_SHARE * longest if self.marker_m is None else self.marker_m
+
+
+OWN_SHARE, MARKER_SHARE = 0.005, 0.01
+"""Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths: a
+part made by hand, and a marker of the width of a plate's thickness put on by eye."""
+
+
 class RecordingFile(Strict):
     """What the file `recording.toml` says, which describes a recording and names its manipulator."""
 
@@ -62,6 +93,7 @@ class RecordingFile(Strict):
     image_centre_m: tuple[float, float] = (0.0, 0.0)
     measurement: Measurement
     prior: Prior = Prior()
+    tolerance: Tolerance = Tolerance()
 
 
 class Readings(NamedTuple):
@@ -78,10 +110,10 @@ class Readings(NamedTuple):
 
     @property
     def count(self) -> int:  # type: ignore[override]
+        """Number of readings."""
         return len(self.value)
 
     def where(self, chosen: np.ndarray) -> "Readings":
-        """Number of readings."""
         """The readings that a mask or an index chooses."""
         return Readings(*(field[chosen] for field in self))
 
@@ -104,6 +136,7 @@ class Recording:
     loads: Loads
     """Of the rows of `steps`."""
     readings: Readings
+    tolerance: Tolerance = Tolerance()
     remarks: tuple[str, ...] = ()
     """What reading repaired, counted or took for something else, each one sentence."""
 

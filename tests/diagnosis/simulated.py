@@ -8,6 +8,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
@@ -34,6 +38,8 @@ MEASUREMENT = {
     "frame_rotation_sd_rad": 0.005,
     "frame_position_sd_m": 0.002,
 }
+EXACT = {"offset_m": 0.0, "length_m": 0.0, "thickness_relative": 0.0, "marker_m": 0.0}
+"""Tolerances of a rig that was measured in all its parts."""
 WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}
 CENTRE = (0.1, 0.0)
 """Of the image, m."""
@@ -90,6 +96,7 @@ def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y
     folder.mkdir(parents=True, exist_ok=True)
     described = {"name": "small rig", "manipulator": "manipulator.toml", "image_centre_m": list(CENTRE)}
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
+    described |= {"tolerance": EXACT}
     (folder / "recording.toml").write_text(toml_text(described))
     (folder / "manipulator.toml").write_text(toml_text(manipulator()))
     pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
@@ -112,6 +119,14 @@ def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
         return load_recording(write_recording(Path(folder), hidden, case.seed, case.read))
+
+
+def rival_of(found: Investigation) -> Fit:
+    """The calibrated model of an investigation with another stiffness of the second segment, fitted."""
+    model = found.calibrated.model
+    scope = Scope.of(found.training, model.predict.chain, found.calibrated.solved.states)
+    softer = next(each for each in hypotheses(scope) if each.name == "segment_stiffness (segment 2)")
+    return fit(model.adding(softer), np.append(found.calibrated.p, 0.0))
 
 
 @cache

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded, write_recording
+from diagnosis.simulated import WEAK, Case, diagnosed, investigated, recorded, rival_of, write_recording
 
 import prb3r
 from prb3r import load_manipulator, solve
-from prb3r.diagnosis.checks.outliers import NotedWeight
+from prb3r.diagnosis.evidence.outliers import NotedWeight
 from prb3r.diagnosis.result.diagnosis import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
@@ -23,8 +23,10 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {
-    "": "schema verdict noise calibration effects mismatch closure heldout next_experiment settings",
-    "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained",
+    "": "schema verdict noise calibration effects models alternatives tolerances checks setup remarks mismatch closure "
+    "heldout next_experiment settings",
+    "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained scale scale_low scale_high common "
+    "reach",
     "calibration": "youngs_modulus_pa friction_coefficient frame",
     "calibration.youngs_modulus_pa": "nominal calibrated explained low high",
     "calibration.friction_coefficient": "nominal calibrated explained low high",
@@ -32,8 +34,12 @@ CONTRACT = {
     "mismatch": "plates sequences depends_on statement",
     "heldout": "sequences rmse_calibrated_m rmse_explained_m noise_m rmse_calibrated_rad rmse_explained_rad noise_rad",
 }
-EFFECT = "effect parameters statement indistinguishable_from delta_bic heldout_gain"
-WEAKER = Case(without=frozenset({"weakened_plate", "segment_stiffness", "precurvature"}))
+LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
+EFFECT = "effect parameters statement probability certain indistinguishable_from delta_bic heldout_gain"
+WEAKER = Case(
+    hidden=(tuple(WEAK.items()), tuple(LOSSY.items())),
+    without=frozenset({"weakened_plate", "segment_stiffness", "precurvature"}),
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +52,7 @@ def folder(tmp_path_factory):
 def disputed():
     """The diagnosis as if a rival could not be told from what it names."""
     found = investigated()
-    other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind != "weakened_plate")
+    other = rival_of(found)
     rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
     named = replace(found.named[0], rivals=(rival,))
     experiment = best_experiments(found.explained, [other])[0]
@@ -61,7 +67,7 @@ def test_the_keys_are_those_of_the_contract(folder):
         for key in path.split(".") if path else ():
             part = part[key]
         assert list(part) == keys.split(), path
-    assert record["schema"] == 1
+    assert record["schema"] == 2
     assert record["verdict"] == "explained"
     assert record["closure"] is None
     (effect,) = record["effects"]

@@ -76,8 +76,9 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
 def test_readings_that_scatter_more_than_stated_are_no_effect():
     found = investigate(Task(pulled_again(2.0)))
     assert found.verdict == "adequate"
-    assert found.recording.measurement.angle_sd_rad == pytest.approx(2 * 0.005, rel=0.1)
-    assert any("pulled again" in remark and "taken to be so" in remark for remark in found.remarks)
+    assert found.choice.level.level.scale == pytest.approx(2, rel=0.1)
+    assert any("pulled again" in remark and "more than chance allows" in remark for remark in found.remarks)
+    assert any("times the stated one" in remark for remark in found.remarks)
 
 
 def test_a_model_that_is_far_off_is_no_noise_where_loads_lie_far_apart():

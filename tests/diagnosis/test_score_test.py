@@ -7,8 +7,8 @@ import pytest
 from diagnosis.simulated import Case, recorded
 from scipy.stats import halfnorm, kstest
 
-from prb3r.diagnosis.checks.outliers import surprise
-from prb3r.diagnosis.evidence.score_test import alternatives, chance_of_largest, scores
+from prb3r.diagnosis.evidence.outliers import surprise
+from prb3r.diagnosis.evidence.score_test import alternatives, largest_by_chance, scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.library import hypotheses
@@ -47,7 +47,8 @@ def test_scores_of_right_models_are_standard_normal(tested):
 
 def test_the_largest_score_passes_its_threshold_in_one_right_model_of_a_hundred(tested):
     fitted, found = tested
-    threshold, naming = chance_of_largest(found, 1, Settings())
+    by_chance = largest_by_chance(found, 1, Settings())
+    threshold, naming = np.quantile(by_chance, [1 - Settings().alarm_rate, 1 - Settings().naming_rate])
     assert naming > threshold
     residual = drawn(fitted, 4000)
     largest = np.max([each.z(residual) for each in found], axis=0)

@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import Case, diagnosed, investigated
+from diagnosis.simulated import Case, diagnosed, investigated, rival_of
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -41,7 +41,7 @@ def legend(figure) -> list[str]:
 
 def disputed():
     found = investigated()
-    other = next(fit for fit in found.choice.tried if fit.model.hypotheses[0].kind == "segment_stiffness")
+    other = rival_of(found)
     named = replace(found.named[0], rivals=(Rival(other.model.hypotheses[0], other, 3.0, 1.0),))
     return tell(replace(found, verdict="ambiguous", named=(named,)))
 

@@ -5,23 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight, outlier_inflation, weight_alternatives
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation, weight_alternatives
+from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.evidence.score_test import scores
 from prb3r.diagnosis.fit.covariance import Noise
-from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.fit.response import tension_response
-from prb3r.diagnosis.search.selection import Search, examine
+from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.settings import Settings
-
-
-def renewed(fitted: Fit, doubts: Doubts) -> Fit:
-    """The same model under the covariance that it predicts itself."""
-    predict = fitted.model.predict
-    noise = doubts.noise(predict.recording, tension_response(predict, fitted.solved), fitted.model.settings)
-    model: Model = replace(fitted.model, noise=noise)
-    return fit(model, fitted.p) or fitted
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:

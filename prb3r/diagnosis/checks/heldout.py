@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm as normal
 
 from prb3r.diagnosis.checks.doubt import likeliest
-from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight, outlier_inflation
-from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation
+from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
@@ -71,6 +72,18 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settin
     return tuple(sorted(chosen))
 
 
+class JudgedSequence(NamedTuple):
+    """A sequence that no fit has seen, as a model predicts it."""
+
+    name: str
+    p: float
+    """Chance of so large an error if the model was right."""
+    error_sd: float
+    """Root mean square of the whitened error."""
+    lost: bool
+    """Whether the model has no equilibrium at some of its steps."""
+
+
 @dataclass(frozen=True, eq=False)
 class Unseen:
     """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted."""
@@ -79,24 +92,52 @@ class Unseen:
     settings: Settings
     doubted: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
+    level: NoiseLevel = AS_STATED
+    """Of the reading noise, as the fitted sequences tell it."""
 
     def solved(self, fitted: Fit) -> Solution:
         """States and readings that `fitted` predicts."""
         return self.predict.solve(fitted.constants, fitted.effects)
 
-    def noise(self, solved: Solution) -> Noise:
-        """Covariance of the readings that are predicted."""
-        return noise_under(self.predict, solved, self.settings, self.doubted)
+    def noise(self, fitted: Fit) -> Noise:
+        """Covariance of what is read less what is predicted: of the readings, and of the fitted parameters."""
+        model = replace(fitted.model, predict=self.predict)
+        solved = self.solved(fitted)
+        variance, axes = np.linalg.eigh(fitted.covariance)
+        uncertain = model.moved(fitted.p, solved) @ (axes * np.sqrt(np.maximum(variance, 0.0)))
+        inflation = outlier_inflation(self.predict, solved.readings, self.settings, self.level.scale)
+        doubts = Doubts(inflation, self.doubted, self.level)
+        return doubts.noise(self.predict, solved, self.settings, uncertain)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
         """Compare two models."""
         before, after = self.solved(calibrated), self.solved(explained)
-        return compared(self.predict, self.noise(after), before.readings, after.readings)
+        return compared(self.predict, self.noise(explained), before.readings, after.readings)
+
+    def log_score(self, fitted: Fit) -> float | None:
+        """Mean log density of the whitened readings, up to a constant; None where a step has no equilibrium."""
+        misfit = self.predict.misfit(self.solved(fitted).readings)
+        if not np.isfinite(misfit).all():
+            return None
+        noise = self.noise(fitted)
+        return float(np.mean(-(noise.whiten(misfit) ** 2) / 2)) - float(np.mean(np.log(noise.total_sd / noise.sd)))
+
+    def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
+        """Every sequence, as `fitted` predicts it."""
+        recording, readings = self.predict.recording, self.solved(fitted).readings
+        white = self.noise(fitted).whiten(np.nan_to_num(self.predict.misfit(readings)))
+        of_reading, judged = recording.of_sequence[recording.readings.step], []
+        for k, name in enumerate(recording.sequences):
+            own = of_reading == k
+            lost = not np.isfinite(readings[own]).all()
+            p = 0.0 if lost else float(chi2_law.sf(np.sum(white[own] ** 2), int(own.sum())))
+            judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[own] ** 2))), lost))
+        return tuple(judged)
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
         solved, recording = self.solved(fitted), self.predict.recording
-        noise, misfit = self.noise(solved), self.predict.misfit(solved.readings)
+        noise, misfit = self.noise(fitted), self.predict.misfit(solved.readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):
             return self
@@ -107,14 +148,16 @@ class Unseen:
             return self
         weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         doubting = replace(self, doubted=(*self.doubted, weight))
-        rest = doubting.noise(solved).whiten(misfit)
+        rest = doubting.noise(fitted).whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
         return doubting if rest @ rest <= chi2_law.isf(self.settings.naming_rate, others) else self
 
 
-def unseen(recording: Recording, aside: Sequence[int], settings: Settings) -> Unseen | None:
-    """The sequences that were set aside, if any were."""
-    return Unseen(predictor(recording.only(aside)), settings) if aside else None
+def unseen(
+    recording: Recording, aside: Sequence[int], settings: Settings, level: NoiseLevel = AS_STATED
+) -> Unseen | None:
+    """The sequences that were set aside, if any were, under the noise of the others."""
+    return Unseen(predictor(recording.only(aside)), settings, level=level) if aside else None
 
 
 def noise_under(
@@ -122,7 +165,7 @@ def noise_under(
 ) -> Noise:
     """Covariance of predicted readings, without belief in gross outliers and `doubted` weights."""
     doubts = Doubts(outlier_inflation(predict, solved.readings, settings), doubted)
-    return doubts.noise(predict.recording, tension_response(predict, solved), settings)
+    return doubts.noise(predict, solved, settings)
 
 
 def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:

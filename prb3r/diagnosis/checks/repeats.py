@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from prb3r.diagnosis.checks.outliers import outlier_inflation
+from prb3r.diagnosis.evidence.outliers import outlier_inflation
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import noise_of
 from prb3r.diagnosis.fit.prediction import predictor

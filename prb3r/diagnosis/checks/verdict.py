@@ -2,20 +2,39 @@
 
 from collections.abc import Sequence
 
-from prb3r.diagnosis.checks.heldout import Unseen
+import numpy as np
+from scipy.stats import norm
+
+from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
 from prb3r.diagnosis.evidence.model_evidence import cost
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.selection import Choice
 
 
-def why_unexplained(choice: Choice, doubted: Sequence[str]) -> str:
-    """Why the verdict is `unexplained`; empty if it is not.  `doubted`: the cable of every weight not believed."""
-    effects = len(choice.fitted.model.hypotheses)
+def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
+    """Why the verdict is `unexplained`; empty if it is not.
+
+    Parameters
+    ----------
+    failed : sequences set aside that the choice does not predict.
+    doubted : the cable of every weight not believed.
+    """
+    settings, level = choice.fitted.model.settings, choice.level
+    if not choice.fitted.balanced:
+        return "no model that was found is in balance at every recorded step"
+    if not choice.fitted.converged:
+        return "the fit of the best model has not converged"
     if choice.structured:
         return "a real mismatch remains that no effect of the library accounts for"
-    if effects >= choice.fitted.model.settings.most_effects:
-        return f"it takes {effects} effects at once, which is less likely than one that is not in the library"
+    if np.log(level.low) > norm.isf(settings.naming_rate / 2) * settings.noise_log_sd:
+        return (
+            f"the noise would have to be {level.level.scale:.2g} times as large as stated: either it is, and should be "
+            "stated so, or something disturbs the readings that no effect of the library accounts for"
+        )
+    if failed:
+        names = " and ".join(sequence.name for sequence in failed)
+        return f"what explains the fitted sequences does not predict {names}, which no fit has seen"
     again = sorted({name for name in doubted if doubted.count(name) > 1})
     if again:
         which = f"cable{'s' * (len(again) > 1)} {' and '.join(again)}"

@@ -1,9 +1,12 @@
 """What a fitted model is worth: chi-square against chance, information criteria, whole sequences left out."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 AT_BOUND = 1e-6
 """Distance from a bound, in a parameter's own scale, that counts as none."""
@@ -39,6 +42,20 @@ def bic(fitted: Fit) -> float:
 def cost(fitted: Fit) -> float:
     """Chi-square with the penalty that ranks models of different size: every reading counts."""
     return fitted.chi2 + len(fitted.p) * np.log(fitted.model.predict.recording.readings.count)
+
+
+def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
+    """ln of the marginal likelihood by Laplace's method, prior odds of the effects included, up to a constant.
+
+    The integral over the constants is common to all models but for what effects can do as well.
+    """
+    model, constants = fitted.model, len(fitted.model.varied)
+    normal = fitted.jacobian.T @ fitted.jacobian
+    volume = np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:constants, :constants])[1]
+    volume += 2 * np.log(model.deviations[constants:]).sum()
+    sided = sum(free.sided for hypothesis in model.hypotheses for free in hypothesis.free)
+    odds = sum(log_odds[hypothesis] for hypothesis in model.hypotheses)
+    return float(-fitted.chi2 / 2 - volume / 2 + sided * np.log(2) + odds)
 
 
 def improves_left_out(simple: Fit, rich: Fit) -> bool:

@@ -104,6 +104,15 @@ class Scores:
     """The largest z by chance is below it but for a share of `Settings.alarm_rate`."""
     naming: float
     """The same for `Settings.naming_rate`."""
+    drawn: np.ndarray
+    """(k,) largest z of drawn residuals, ascending; empty where none were drawn."""
+
+    @property
+    def chance(self) -> float:
+        """How often the largest z of a right model is as large or larger."""
+        if not len(self.drawn):
+            return float(2 * norm.sf(self.largest))
+        return float((len(self.drawn) - np.searchsorted(self.drawn, self.largest) + 1) / (len(self.drawn) + 1))
 
     @property
     def largest(self) -> float:
@@ -125,25 +134,24 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     settings = fitted.model.settings
     z = np.array([candidate.z(fitted.residual) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
-    return Scores(tuple(tested), z, *chance_of_largest(judged, seed, settings))
-
-
-def chance_of_largest(tested: Sequence[Alternative], seed: int, settings: Settings) -> tuple[float, float]:
-    """The z that the largest of all alternatives exceeds by chance in shares of `alarm_rate` and `naming_rate`.
-
-    Residuals of a right model are standard normal, so what they have along the bases of all alternatives is normal
-    with the bases' products as covariance; that is drawn.  Without alternatives the two are those of a single one.
-    """
+    drawn = largest_by_chance(judged, seed, settings)
     rates = np.array([settings.alarm_rate, settings.naming_rate])
+    high, higher = np.quantile(drawn, 1 - rates) if len(drawn) else norm.isf(rates / 2)
+    return Scores(tuple(tested), z, float(high), float(higher), drawn)
+
+
+def largest_by_chance(tested: Sequence[Alternative], seed: int, settings: Settings) -> np.ndarray:
+    """(k,) ascending: the largest z of all alternatives on residuals drawn as a right model leaves them.
+
+    These are standard normal, so what they have along the bases of all alternatives is normal with the bases' products
+    as covariance; that is drawn.  Empty without alternatives.
+    """
     felt = [candidate for candidate in tested if candidate.freedom]
     if not felt:
-        high, higher = norm.isf(rates / 2)
-        return float(high), float(higher)
+        return np.zeros(0)
     bases = np.hstack([candidate.basis for candidate in felt])
     variance, axes = np.linalg.eigh(bases.T @ bases)
     root = (axes * np.sqrt(np.where(variance > REPEATED_SHARE * variance[-1], variance, 0.0))) @ axes.T
     along = root @ np.random.default_rng(seed).standard_normal((len(root), settings.draws))
     parts = np.split(along, np.cumsum([candidate.freedom for candidate in felt])[:-1])
-    largest = np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0)
-    high, higher = np.quantile(largest, 1 - rates)
-    return float(high), float(higher)
+    return np.sort(np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0))

@@ -16,25 +16,25 @@ def nominal_noise(predict: Predictor) -> Noise:
 
 
 def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
-    """Fit the constants alone, from the nominal ones, or from the nearest stiffness at which all steps are in balance.
+    """Fit the constants alone, from the nominal ones, or from other stiffnesses where these leave steps out of balance.
 
     `noise`: absent, that of :func:`nominal_noise`.
 
     Raises
     ------
     ValueError
-        If no stiffness among `Settings.start_factors` puts all steps in balance.
+        If no stiffness among `Settings.start_factors` puts any recorded step in balance.
     """
     model = Model(predict, noise or nominal_noise(predict), settings=settings or Settings())
-    best = None
+    fits: list[Fit] = []
     for factor in model.settings.start_factors:
         start = np.zeros(model.count)
         start[0] = np.log(factor)
         fitted = fit(model, start)
-        if fitted is not None and (best is None or fitted.chi2 < best.chi2):
-            best = fitted
-        if best is not None and factor == 1:
-            break
-    if best is None:
-        raise ValueError("no stiffness near the nominal one puts all recorded steps in balance")
-    return best
+        if fitted is not None and np.isfinite(fitted.solved.readings).any():
+            fits.append(fitted)
+            if fitted.balanced:
+                break
+    if not fits:
+        raise ValueError("no stiffness near the nominal one puts any recorded step in balance")
+    return min(fits, key=lambda fitted: (not fitted.balanced, fitted.chi2))

@@ -1,28 +1,65 @@
 r"""How readings scatter together, and the whitening that makes them comparable.
 
-Within a sequence the readings scatter as :math:`C = D + J S J^T`: reading noise `D`, one variance a reading, and the
-scatter `S` of the applied tensions, carried to the readings by their sensitivities `J`.  With
-:math:`D^{-1/2} J S^{1/2} = U \Sigma V^T` the symmetric root of its inverse is
-:math:`C^{-1/2} = (I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T) D^{-1/2}`.
+The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + J S J^T + G T G^T`: reading noise of the stated variances
+`D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph; the scatter `S` of the
+applied tensions, carried to the readings of a sequence by their sensitivities `J`; and the tolerances `T` of the rig's
+geometry by theirs, `G`, which all sequences share.
+
+With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} J S^{1/2}` the symmetric root of what
+the first two leave is :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, and the tolerances, whitened by it, are treated
+alike.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
 
 from prb3r.recording.recording import Recording
+
+SAME_SCALE = 0.03
+"""Difference of the logarithms of two scales that no decision depends on."""
+FELT = 1e-9
+"""Standard deviation, in units of reading noise, below which a direction of common scatter is none."""
+
+
+class NoiseLevel(NamedTuple):
+    """What is believed of the reading noise beside the stated standard deviations."""
+
+    scale: float = 1.0
+    """Factor on all of them."""
+    common: float = 0.0
+    """Share of the variance that the disks of a photograph have in common."""
+    reach: float = np.inf
+    """Disks over which it is common: correlated as exp(-distance / reach)."""
+
+    def near(self, other: "NoiseLevel") -> bool:
+        """Whether both are the same but for what no decision depends on."""
+        return abs(np.log(self.scale / other.scale)) < SAME_SCALE and self[1:] == other[1:]
+
+
+AS_STATED = NoiseLevel()
+"""Independent noise of the stated size."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The readings of one sequence, which scatter together."""
+    """Readings that scatter together in a few directions."""
 
     rows: np.ndarray
     """(b,) readings."""
     basis: np.ndarray
-    """(b, k) orthonormal directions of common scatter, in units of reading noise."""
+    """(b, k) orthonormal directions of common scatter, in units of what was whitened before."""
     shrink: np.ndarray
     """(k,) 1 - 1 / standard deviation along them."""
+
+
+def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
+    """The block of `columns` (b, k), each one standard deviation of one common scatter, in whitened units."""
+    basis, size, _ = np.linalg.svd(columns, full_matrices=False)
+    kept = size > FELT
+    return Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,33 +67,33 @@ class Noise:
     """The covariance of all readings of a recording."""
 
     sd: np.ndarray
-    """(r,) reading noise, m or rad."""
+    """(r,) reading noise as it is believed, m or rad."""
+    root: csr_array
+    """(r, r) turns deviations into independent ones of unit variance, as far as reading noise goes."""
     blocks: tuple[Block, ...]
+    """In the order in which they are whitened."""
     believed: np.ndarray
     """(r,) whether a reading is not weighed down."""
-
-    @property
-    def total_sd(self) -> np.ndarray:
-        """(r,) standard deviation of every reading, tension scatter included, m or rad."""
-        out = self.sd**2
-        for block in self.blocks:
-            common = block.basis**2 @ (1 / (1 - block.shrink) ** 2 - 1)
-            out[block.rows] += self.sd[block.rows] ** 2 * common
-        return np.sqrt(out)
+    total_sd: np.ndarray
+    """(r,) standard deviation of every reading, tension scatter included but not tolerances, m or rad."""
+    level: NoiseLevel = AS_STATED
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
         """(r, ...) deviations in units of the noise, made independent of each other."""
-        out = values / (self.sd if values.ndim == 1 else self.sd[:, None])
+        out = self.root @ values
         for block in self.blocks:
-            part = out[block.rows]
-            across = block.basis.T @ part
-            across *= block.shrink if values.ndim == 1 else block.shrink[:, None]
-            out[block.rows] = part - block.basis @ across
+            out[block.rows] = _shrunk(block, out[block.rows])
         return out
 
 
+def _shrunk(block: Block, part: np.ndarray) -> np.ndarray:
+    across = block.basis.T @ part
+    across *= block.shrink if part.ndim == 1 else block.shrink[:, None]
+    return part - block.basis @ across
+
+
 def reading_sd(recording: Recording) -> np.ndarray:
-    """(r,) standard deviation of each reading, m or rad."""
+    """(r,) stated standard deviation of each reading, m or rad."""
     measurement = recording.measurement
     position, angle = measurement.position_sd_m or np.nan, measurement.angle_sd_rad or np.nan
     return np.asarray([position, position, angle, angle])[recording.readings.kind]
@@ -66,6 +103,8 @@ def noise_of(
     recording: Recording,
     sensitivity: np.ndarray,
     inflation: np.ndarray | None = None,
+    level: NoiseLevel = AS_STATED,
+    tolerances: np.ndarray | None = None,
 ) -> Noise:
     """The covariance of a recording's readings.
 
@@ -73,18 +112,44 @@ def noise_of(
     ----------
     sensitivity : (r, s, m) of :func:`prb3r.diagnosis.fit.response.tension_response`.
     inflation : (r,) factor on the standard deviation of each reading; absent: 1.
+    tolerances : (r, t) change of every reading by one standard deviation of each tolerance; absent: exact geometry.
     """
-    sd = reading_sd(recording) * (1.0 if inflation is None else inflation)
+    believed = np.ones(recording.readings.count) if inflation is None else inflation
+    sd = reading_sd(recording) * level.scale * believed
+    root = photograph_root(recording, sd, level)
     scatter = np.full(len(recording.of_sequence), recording.measurement.tension_sd_relative)
-    blocks = []
+    variance, blocks = sd**2, []
     for k in range(len(recording.sequences)):
         steps = np.flatnonzero(recording.of_sequence == k)
         rows = np.flatnonzero(np.isin(recording.readings.step, steps))
-        columns = (sensitivity[np.ix_(rows, steps)] * scatter[steps, None]).reshape(len(rows), -1)
-        columns = columns[:, columns.any(0)] / sd[rows, None]
-        if not columns.size:
-            continue
-        basis, size, _ = np.linalg.svd(columns, full_matrices=False)
-        kept = size > 1e-9
-        blocks.append(Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2)))
-    return Noise(sd, tuple(blocks), sd == reading_sd(recording))
+        columns = sensitivity[np.ix_(rows, steps)] * scatter[steps, None]
+        columns = columns.reshape(len(rows), len(steps) * sensitivity.shape[2])
+        columns = columns[:, columns.any(0)]
+        if columns.size:
+            variance[rows] += (columns**2).sum(1)
+            blocks.append(block_of(rows, root[rows][:, rows] @ columns))
+    noise = Noise(sd, root, tuple(blocks), believed == 1, np.sqrt(variance), level)
+    if tolerances is None or not tolerances.size:
+        return noise
+    return replace(noise, blocks=(*blocks, block_of(np.arange(len(sd)), noise.whiten(tolerances))))
+
+
+def photograph_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) -> csr_array:
+    """(r, r) inverse root of the reading noise of standard deviations `sd` (r,), block by photograph and kind."""
+    if not level.common:
+        return csr_array(diags_array(1 / sd))
+    step, disk, kind, _ = recording.readings
+    order = np.lexsort((disk, kind, step))
+    edges = np.flatnonzero(np.diff(step[order]) | np.diff(kind[order])) + 1
+    at, to, entries, known = [], [], [], dict[bytes, np.ndarray]()
+    for rows in np.split(order, edges):
+        key = disk[rows].tobytes()
+        if key not in known:
+            apart = np.abs(np.subtract.outer(disk[rows], disk[rows]))
+            shape = (1 - level.common) * np.eye(len(rows)) + level.common * np.exp(-apart / level.reach)
+            known[key] = np.linalg.inv(np.linalg.cholesky(shape))
+        at.append(np.repeat(rows, len(rows)))
+        to.append(np.tile(rows, len(rows)))
+        entries.append((known[key] / sd[rows]).ravel())
+    shape = (len(sd), len(sd))
+    return csr_array((np.concatenate(entries), (np.concatenate(at), np.concatenate(to))), shape=shape)

@@ -27,15 +27,15 @@ class Point(NamedTuple):
 
     @property
     def chi2(self) -> float:
-        """Infinite where a step has no equilibrium."""
+        """Sum of squared residuals; infinite where they are not finite."""
         squares = float(self.residual @ self.residual)
         return squares if np.isfinite(squares) else np.inf
 
 
 def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> Fit | None:
-    """The model with the parameters of least chi-square, from `start`; None where the start has no equilibrium.
+    """The model with the parameters of least chi-square, from `start`; None where that is not finite.
 
-    A step uphill, or into loads without equilibrium, is taken back and shortened.  Derivatives are exact at the start,
+    A step uphill is taken back and shortened.  Derivatives are exact at the start,
     at the end and wherever secants in their stead lead no further.
 
     Parameters
@@ -47,7 +47,7 @@ def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: floa
 
     def at(p: np.ndarray) -> Point:
         solved = model.solve(p)
-        return Point(p, solved, model.residuals(p, solved.readings))
+        return Point(p, solved, model.residuals(p, solved))
 
     here = at(np.clip(start, *model.bounds(start)))
     if not np.isfinite(here.chi2):

@@ -17,10 +17,15 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.friction import CableFriction
 from prb3r.recording.recording import Kind
 
 FRAME = ("rotation", "x", "y")
 """Constants that change what is seen, not what is."""
+RUBBING = "cable_friction"
+LOST, FARTHER = 3.0, 10.0
+"""What a reading costs whose step is not in balance: so many standard deviations beside what the last step in balance
+misses it by, and so many times as much where nothing of the step has an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +82,16 @@ class Model:
         return Constants(**dict(zip(self.varied, p, strict=False)))
 
     def friction(self, p: np.ndarray) -> float:
-        """Calibrated friction coefficient."""
-        nominal = self.predict.recording.manipulator.friction.coefficient
-        return nominal * float(np.exp(self.constants(p).log_friction))
+        """Friction coefficient of all holes that no effect singles out: calibrated, or that of `cable_friction`."""
+        manipulator = self.predict.recording.manipulator
+        coefficient = manipulator.friction.coefficient * float(np.exp(self.constants(p).log_friction))
+        for effect in manipulator.effect:
+            if isinstance(effect, CableFriction) and not effect.cables:
+                coefficient = effect.coefficient
+        for hypothesis, share in zip(self.hypotheses, self.shares(p), strict=True):
+            if hypothesis.kind == RUBBING and not hypothesis.place:
+                coefficient = hypothesis.free[0].value(share[0])
+        return coefficient
 
     def shares(self, p: np.ndarray) -> list[np.ndarray]:
         """The part of `p` that belongs to each hypothesis."""
@@ -109,14 +121,33 @@ class Model:
         """States and readings for the parameters `p`."""
         return self.predict.solve(self.constants(p), self.effects(p))
 
-    def residuals(self, p: np.ndarray, readings: np.ndarray) -> np.ndarray:
-        """(r + c,) whitened misfit of predicted `readings`, then the priors."""
-        c = len(self.varied)
-        return np.concatenate([self.noise.whiten(self.predict.misfit(readings)), -p[:c] / self.priors])
+    @cached_property
+    def deviations(self) -> np.ndarray:
+        """(p,) prior standard deviations of all parameters, in their own scale; infinite: flat."""
+        free = [free.prior_sd for hypothesis in self.hypotheses for free in hypothesis.free]
+        return np.concatenate([self.priors, free])
 
-    def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + c, p) derivatives of the residuals; of readings 0 where a step has no equilibrium."""
-        c, (low, high) = len(self.varied), self.bounds(p)
+    def readings(self, solved: Solution) -> np.ndarray:
+        """(r,) of a solution; steps that are not in balance held where the last one was."""
+        lost = self.predict.lost(solved)
+        return solved.readings if lost is None else lost.readings
+
+    def residuals(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r + p,) whitened misfit of predicted readings, then the priors.
+
+        A step without equilibrium counts as held where the last one was, and dearer the less of it was followed.
+        """
+        lost = self.predict.lost(solved)
+        if lost is None:
+            white = self.noise.whiten(self.predict.misfit(solved.readings))
+        else:
+            white = self.noise.whiten(self.predict.misfit(lost.readings)) * (1 + FARTHER * lost.missing)
+            white += np.where(lost.missing > 0, np.where(white < 0, -LOST, LOST), 0.0)
+        return np.concatenate([white, -p / self.deviations])
+
+    def moved(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r, p) derivatives of the readings; 0 where a step has no equilibrium."""
+        low, high = self.bounds(p)
         mechanical = [name not in FRAME for name in self.varied]
         mechanical += [hypothesis.mechanical for hypothesis in self.hypotheses for _ in hypothesis.free]
 
@@ -139,9 +170,11 @@ class Model:
         for k in looking:
             first, last = ends[k]
             out[:, k] = (seen(k, last) - seen(k, first)) / (last - first)
-        prior = np.zeros((c, len(p)))
-        prior[:, :c] = np.diag(1 / self.priors)
-        return -np.vstack([self.noise.whiten(np.nan_to_num(out)), prior])
+        return np.nan_to_num(out)
+
+    def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r + p, p) derivatives of the residuals."""
+        return -np.vstack([self.noise.whiten(self.moved(p, solved)), np.diag(1 / self.deviations)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,9 +185,9 @@ class Fit:
     p: np.ndarray
     """(p,) parameters; those of effects in their own scale."""
     residual: np.ndarray
-    """(r + c,) whitened, with prior rows."""
+    """(r + p,) whitened, with prior rows."""
     jacobian: np.ndarray
-    """(r + c, p) of the residuals."""
+    """(r + p, p) of the residuals."""
     solved: Solution
     converged: bool = True
     """Whether no step promises a fall of chi-square that counts."""
@@ -166,9 +199,14 @@ class Fit:
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom that are left: readings and priors less parameters."""
-        finite = np.isfinite(self.model.priors).sum()
-        return int(len(self.residual) - len(self.model.varied) + finite - len(self.p))
+        """Degrees of freedom that are left: readings and priors of constants less parameters."""
+        known = np.isfinite(self.model.priors).sum()
+        return int(self.model.predict.recording.readings.count + known - len(self.p))
+
+    @property
+    def balanced(self) -> bool:
+        """Whether all steps are in equilibrium."""
+        return bool(np.isfinite(self.solved.readings).all())
 
     @property
     def reduced(self) -> float:
@@ -188,9 +226,17 @@ class Fit:
         """(p, p) of the parameters, linearised."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
+    def apart(self, other: "Fit") -> np.ndarray:
+        """(r + p,) residuals of this fit less those of another one, 0 at priors of effects, which need not be the
+        same."""
+        shared = self.model.predict.recording.readings.count + len(self.model.varied)
+        out = np.zeros(len(self.residual))
+        out[:shared] = self.residual[:shared] - other.residual[:shared]
+        return out
+
     @cached_property
     def basis(self) -> np.ndarray:
-        """(r + c, k) orthonormal basis of what the parameters can explain."""
+        """(r + p, k) orthonormal basis of what the parameters can explain."""
         return basis_of(self.jacobian)
 
 

@@ -1,19 +1,22 @@
 """What a manipulator with given constants and effects would have read: from physics to readings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.chain import Chain, Loads, pose
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.mechanics.solved_path import SolvedPath, solve_path
 from prb3r.model.effects import observed, with_effects
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Kind, Recording
+
+LEAST_LOST = 1e-6
+"""Part of a step that a step without equilibrium lacks at least."""
 
 
 class Constants(NamedTuple):
@@ -43,6 +46,15 @@ class Solution:
     """What derivatives are taken along; None where moments follow the state."""
     readings: np.ndarray
     """(r,) m and rad; NaN where there is no equilibrium."""
+
+
+class Lost(NamedTuple):
+    """A solution that lacks some steps, these held where the last one in balance was."""
+
+    readings: np.ndarray
+    """(r,) m and rad."""
+    missing: np.ndarray
+    """(r,) part of the reading's step that has no equilibrium; 0 for steps in balance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +113,25 @@ class Predictor:
         angle = states.angle[step, disk]
         bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
         return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
+
+    def lost(self, solved: Solution) -> Lost | None:
+        """The readings with steps that are not in balance held at the last that was, or at rest; None if all are."""
+        states = solved.states
+        good = np.isfinite(states.angle[:, -1])
+        if good.all():
+            return None
+        last, before = np.full(len(good), -1), -1
+        for s, balanced in enumerate(good):
+            before = -1 if self.recording.begins[s] else before
+            last[s] = before = s if balanced else before
+        still = pose(solved.chain, solved.chain.rest)
+        held = [
+            np.where((last >= 0)[:, None], values[last], resting)
+            for values, resting in zip((states.x, states.y, states.angle), still, strict=True)
+        ]
+        readings = self.read(replace(states, x=held[0], y=held[1], angle=held[2]), solved.constants, solved.effects)
+        missing = np.where(good, 0.0, 1.0 - np.clip(states.reached, 0.0, 1.0))
+        return Lost(readings, np.maximum(missing, np.where(good, 0.0, LEAST_LOST))[self.recording.readings.step])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
         """(r,) readings less `predicted`; angles by the shorter way round."""

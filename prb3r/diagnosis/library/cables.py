@@ -6,20 +6,20 @@ from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, OF_THE_S
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the largest tension: a force sensor farther off its zero is seen without a model."""
+    """Up to half of the largest tension, mostly a tenth: a force sensor farther off its zero is seen by eye."""
     span = 0.5 * scope.pull
-    return (Free("offset_n", 0.0, -span, span, scale=scope.pull),)
+    return (Free("offset_n", 0.0, -span, span, scale=scope.pull, sd=0.1),)
 
 
 def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the cable's lever arm: a hole farther off its place is seen by eye."""
+    """Up to half of the cable's lever arm, mostly a tenth: a hole farther off its place is seen by eye."""
     arm = scope.arm_of(place["cable"])
-    return (Free("offset_m", 0.0, -0.5 * arm, 0.5 * arm, scale=arm),)
+    return (Free("offset_m", 0.0, -0.5 * arm, 0.5 * arm, scale=arm, sd=0.1),)
 
 
 def _clearance(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the largest lever arm, as of a hole's place."""
-    return (Free("clearance_m", 0.0, 0.0, 0.5 * scope.arm, scale=scope.arm),)
+    """Up to half of the largest lever arm, mostly a tenth, as of a hole's place."""
+    return (Free("clearance_m", 0.0, 0.0, 0.5 * scope.arm, scale=scope.arm, sd=0.1),)
 
 
 CABLE_SUSPECTS = (
@@ -28,6 +28,7 @@ CABLE_SUSPECTS = (
         sentence=lambda fitted: f"Cable {fitted.place['cable']} transmits nothing: broken, slipped off or never tied.",
         transfer=OF_A_PART,
         places=pulled_cables,
+        presence=0.03,
     ),
     Suspect(
         "tension_offset",

@@ -11,14 +11,14 @@ def _positions(scope: Scope) -> list[Place]:
 
 
 def _scale(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Within a quarter: a grosser error of the scale is one of units."""
-    return (Free("scale", 1.0, 0.8, 1.25, log=True),)
+    """Within a quarter, mostly 3 %: a grosser error of the scale is one of units."""
+    return (Free("scale", 1.0, 0.8, 1.25, log=True, sd=0.03),)
 
 
 def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to where a marker one length away from the image centre is seen twice as far, or at the centre."""
     size = 1 / scope.chain.length**2
-    return (Free("k1_per_m2", 0.0, -size, size, scale=size),)
+    return (Free("k1_per_m2", 0.0, -size, size, scale=size, sd=0.2),)
 
 
 CAMERA_SUSPECTS = (

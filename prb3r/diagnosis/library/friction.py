@@ -19,8 +19,8 @@ def _rubbing(scope: Scope) -> Iterator[Place]:
 
 
 def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 2: dry metal on metal stays below 1, a cable that cuts into its hole may exceed it."""
-    return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0),)
+    """Up to 2: dry metal on metal mostly stays below 0.6, a cable that cuts into its hole may exceed 1."""
+    return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0, sd=0.3),)
 
 
 def _rubbing_sentence(fitted: Occurrence) -> str:
@@ -33,7 +33,7 @@ def _rubbing_sentence(fitted: Occurrence) -> str:
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Down to 0.2, what a cable keeps of its tension over half a turn with a coefficient of 0.5."""
-    return (Free("efficiency", 1.0, 0.2, 1.0, log=True),)
+    return (Free("efficiency", 1.0, 0.2, 1.0, log=True, sd=0.2),)
 
 
 def _pulley_sentence(fitted: Occurrence) -> str:
@@ -74,7 +74,7 @@ def _holes(scope: Scope) -> Iterator[Place]:
 
 def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to 5, where half a turn already holds any tension; below the others down to no friction at all."""
-    return (Free("coefficient", 0.0, 0.0, 5.0, above=True),)
+    return (Free("coefficient", 0.0, 0.0, 5.0, above=True, sd=0.5),)
 
 
 def _worn_sentence(fitted: Occurrence) -> str:
@@ -90,7 +90,7 @@ def _net_turns(scope: Scope) -> list[Place]:
 
 
 FRICTION_SUSPECTS = (
-    Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient),
+    Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient, presence=0.3),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
     Suspect(
         "slip_history",

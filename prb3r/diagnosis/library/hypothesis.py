@@ -32,6 +32,14 @@ class Free(NamedTuple):
     """The value is what the calibrated friction coefficient is exceeded by."""
     limit: bool = False
     """The lowest value stands for all below it, which act alike: an estimate may well end there."""
+    sd: float | None = None
+    """Prior standard deviation of `u`; absent: see `prior_sd`."""
+
+    @property
+    def prior_sd(self) -> float:
+        """Prior standard deviation of `u`: where nothing else is said the farther bound is two of them away."""
+        low, high = self.bounds()
+        return max(-low, high) / 2 if self.sd is None else self.sd
 
     @property
     def sided(self) -> bool:
@@ -78,6 +86,11 @@ class Hypothesis:
     def sided(self) -> bool:
         """Whether the effect has one direction only."""
         return any(free.sided for free in self.free)
+
+    @property
+    def once(self) -> bool:
+        """Whether there is only one of its kind on a rig."""
+        return EFFECT_KINDS[self.kind].once
 
     @property
     def mechanical(self) -> bool:

@@ -7,7 +7,7 @@ from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, a
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to twice that of the earth, as the mass of disks is seldom known well."""
-    return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0) for axis in "xy")
+    return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
 
 
 def _gravity_sentence(fitted: Occurrence) -> str:
@@ -16,9 +16,9 @@ def _gravity_sentence(fitted: Occurrence) -> str:
 
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to five times the force whose moment about the base is that of the strongest cable."""
+    """Up to five times the force whose moment about the base is that of the strongest cable, mostly a third of it."""
     size = scope.moment / scope.chain.length
-    return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size) for axis in "xy")
+    return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=0.3) for axis in "xy")
 
 
 def _force_sentence(fitted: Occurrence) -> str:
@@ -27,7 +27,7 @@ def _force_sentence(fitted: Occurrence) -> str:
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Down to a twentieth, where the recorded load is hardly felt any more."""
-    return (Free("efficiency", 1.0, 0.05, 1.0, log=True),)
+    return (Free("efficiency", 1.0, 0.05, 1.0, log=True, sd=0.4),)
 
 
 LOAD_SUSPECTS = (
@@ -38,7 +38,7 @@ LOAD_SUSPECTS = (
         places=lambda scope: whole_rig_if(scope.manipulator.disk.mass_kg > 0),
         free=_gravity,
     ),
-    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force),
+    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=0.03),
     Suspect(
         "tip_load_friction",
         sentence=lambda fitted: (

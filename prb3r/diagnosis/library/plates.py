@@ -16,8 +16,8 @@ CLOSING_FACTOR = 0.5, 2.0
 
 
 def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """From a twentieth, a plate cracked nearly through, to twentyfold, a plate 2.7 times as thick."""
-    return (Free("factor", 1.0, 0.05, 20.0, log=True),)
+    """From a twentieth, a plate cracked nearly through, to twentyfold, one 2.7 times as thick; mostly within 1.7."""
+    return (Free("factor", 1.0, 0.05, 20.0, log=True, sd=0.5),)
 
 
 def _laws(scope: Scope) -> Iterator[Place]:
@@ -102,9 +102,9 @@ def _bent_plates(scope: Scope) -> Iterator[Place]:
 
 
 def _rest(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to the largest curvature under load: what is bent more at rest is seen by eye."""
+    """Up to the largest curvature under load, mostly a fifth of it: what is bent more at rest is seen by eye."""
     k = scope.curvature
-    return (Free("curvature_per_m", 0.0, -k, k, scale=k),)
+    return (Free("curvature_per_m", 0.0, -k, k, scale=k, sd=0.2),)
 
 
 def _rest_sentence(fitted: Occurrence) -> str:
@@ -170,15 +170,15 @@ def _closing_sentence(fitted: Occurrence) -> str:
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to ten nodes of a plate; a millionth of one stands for a rigid clamp, as a compliance is above zero."""
+    """Up to ten nodes of a plate, mostly one; a millionth stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.node_rigidity))
-    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft),)
+    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0),)
 
 
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to ten times the stiffness of the plates' own nodes, which then hardly matter any more."""
+    """Up to ten times the stiffness of the plates' own nodes, which then hardly matter; mostly a third of it."""
     rigid = float(np.median(scope.node_rigidity))
-    return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid),)
+    return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid, sd=0.3),)
 
 
 PLATE_SUSPECTS = (

@@ -103,6 +103,9 @@ class Suspect:
     """Values of the free parameters to begin from, for an effect that does not vanish by degrees."""
     kinked: bool = False
     """As in `Hypothesis`."""
+    presence: float = 0.1
+    """Prior probability that a rig has it, at any place: of some twenty kinds two.  More where nearly every rig has it,
+    less where somebody would have had to overlook what is seen without a model."""
 
     @property
     def once(self) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.evidence.constants_by_part import Clue
 from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.result.statements import Estimate
@@ -42,6 +43,47 @@ class ChiSquare(NamedTuple):
     """Of the explanation, their plain sum."""
     threshold: float
     """What the sum exceeds only by chance if the explanation is right."""
+
+
+class NoiseFound(NamedTuple):
+    """The reading noise as the recording shows it."""
+
+    scale: float
+    """Factor on the stated standard deviations."""
+    scale_low: float
+    """Ends of its 95 % interval."""
+    scale_high: float
+    common: float
+    """Share of the variance that disks of a photograph have in common."""
+    reach: float
+    """Disks over which they do; 1000: the whole photograph."""
+
+
+class SurvivingModel(NamedTuple):
+    """A set of effects that the recording leaves standing."""
+
+    probability: float
+    effects: tuple[str, ...]
+    """By name."""
+    reduced_chi2: float
+    heldout_log_score: float | None
+    """Mean log density of the whitened readings set aside, up to a constant; None where there are none."""
+
+
+class ToleranceFound(NamedTuple):
+    """How far the rig probably is off its drawing somewhere."""
+
+    name: str
+    value: float
+    low: float
+    """Ends of its 95 % interval."""
+    high: float
+    prior_sd: float
+
+    @property
+    def beyond(self) -> bool:
+        """Whether it is farther off than tolerances are: three of their standard deviations."""
+        return abs(self.value) > 3 * self.prior_sd
 
 
 class LargestScore(NamedTuple):
@@ -115,6 +157,10 @@ class NamedEffect:
     """Of the parameters that have an interval."""
     statement: str
     rivals: tuple[RivalEffect, ...]
+    probability: float
+    """That an effect of its kind is there, over all surviving models and places."""
+    certain: bool
+    """Whether nearly every surviving model has it."""
     delta_bic: float
     """Negative: better with the effect than without."""
     heldout_gain: float | None
@@ -174,6 +220,13 @@ class Diagnosis:
     """The nominal one with the constants of `calibrated`, with constants and effects of `explained`, and where there is
     a `closure` with its empirical law, on the elastica plate model."""
     chi2: ChiSquare
+    noise: NoiseFound
+    models: tuple[SurvivingModel, ...]
+    """Most probable first."""
+    alternatives: tuple[tuple[str, ...], ...]
+    """Kinds of surviving models that lack something named, with a probability that counts."""
+    tolerances: tuple[ToleranceFound, ...]
+    checks: tuple[ModelCheck, ...]
     score_calibrated: LargestScore
     score_explained: LargestScore
     constants: Mapping[str, CalibratedConstant]
@@ -196,6 +249,6 @@ class Diagnosis:
         return f"<{type(self).__name__} of {self.name!r}: {self.verdict}>"
 
     @property
-    def models(self) -> Sequence[str]:
+    def shown(self) -> Sequence[str]:
         """Columns of the tables that hold predictions worth showing: both models, or one where nothing was added."""
         return ("calibrated", "explained") if self.explained.effects else ("calibrated",)

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 from prb3r.diagnosis.checks.heldout import HeldOut, Unseen
-from prb3r.diagnosis.checks.outliers import Doubts
+from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.result.diagnosis import Separation
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
+from prb3r.diagnosis.result.diagnosis import Separation, SurvivingModel
 from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.search.empirical_law import Closure
 from prb3r.diagnosis.search.selection import Choice
@@ -34,6 +36,10 @@ class Investigation:
     doubts: Doubts
     """What of the training part was not believed."""
     named: tuple[Named, ...]
+    models: tuple[SurvivingModel, ...]
+    tolerances: EstimatedTolerances
+    """Those that the recording tells something of."""
+    checks: tuple[ModelCheck, ...]
     closure: Closure | None
     """An empirical law of the unexplained."""
     closure_gain: float | None

@@ -9,12 +9,12 @@ from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Separation
+from prb3r.diagnosis.result.diagnosis import Separation, SurvivingModel
 from prb3r.diagnosis.result.statements import Estimate, sentence
 from prb3r.diagnosis.search.experiment import best_experiments
-from prb3r.diagnosis.search.full_fits import without_effect
-from prb3r.diagnosis.search.rivals import Rival, rivals
-from prb3r.diagnosis.search.selection import Choice, Search
+from prb3r.diagnosis.search.rivals import Rival, rivals, without_effect
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.search.selection import Choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     near = [rival for rival in rivals(choice, number, search) if rival.indistinguishable]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
     places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
-    parameters, profiles = _estimates(fitted, number)
+    parameters, profiles = _estimates(fitted, number, sure=not partial)
     simpler = without_effect(fitted, number)
     statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
@@ -79,8 +79,8 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
     return places
 
 
-def _estimates(fitted: Fit, number: int) -> tuple[dict[str, Estimate], dict[str, Profile]]:
-    """The parameters of effect `number` of a model and, where the fit is good enough for intervals, their profiles."""
+def _estimates(fitted: Fit, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
+    """The parameters of effect `number` of a model and, where it is `sure` enough for intervals, their profiles."""
     model, hypotheses = fitted.model, fitted.model.hypotheses
     friction = model.friction(fitted.p)
     first = len(model.varied) + sum(len(hypothesis.free) for hypothesis in hypotheses[:number])
@@ -88,7 +88,7 @@ def _estimates(fitted: Fit, number: int) -> tuple[dict[str, Estimate], dict[str,
     for k, free in enumerate(hypotheses[number].free, first):
         value = free.value(fitted.p[k], friction)
         estimates[free.name] = Estimate(value)
-        if fitted.reduced < model.settings.far_from_one:
+        if sure and fitted.reduced < model.settings.far_from_one:
             curve = profiles[free.name] = profile(fitted, k)
             low, high = sorted(free.value(end, friction) for end in (curve.low, curve.high))
             estimates[free.name] = Estimate(value, low, high)
@@ -104,3 +104,16 @@ def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...
         pairs = zip(near, best, strict=True)
         out += [Separation(effect.hypothesis.name, rival.hypothesis.name, program) for rival, program in pairs]
     return tuple(out)
+
+
+def surviving(choice: Choice, fresh: Unseen | None) -> tuple[SurvivingModel, ...]:
+    """The models that the recording leaves standing, most probable first."""
+    return tuple(
+        SurvivingModel(
+            survivor.probability,
+            tuple(sorted(hypothesis.name for hypothesis in survivor.effects)),
+            survivor.fitted.reduced,
+            fresh.log_score(survivor.fitted) if fresh else None,
+        )
+        for survivor in choice.survivors[: choice.fitted.model.settings.most_models]
+    )

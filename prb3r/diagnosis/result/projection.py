@@ -9,7 +9,7 @@ from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedLaw, NamedEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 class ProposedExperiment(NamedTuple):
@@ -58,6 +58,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
         lines += [f"  cannot be told apart: {name}" for name in rival_names(effect)]
     if diagnosis.verdict == "unexplained":
+        lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
         if diagnosis.closure:
             lines.append(f"- {diagnosis.closure.statement}")
@@ -66,6 +67,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
         calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
         where = few(held.sequences) if held else ""
         lines.append(f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}")
+    lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:
         lines.append("not confirmed on held-out data")
     return lines
@@ -102,10 +104,17 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "reduced_chi2_nominal": chi2.nominal,
             "reduced_chi2_calibrated": chi2.calibrated,
             "reduced_chi2_explained": chi2.explained,
+            **diagnosis.noise._asdict(),
         },
         "calibration": {name: constant._asdict() for name, constant in diagnosis.constants.items()}
         | {"frame": diagnosis.frame._asdict()},
         "effects": [_effect(effect) for effect in diagnosis.effects],
+        "models": [model._asdict() for model in diagnosis.models],
+        "alternatives": diagnosis.alternatives,
+        "tolerances": [tolerance._asdict() for tolerance in diagnosis.tolerances],
+        "checks": [check._asdict() for check in diagnosis.checks],
+        "setup": [],
+        "remarks": diagnosis.remarks,
         "mismatch": {
             "plates": mismatch.plates,
             "sequences": mismatch.sequences,
@@ -148,6 +157,8 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
         "effect": effect.kind,
         "parameters": parameters,
         "statement": effect.statement,
+        "probability": effect.probability,
+        "certain": effect.certain,
         "indistinguishable_from": rival_names(effect),
         "delta_bic": effect.delta_bic,
         "heldout_gain": effect.heldout_gain,

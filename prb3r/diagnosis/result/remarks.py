@@ -2,28 +2,51 @@
 
 from collections.abc import Sequence
 
-from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight
+import numpy as np
+
+from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
+
+NEIGHBOURHOOD = 10.0
+"""Disks over which noise that is common to neighbours is so at most."""
 
 
 def scattered(repeated: Scatter | None) -> list[str]:
     """How much repeated sequences scatter beside what the recording states; nothing where none repeats another."""
     if repeated is None:
         return []
-    taken = (
-        "more than chance allows: the noise is taken to be so"
-        if repeated.beyond_chance
-        else "and what is stated is kept"
-    )
+    taken = "more than chance allows" if repeated.beyond_chance else "which chance allows"
     often = f"{repeated.factor:.2g} times as much as stated"
     return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
 
 
-def refusals(refuted: Sequence[str]) -> list[str]:
-    """Effects, by name, that held-out sequences refuted."""
-    which = " and ".join(refuted)
-    return [f"{which} fitted the training sequences but predicted those set aside worse: not kept"] if refuted else []
+def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
+    """What is found of the noise where it is not as stated."""
+    level, remarks = estimate.level, []
+    if not estimate.low <= 1 <= estimate.high:
+        far = abs(np.log(level.scale)) > settings.far_noise
+        remarks.append(
+            f"the reading noise is {level.scale:.2g} times the stated one ({estimate.low:.2g} to {estimate.high:.2g})"
+            + (": state it so, or look for what disturbs the readings" if far else "")
+        )
+    if level.common:
+        where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
+        remarks.append(f"about {level.common:.0%} of its variance is common to {where}")
+    return remarks
+
+
+def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
+    """The sequences set aside that the explanation does not predict."""
+    return [
+        f"sequence {sequence.name}, which no fit has seen, is not predicted: "
+        + ("no equilibrium at some step" if sequence.lost else f"errors {sequence.error_sd:.2g} times too large")
+        + "; look at its weights and its order, or at what it loads that no other sequence does"
+        for sequence in failed
+    ]
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from prb3r.diagnosis.checks.outliers import far_off
 from prb3r.diagnosis.evidence.detectable import detectable
 from prb3r.diagnosis.evidence.missing_moments import mechanism, missing_moments
+from prb3r.diagnosis.evidence.outliers import far_off
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
@@ -85,7 +85,7 @@ def residual_table(
     sd[seen], believed[seen] = investigation.explained.model.noise.total_sd, investigation.doubts.inflation == 1
     doubted[_rows_of(whole, training)[[weight.step for weight in investigation.doubts.weights]]] = True
     if fresh is not None:
-        noise = fresh.noise(fresh.solved(investigation.explained))
+        noise = fresh.noise(investigation.explained)
         for name in models:
             white[name][~seen] = noise.whiten(fresh.predict.misfit(predicted[name][~seen]))
         sd[~seen], believed[~seen] = noise.total_sd, noise.believed

@@ -11,6 +11,7 @@ from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.fit.profile import Profile
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.result.diagnosis import (
     CalibratedConstant,
@@ -21,8 +22,10 @@ from prb3r.diagnosis.result.diagnosis import (
     FittedModel,
     LargestScore,
     NamedEffect,
+    NoiseFound,
     ProfileCurve,
     RivalEffect,
+    ToleranceFound,
 )
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.mismatch import mismatch_of
@@ -62,14 +65,19 @@ def tell(investigation: Investigation) -> Diagnosis:
             total=explained.chi2,
             threshold=investigation.choice.chi2_threshold,
         ),
+        noise=_noise(investigation),
+        models=investigation.models,
+        alternatives=tuple(tuple(sorted(kinds)) for kinds in investigation.choice.alternatives),
+        tolerances=_tolerances(investigation.tolerances),
+        checks=investigation.checks,
         score_calibrated=_largest(investigation.before),
         score_explained=_largest(investigation.choice.scores),
         constants={
-            "youngs_modulus_pa": _constant(nominal.youngs_modulus_pa, "log_stiffness", calibrated, explained),
-            "friction_coefficient": _constant(nominal.friction.coefficient, "log_friction", calibrated, explained),
+            "youngs_modulus_pa": _constant(nominal.youngs_modulus_pa, "log_stiffness", investigation),
+            "friction_coefficient": _constant(nominal.friction.coefficient, "log_friction", investigation),
         },
         frame=CameraFrame(constants.rotation, constants.x, constants.y),
-        effects=tuple(_effect(named, explained) for named in investigation.named),
+        effects=tuple(_effect(named, investigation) for named in investigation.named),
         mismatch=mismatch_of(investigation),
         closure=_closure(investigation),
         heldout=investigation.heldout,
@@ -109,18 +117,32 @@ def _largest(scores: Scores) -> LargestScore:
     return LargestScore(scores.largest, scores.threshold)
 
 
-def _constant(nominal: float, name: str, calibrated: Fit, explained: Fit) -> CalibratedConstant:
-    """A constant by the name of its logarithm, with a 95 % interval by the linearised covariance."""
+def _constant(nominal: float, name: str, investigation: Investigation) -> CalibratedConstant:
+    """A constant by the name of its logarithm, with a 95 % interval, linearised, where one is deserved."""
+    calibrated, explained = investigation.calibrated, investigation.explained
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
     reach = np.nan
-    if name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
+    sure = not investigation.why
+    if sure and name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
         number = explained.model.varied.index(name)
         reach = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number]))
     return CalibratedConstant(nominal, alone, best, float(best * np.exp(-reach)), float(best * np.exp(reach)))
 
 
-def _effect(named: Named, explained: Fit) -> NamedEffect:
+def _noise(investigation: Investigation) -> NoiseFound:
+    found = investigation.choice.level
+    return NoiseFound(found.level.scale, found.low, found.high, found.level.common, found.level.reach)
+
+
+def _tolerances(found: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
+    ends = NORMAL_REACH * found.sd
+    rows = zip(found.names, found.value, found.value - ends, found.value + ends, found.prior_sd, strict=True)
+    return tuple(ToleranceFound(name, *(float(number) for number in numbers)) for name, *numbers in rows)
+
+
+def _effect(named: Named, investigation: Investigation) -> NamedEffect:
     """A named effect without its fits."""
+    explained, probability = investigation.explained, investigation.choice.presence.get(named.hypothesis.kind, 0.0)
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
     free = {free.name: free for free in hypothesis.free}
     return NamedEffect(
@@ -141,6 +163,8 @@ def _effect(named: Named, explained: Fit) -> NamedEffect:
             )
             for rival in named.rivals
         ),
+        probability=probability,
+        certain=probability >= explained.model.settings.certain,
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,

@@ -102,7 +102,7 @@ def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
     if not np.isfinite(apart).all():
         return 0.0
     jacobian = model.jacobian(other.p, there)[: len(apart)]
-    whole = np.concatenate([other.residual - one.residual, apart])
+    whole = np.concatenate([other.apart(one), apart])
     basis = basis_of(np.vstack([other.jacobian, jacobian]))
     whole = whole - basis @ (basis.T @ whole)
     return float(whole @ whole)

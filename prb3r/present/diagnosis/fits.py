@@ -32,7 +32,7 @@ HELD = {"fc": "#f3ead2", "ec": "none"}
 
 def residual_sizes(diagnosis: Diagnosis) -> Figure:
     """Whitened residuals of the fitted readings before and after, against the normal law, by disk and by step."""
-    rows, models = diagnosis.tables["residuals"], diagnosis.models
+    rows, models = diagnosis.tables["residuals"], diagnosis.shown
     entries = legend_entries(
         models,
         Line2D([], [], color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)), label="a right model"),
@@ -87,7 +87,7 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
 
 def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
     """The sequences set aside: what was measured and predicted at the tip, and the error of all readings by step."""
-    models, rows = diagnosis.models, diagnosis.tables["residuals"]
+    models, rows = diagnosis.shown, diagnosis.tables["residuals"]
     rows = rows[rows["held_out"] & ~rows["weighed_down"]]
     if rows.empty:
         return None

@@ -61,19 +61,19 @@ def _title(diagnosis: Diagnosis, key: tuple[str, int], part: pd.DataFrame) -> st
 
 def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame]) -> Figure:
     seen = [part.pivot_table(index="disk", columns="kind", values="measured") for part in parts]
-    drawn = {name: [_shape(diagnosis, name, key) for key in steps] for name in diagnosis.models}
+    drawn = {name: [_shape(diagnosis, name, key) for key in steps] for name in diagnosis.shown}
     everything = [*seen, *(shape for shapes in drawn.values() for shape in shapes)]
     corners = np.concatenate([points.reindex(columns=[*POSITIONS]).to_numpy(float) for points in everything])
     inner = (style.DOUBLE - 16) / len(steps)
     shape_height = float(np.clip(inner * view_of(corners)[2], 22, 70))
-    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.shown, noise_patch(), measured=True)
     ratios = {"height_ratios": [shape_height, 28]}
     figure, axes = panel_grid(2, len(steps), shape_height + 28 + 20, entries, gridspec_kw=ratios, sharey="row")
     unit = style.shown(describe("x_m"), corners)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
         above, below = axes[:, k]
         above.set_title(_title(diagnosis, key, part), pad=3)
-        for name in diagnosis.models:
+        for name in diagnosis.shown:
             line = drawn[name][k]
             look = {**LOOKS[name], "marker": "", "lw": 1.3}
             above.plot(1e3 * line["x_m"], 1e3 * line["y_m"], **look)
@@ -81,7 +81,7 @@ def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.D
         above.plot(1e3 * marks["x_m"], 1e3 * marks["y_m"], **MEASURED)
         to_scale(above, corners)
         above.set_xlabel("$x$ (mm)")
-        _distances(below, part, diagnosis.models)
+        _distances(below, part, diagnosis.shown)
     axes[0, 0].set_ylabel("$y$ (mm)")
     axes[1, 0].set_ylabel(f"distance to\nmeasured ({unit.unit})")
     axes[1, 0].set_ylim(bottom=0)
@@ -109,7 +109,7 @@ def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
 
 def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
     bends = kind == "bend_rad"
-    entries = legend_entries(diagnosis.models, noise_patch(), measured=True)
+    entries = legend_entries(diagnosis.shown, noise_patch(), measured=True)
     shared = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}
     figure, axes = panel_grid(2, len(steps), 82, entries, **shared)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
@@ -117,8 +117,8 @@ def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.Da
         above.set_title(_title(diagnosis, key, part), pad=3)
         sd = NORMAL_REACH * np.degrees(part[~part["weighed_down"]].groupby("disk")["sd"].mean())
         below.fill_between(sd.index, -sd, sd, **NOISE, zorder=0.5)
-        part = part.groupby("disk")[["measured", *diagnosis.models]].mean()
-        for name in diagnosis.models:
+        part = part.groupby("disk")[["measured", *diagnosis.shown]].mean()
+        for name in diagnosis.shown:
             above.plot(part.index, np.degrees(part[name]), **{**LOOKS[name], "marker": ""})
             away = part["measured"] - part[name]
             turns = 0.0 if bends else 2 * np.pi * np.round(away / (2 * np.pi))

@@ -19,8 +19,8 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel, NamedEffect
-from prb3r.diagnosis.search.full_fits import fits, serially, shortlist
-from prb3r.diagnosis.search.selection import examine
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.rivals import added
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -158,11 +158,8 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
     asked = stages.Task(recording, task.seed, task.without, settings=task.settings)
     begun = stages.doubt(stages.calibrate(asked), serially)
     calibrated = explained = begun.fitted
-    found = []
-    if task.method != "E and mu alone":
-        left = examine(calibrated, begun.search)
-        found = fits(calibrated, shortlist(left, calibrated))
-    best = min(found, key=lambda each: each.chi2, default=None)
+    single = added(calibrated, begun.search) if task.method != "E and mu alone" else []
+    best = min(single, key=lambda fitted: fitted.chi2, default=None)
     claims: tuple[Claim, ...] = ()
     if best is not None and names(best, calibrated):
         explained = best

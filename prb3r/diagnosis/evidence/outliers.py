@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.evidence.score_test import Alternative, alternative
-from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
+from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.fit.prediction import Predictor, Solution
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
 
@@ -75,15 +77,26 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
     return found.reshape(12, -1)
 
 
+def usual_surprise(recording: Recording, settings: Settings) -> float:
+    """The median surprise of a recording that holds nothing but noise as stated, from one draw."""
+    drawn = np.random.default_rng(0).standard_normal(recording.readings.count)
+    return max(float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings))), 0.1)
+
+
 def student(deviation: np.ndarray) -> np.ndarray:
     """Factor on the standard deviation by which a Student distribution of one degree weighs a far reading down."""
     return np.sqrt(1 + deviation**2)
 
 
-def outlier_inflation(predict: Predictor, predicted: np.ndarray, settings: Settings) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers of a prediction (r,)."""
+def outlier_inflation(predict: Predictor, predicted: np.ndarray, settings: Settings, scale: float = 1.0) -> np.ndarray:
+    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers of a prediction (r,).
+
+    `scale`: of the noise, over the stated one; where surprises are larger throughout, theirs.
+    """
     recording = predict.recording
-    deviation = predict.misfit(predicted) / reading_sd(recording)
+    deviation = predict.misfit(predicted) / (scale * reading_sd(recording))
+    median = float(np.median(surprise(recording.readings, deviation, recording.of_sequence, settings)))
+    deviation /= max(1.0, median / usual_surprise(recording, settings))
     off = surprise(recording.readings, deviation, recording.of_sequence, settings)
     gross = off > settings.gross_sd
     if not np.isfinite(predicted).all() or gross.mean() > settings.most_gross:
@@ -116,11 +129,24 @@ class Doubts:
     """(r,) factor on the standard deviation of each reading."""
     weights: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
+    level: NoiseLevel = AS_STATED
 
-    def noise(self, recording: Recording, sensitivity: np.ndarray, settings: Settings) -> Noise:
-        """The covariance of the readings; `sensitivity` (r, s, m) of `tension_response`."""
+    def inflated(self, recording: Recording, settings: Settings) -> np.ndarray:
+        """(r,) factor on the standard deviation of each reading, those under a doubted weight included."""
         doubted = np.isin(recording.readings.step, [weight.step for weight in self.weights])
-        return noise_of(recording, sensitivity, np.where(doubted, settings.disbelief, self.inflation))
+        return np.where(doubted, settings.disbelief, self.inflation)
+
+    def noise(
+        self, predict: Predictor, solved: Solution, settings: Settings, uncertain: np.ndarray | None = None
+    ) -> Noise:
+        """The covariance of the readings around a solution: noise, scatter of the tensions, tolerances.
+
+        `uncertain`: (r, k) change by one standard deviation of whatever else is not known.
+        """
+        recording, moved = predict.recording, tolerances(predict, solved).moved
+        moved = moved if uncertain is None else np.hstack([moved, uncertain])
+        sensitivity = tension_response(predict, solved)
+        return noise_of(recording, sensitivity, self.inflated(recording, settings), self.level, moved)
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:

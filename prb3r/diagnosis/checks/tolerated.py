@@ -1,0 +1,23 @@
+"""Which tolerances of the rig the best model leaves beside what was drawn."""
+
+import numpy as np
+
+from prb3r.diagnosis.fit.covariance import noise_of
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances, estimated, tolerances
+from prb3r.diagnosis.search.selection import Choice
+
+
+def within_tolerance(choice: Choice) -> EstimatedTolerances:
+    """The tolerances that the recording tells something of under the chosen model, the most telling first."""
+    fitted, doubts = choice.fitted, choice.doubts
+    model, solved = fitted.model, fitted.solved
+    predict, settings = model.predict, model.settings
+    known = tolerances(predict, solved)
+    inflation = doubts.inflated(predict.recording, settings)
+    plain = noise_of(predict.recording, tension_response(predict, solved), inflation, doubts.level)
+    misfit = predict.misfit(model.readings(solved))
+    found = estimated(known, plain, misfit, model.moved(fitted.p, solved))
+    told = np.flatnonzero(found.sd < settings.told_share * found.prior_sd)
+    order = told[np.argsort(found.sd[told] / found.prior_sd[told])]
+    return EstimatedTolerances(tuple(found.names[k] for k in order), *(part[order] for part in found[1:]))

@@ -1,0 +1,41 @@
+"""A fitted model under the covariance that it predicts itself, and how large the noise is under it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.evidence.noise_level import Around, EstimatedLevel, noise_level
+from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.fit.tolerance import tolerances
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+
+
+def renewed(fitted: Fit, doubts: Doubts) -> Fit:
+    """The same model, fitted anew under the covariance that it predicts itself."""
+    predict, settings = fitted.model.predict, fitted.model.settings
+    model = replace(fitted.model, noise=doubts.noise(predict, fitted.solved, settings))
+    return fit(model, fitted.p) or fitted
+
+
+def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> EstimatedLevel:
+    """The noise level that is most likely if constants, tensions, tolerances and the `library` may be off."""
+    predict, model = fitted.model.predict, fitted.model
+    recording = predict.recording
+    scatter = tension_response(predict, fitted.solved) * recording.measurement.tension_sd_relative
+    scatter = scatter.reshape(len(scatter), -1)
+    friction = model.friction(fitted.p)
+    smooth = [hypothesis for hypothesis in library if hypothesis.by_degrees and hypothesis not in model.hypotheses]
+    probes = [(hypothesis, start) for hypothesis in smooth for start in hypothesis.starts(friction)]
+    moved = [
+        values * [free.prior_sd for free in hypothesis.free]
+        for (hypothesis, _), values in zip(probes, moved_readings(fitted, probes), strict=True)
+    ]
+    possible = np.hstack([scatter[:, scatter.any(0)], tolerances(predict, fitted.solved).moved, *moved])
+    around = Around(model.moved(fitted.p, fitted.solved), possible)
+    misfit = predict.misfit(model.readings(fitted.solved))
+    return noise_level(recording, misfit, around, doubts.inflated(recording, model.settings), model.settings)

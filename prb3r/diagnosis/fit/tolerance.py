@@ -1,0 +1,163 @@
+"""Tolerances of the rig's own geometry: what nobody measured, each with a standard deviation and a derivative.
+
+They are no effects.  The covariance holds them (`covariance`), so that a plate that is a per cent too thick is no
+surprise; how far off they probably are follows from what the best model leaves.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.prediction import Predictor, Solution
+from prb3r.diagnosis.fit.response import PIXEL, across, response
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.recording.recording import Kind
+
+THICKNESS_TO_STIFFNESS = 3.0
+"""Bending stiffness grows with the third power of a plate's thickness."""
+SMALL = 0.01
+"""Part of a standard deviation over which elementary functions are differenced."""
+
+
+class Tolerances(NamedTuple):
+    """Everything about a rig that may be a little off."""
+
+    names: tuple[str, ...]
+    """Such as `segment.1.length_m` or `cable.2.offset_m`; of single plates, holes and markers in words."""
+    sd: np.ndarray
+    """(t,) standard deviations, in the unit of the name or relative."""
+    moved: np.ndarray
+    """(r, t) change of every reading by one standard deviation of each, m or rad."""
+
+
+class EstimatedTolerances(NamedTuple):
+    """Where tolerances probably are, given what a model leaves."""
+
+    names: tuple[str, ...]
+    value: np.ndarray
+    """(t,) in the unit of the name, or relative."""
+    sd: np.ndarray
+    """(t,) what is left of uncertainty."""
+    prior_sd: np.ndarray
+    """(t,)."""
+
+
+@dataclass(frozen=True)
+class _Mechanical:
+    """A tolerance that moves the states."""
+
+    name: str
+    sd: float
+    change: Callable[[Chain, float], Chain]
+    """The chain with it off by so much."""
+
+
+def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
+    """All tolerances of a recording, differentiated along a solved path."""
+    acting = list(_mechanical(predict, solved.chain))
+
+    def problem_of(tolerance: _Mechanical) -> Callable[[float], tuple[Chain, Loads]]:
+        return lambda share: (tolerance.change(solved.chain, share * tolerance.sd), solved.loads)
+
+    ways = [across(problem_of(tolerance), (-SMALL, SMALL)) for tolerance in acting]
+    marked = list(_markers(predict, solved))
+    return Tolerances(
+        (*(tolerance.name for tolerance in acting), *(name for name, _, _ in marked)),
+        np.array([*(tolerance.sd for tolerance in acting), *(sd for _, sd, _ in marked)]),
+        np.hstack([response(predict, solved, ways), *(column[:, None] for _, _, column in marked)]),
+    )
+
+
+def _mechanical(predict: Predictor, chain: Chain) -> Iterator[_Mechanical]:
+    """Of all plates of a segment together and each alone, of all holes of a cable and each alone."""
+    manipulator, known = predict.recording.manipulator, predict.recording.tolerance
+    plates = np.arange(chain.plates)
+    stiffness = THICKNESS_TO_STIFFNESS * known.thickness_relative
+    for number, segment in enumerate(manipulator.segment, 1):
+        rows, length = plates[chain.segment == number - 1], known.length(segment)
+        if len(manipulator.segment) > 1:
+            yield _Mechanical(f"segment.{number} stiffness", stiffness, _stiffer(rows))
+        if len(rows) > 1:
+            yield _Mechanical(f"segment.{number}.length_m", length, _longer(rows))
+        for plate in rows:
+            yield _Mechanical(f"plate {plate + 1} stiffness", stiffness, _stiffer(plate))
+            yield _Mechanical(f"plate {plate + 1} length_m", length, _longer(plate))
+    pulled = (predict.recording.loads.tension > 0).any(0) & np.abs(chain.offset).any(0)
+    for j in np.flatnonzero(pulled).tolist():
+        name, crossed = manipulator.cable_names[j], plates[: chain.reach[j]]
+        offset = known.offset(float(np.abs(chain.offset[:, j]).max()))
+        if len(crossed) > 1:
+            yield _Mechanical(f"cable.{name}.offset_m", offset, _shifted(crossed, j))
+        for plate in crossed:
+            yield _Mechanical(f"cable {name} at plate {plate + 1} offset_m", offset, _shifted(plate, j))
+
+
+def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
+    """Plates with another stiffness, by its logarithm."""
+
+    def change(chain: Chain, by: float) -> Chain:
+        stiffness = chain.stiffness.copy()
+        stiffness[rows] *= np.exp(by)
+        return chain._replace(stiffness=stiffness)
+
+    return change
+
+
+def _longer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
+    """Plates with longer arcs of the same section, m."""
+
+    def change(chain: Chain, by: float) -> Chain:
+        arc, stiffness = chain.arc.copy(), chain.stiffness.copy()
+        arc[rows] += by
+        stiffness[rows] *= (chain.arc[rows] / arc[rows])[..., None]
+        return chain._replace(arc=arc, stiffness=stiffness)
+
+    return change
+
+
+def _shifted(rows: np.ndarray, cable: int) -> Callable[[Chain, float], Chain]:
+    """A cable farther off over some plates, m."""
+
+    def change(chain: Chain, by: float) -> Chain:
+        offset = chain.offset.copy()
+        offset[rows, cable] += by
+        return chain._replace(offset=offset)
+
+    return change
+
+
+def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float, np.ndarray]]:
+    """Name, standard deviation and change (r,) of the readings by it, of every marker's place in its disk's frame."""
+    recording, states = predict.recording, solved.states
+    step, disk, kind, _ = recording.readings
+    sd = recording.tolerance.marker(recording.manipulator.segment)
+    if not (kind <= Kind.Y).any() or sd == 0:
+        return
+    points = np.nan_to_num(np.stack([states.x[step, disk], states.y[step, disk]], -1))
+    angle = np.nan_to_num(states.angle[step, disk])
+    cos, sin = np.cos(angle), np.sin(angle)
+    for way, turned in (("along", (cos, sin)), ("across", (-sin, cos))):
+        away = PIXEL * np.stack(turned, -1)
+        ahead = predict.seen(points + away, solved.constants, solved.effects)
+        behind = predict.seen(points - away, solved.constants, solved.effects)
+        change = (ahead - behind) / (2 * PIXEL)
+        seen = np.select([kind == Kind.X, kind == Kind.Y], [change[:, 0], change[:, 1]], 0.0)
+        for number in np.unique(disk[kind <= Kind.Y]).tolist():
+            yield f"marker {number} {way} its disk, m", sd, np.where(disk == number, seen, 0.0) * sd
+
+
+def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.ndarray) -> EstimatedTolerances:
+    """The tolerances given the misfit (r,) of a model whose parameters move the readings by `moved` (r, p).
+
+    `plain`: the covariance of the readings without tolerances.
+    """
+    whole, count = plain.whiten(np.hstack([known.moved, moved])), len(known.sd)
+    scale = np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
+    prior = np.concatenate([np.ones(count), 1e-9 * scale[count:] ** 2])
+    covariance = np.linalg.inv(whole.T @ whole + np.diag(prior))
+    share = covariance @ (whole.T @ plain.whiten(misfit))
+    sd = np.sqrt(np.diag(covariance))
+    return EstimatedTolerances(known.names, share[:count] * known.sd, sd[:count] * known.sd, known.sd)

@@ -1,0 +1,92 @@
+"""The linearised model around a fit: what every hypothesis would do, and what all effects together have to explain."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.fit.model import Fit, basis_of
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.linear_selection import Column, LinearModel
+
+
+def linear_model(
+    fitted: Fit, library: Sequence[Hypothesis], log_odds: Mapping[Hypothesis, float]
+) -> tuple[LinearModel, frozenset[int]]:
+    """The linearised model around `fitted`, and which of its columns are those of the fitted effects."""
+    model = fitted.model
+    constants = len(model.varied)
+    rows = model.predict.recording.readings.count + constants
+    basis = basis_of(fitted.jacobian[:rows, :constants])
+
+    def freed(values: np.ndarray) -> np.ndarray:
+        whole = np.vstack([values, np.zeros((rows - len(values), values.shape[1]))])
+        whole -= basis @ (basis.T @ whole)
+        return whole - basis @ (basis.T @ whole)
+
+    target = fitted.residual[:rows, None]
+    columns = []
+    for number, hypothesis in enumerate(model.hypotheses):
+        moved, at = _of_fitted(fitted, number)
+        columns.append(Column(hypothesis, freed(moved), fitted_share(fitted, number), 0, log_odds[hypothesis]))
+        target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
+    friction, whiten = model.friction(fitted.p), model.noise.whiten
+    others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
+    probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(friction)]
+    for (hypothesis, start), moved in zip(probes, moved_readings(fitted, probes), strict=True):
+        sized = hypothesis.by_degrees
+        deviation = np.array([free.prior_sd for free in hypothesis.free]) if sized else np.ones(1)
+        values = freed(whiten(moved * deviation))
+        if not np.isfinite(values).all() or not values.any():
+            continue
+        one_sided = hypothesis.sided or hypothesis.kinked or not sized
+        columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
+    target = target - basis @ (basis.T @ target)
+    return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))
+
+
+def fitted_share(fitted: Fit, number: int) -> np.ndarray:
+    """Free parameters of one of the fitted effects."""
+    return fitted.model.shares(fitted.p)[number]
+
+
+def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened change (r, k) per prior standard deviation by a fitted effect, and the coefficients it has now.
+
+    An effect that comes by degrees by its derivatives; another as a whole, with what its numbers could change beside.
+    """
+    model = fitted.model
+    hypothesis, share = model.hypotheses[number], fitted_share(fitted, number)
+    first = len(model.varied) + sum(len(before.free) for before in model.hypotheses[:number])
+    deviation = np.array([free.prior_sd for free in hypothesis.free])
+    count = model.predict.recording.readings.count
+    tangent = -fitted.jacobian[:count, first : first + len(share)] * deviation
+    if hypothesis.by_degrees:
+        return tangent, share / deviation
+    less = model.without(number)
+    without = less.predict.solve(fitted.constants, less.effects(model.without_share(fitted.p, number)))
+    whole = model.noise.whiten(model.readings(fitted.solved) - less.readings(without))
+    return np.hstack([whole[:, None], tangent]), np.concatenate([[1.0], np.zeros(len(share))])
+
+
+def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[tuple[Hypothesis, ...], np.ndarray]:
+    """The hypotheses of a chosen set, and the parameters that a full fit of them begins from."""
+    model, known = fitted.model, fitted.model.hypotheses
+    parts = [fitted.p[: len(model.varied)]]
+    for k, coefficient in zip(chosen, linear.coefficients(chosen), strict=True):
+        column = linear.columns[k]
+        hypothesis = column.hypothesis
+        if hypothesis in known or not hypothesis.by_degrees:
+            parts.append(column.start)
+            continue
+        parts.append(_first_size(hypothesis, column.start, coefficient, model.friction(fitted.p)))
+    return tuple(linear.columns[k].hypothesis for k in chosen), np.concatenate(parts)
+
+
+def _first_size(hypothesis: Hypothesis, start: np.ndarray, coefficient: np.ndarray, friction: float) -> np.ndarray:
+    """Where a full fit of a new effect begins: the linearised size, within half of the way to its bounds."""
+    low, high = np.array([free.bounds(friction) for free in hypothesis.free]).T
+    way = np.sign(start) if hypothesis.kinked else np.where(start < high, 1.0, -1.0)
+    deviation = np.array([free.prior_sd for free in hypothesis.free])
+    size = np.clip(coefficient * deviation * way, low / 2, high / 2)
+    return np.where(np.abs(size) > np.abs(start), size, start)

@@ -1,0 +1,190 @@
+r"""Which sets of effects would explain a recording if all acted by degrees: selection in the linearised model.
+
+Around a fit every hypothesis moves the whitened readings by its columns, in units of its prior standard deviation and
+freed of the constants.  With the columns :math:`\Phi_A` of a set `A` and what is to be explained :math:`y`, the set has
+the evidence
+
+.. math:: \ln Z_A = \tfrac12 b^T (I + G)^{-1} b - \tfrac12 \ln |I + G| + \ln P(A),
+          \quad G = \Phi_A^T \Phi_A, \; b = \Phi_A^T y,
+
+so thousands of sets are compared without solving anything.  They are sought from both sides: from the present set and
+from none, by adding, leaving out and exchanging.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """How a hypothesis moves the whitened readings."""
+
+    hypothesis: Hypothesis
+    moved: np.ndarray
+    """(r + c, k) per prior standard deviation of each coefficient."""
+    start: np.ndarray
+    """(k0,) free parameters `u` that a full fit begins near."""
+    sign: int = 0
+    """1 where the first coefficient must not be negative; 0: either way."""
+    log_odds: float = 0.0
+    """ln of the prior odds of its presence."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A set of columns, by number, and its linearised log evidence against the set without any."""
+
+    chosen: frozenset[int]
+    evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """All columns together, and what is to be explained."""
+
+    columns: Sequence[Column]
+    target: np.ndarray
+    """(r + c,) freed of the constants, without any effect."""
+
+    @cached_property
+    def spans(self) -> list[slice]:
+        """Where the coefficients of every column stand."""
+        ends = np.cumsum([0, *(column.moved.shape[1] for column in self.columns)])
+        return [slice(a, b) for a, b in pairwise(ends)]
+
+    @cached_property
+    def whole(self) -> np.ndarray:
+        """(r + c, K)."""
+        return np.hstack([column.moved for column in self.columns])
+
+    @cached_property
+    def products(self) -> np.ndarray:
+        """(K, K)."""
+        return self.whole.T @ self.whole
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """(K,) of the target."""
+        return self.whole.T @ self.target
+
+    def rows(self, chosen: Sequence[int]) -> np.ndarray:
+        """Coefficients of several columns."""
+        return np.concatenate([np.arange(self.spans[k].start, self.spans[k].stop) for k in chosen]).astype(int)
+
+    def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:
+        """Most probable coefficients of each chosen column."""
+        rows = self.rows(chosen) if chosen else np.zeros(0, int)
+        best = np.linalg.solve(np.eye(len(rows)) + self.products[np.ix_(rows, rows)], self.along[rows])
+        ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
+        return [best[a:b] for a, b in pairwise(ends)]
+
+    def evidence(self, chosen: frozenset[int]) -> float:
+        """ln Z of a set against none; minus infinity where a coefficient has the wrong sign."""
+        if not chosen:
+            return 0.0
+        order = sorted(chosen)
+        rows = self.rows(order)
+        normal = np.eye(len(rows)) + self.products[np.ix_(rows, rows)]
+        best = np.linalg.solve(normal, self.along[rows])
+        first = 0
+        for k in order:
+            if self.columns[k].sign * best[first] < 0:
+                return -np.inf
+            first += self.columns[k].moved.shape[1]
+        odds = sum(self.columns[k].log_odds for k in order)
+        return float(self.along[rows] @ best / 2 - np.linalg.slogdet(normal)[1] / 2 + odds)
+
+    def additions(self, chosen: frozenset[int]) -> np.ndarray:
+        """(columns,) rise of ln Z by each further column; minus infinity for those that do not go with the chosen."""
+        rows = self.rows(sorted(chosen)) if chosen else np.zeros(0, int)
+        inverse = np.linalg.inv(np.eye(len(rows)) + self.products[np.ix_(rows, rows)])
+        across = self.products[:, rows] @ inverse
+        rest = self.along - across @ self.along[rows]
+        own = 1 + np.diag(self.products) - (across * self.products[:, rows]).sum(1)
+        rise = np.full(len(self.columns), -np.inf)
+        barred = self.barred(chosen)
+        for k, (column, span) in enumerate(zip(self.columns, self.spans, strict=True)):
+            if k in chosen or k in barred:
+                continue
+            if column.moved.shape[1] == 1:
+                j = span.start
+                if column.sign * rest[j] < 0:
+                    continue
+                rise[k] = rest[j] ** 2 / own[j] / 2 - np.log(own[j]) / 2
+            else:
+                block = self.products[span, span] - across[span] @ self.products[rows, span]
+                normal = np.eye(len(block)) + block
+                rise[k] = rest[span] @ np.linalg.solve(normal, rest[span]) / 2 - np.linalg.slogdet(normal)[1] / 2
+            rise[k] += column.log_odds
+        return rise
+
+    @cached_property
+    def rivals(self) -> list[frozenset[int]]:
+        """Of each column those that cannot stand beside it: probes of the same hypothesis, a kind that occurs once."""
+        out = []
+        for k, column in enumerate(self.columns):
+            out.append(
+                frozenset(
+                    j
+                    for j, other in enumerate(self.columns)
+                    if j != k and excludes(column.hypothesis, other.hypothesis)
+                )
+            )
+        return out
+
+    def barred(self, chosen: frozenset[int]) -> frozenset[int]:
+        """Columns that do not go with the chosen."""
+        return frozenset().union(*(self.rivals[k] for k in chosen))
+
+
+def excludes(first: Hypothesis, second: Hypothesis) -> bool:
+    """Whether two hypotheses cannot both hold."""
+    return first == second or (first.kind == second.kind and first.once)
+
+
+def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], width: int, most: int) -> list[Proposal]:
+    """The best sets of at most `most` columns, best first: a beam of `width` sets that moves until none is better."""
+    known = {chosen: model.evidence(chosen) for chosen in starts}
+    grown: set[frozenset[int]] = set()
+    while True:
+        beam = sorted(known, key=lambda chosen: -known[chosen])[:width]
+        fresh = [chosen for chosen in beam if chosen not in grown]
+        if not fresh:
+            return [Proposal(chosen, known[chosen]) for chosen in sorted(known, key=lambda chosen: -known[chosen])]
+        for chosen in fresh:
+            grown.add(chosen)
+            for neighbour in _neighbours(model, chosen, most):
+                if neighbour not in known:
+                    known[neighbour] = model.evidence(neighbour)
+
+
+def _neighbours(model: LinearModel, chosen: frozenset[int], most: int) -> Iterator[frozenset[int]]:
+    """Sets with one column more, less or exchanged; of many additions the best."""
+    if len(chosen) < most:
+        yield from _with_best(model, chosen, 4)
+    for k in chosen:
+        less = chosen - {k}
+        yield less
+        yield from _with_best(model, less, 2)
+
+
+def _with_best(model: LinearModel, chosen: frozenset[int], count: int) -> Iterator[frozenset[int]]:
+    rise = model.additions(chosen)
+    for k in np.argsort(-rise)[:count].tolist():
+        if np.isfinite(rise[k]):
+            yield chosen | {k}
+
+
+def worth_fitting(sets: Sequence[Proposal], present: int, count: int) -> list[Proposal]:
+    """Sets worth a full fit: the best, and of one to three effects more than are `present` the best each.
+
+    Where much is unexplained the linearised model is far from true and favours large sets; small steps are safer.
+    """
+    steps = [next((p for p in sets if len(p.chosen) == present + more), None) for more in (1, 2, 3)]
+    return list(dict.fromkeys([*sets[:count], *(step for step in steps if step is not None)]))

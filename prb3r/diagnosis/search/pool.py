@@ -1,0 +1,132 @@
+"""Models fitted in full under one covariance: which to expand, what to fit next, and which survive.
+
+Every model is expanded once: around its fit thousands of sets of effects are compared in the linearised model, and the
+best that are new are fitted in full.  Sets come from both sides, from none and from the present one.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.columns import beginning, linear_model
+from prb3r.diagnosis.search.linear_selection import best_sets, worth_fitting
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.settings import Settings
+
+Effects = frozenset[Hypothesis]
+
+
+@dataclass(frozen=True, eq=False)
+class Survivor:
+    """A model that the recording leaves standing."""
+
+    fitted: Fit
+    log_evidence: float
+    probability: float
+    """Among all that survive."""
+
+    @property
+    def effects(self) -> Effects:
+        """Its effects, in no order."""
+        return frozenset(self.fitted.model.hypotheses)
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of its effects."""
+        return frozenset(hypothesis.kind for hypothesis in self.effects)
+
+
+class Pool:
+    """All models that were fitted in full under one covariance, by their effects."""
+
+    def __init__(self, search: Search, settings: Settings, fits: Iterable[Fit | None]) -> None:
+        self.search, self.settings = search, settings
+        self.fits: dict[Effects, Fit] = {}
+        self.evidence: dict[Effects, float] = {}
+        self.expanded: set[Effects] = set()
+        for fitted in fits:
+            self.add(fitted)
+
+    def add(self, fitted: Fit | None) -> None:
+        """Keep a fit, if it is the best of its effects."""
+        if fitted is None:
+            return
+        effects, worth = frozenset(fitted.model.hypotheses), log_evidence(fitted, self.search.log_odds)
+        if worth > self.evidence.get(effects, -np.inf):
+            self.fits[effects], self.evidence[effects] = fitted, worth
+
+    @property
+    def ranked(self) -> list[Effects]:
+        """The models, most probable first."""
+        return sorted(self.fits, key=lambda effects: -self.evidence[effects])
+
+    @property
+    def best(self) -> Fit:
+        """The most probable model."""
+        return self.fits[self.ranked[0]]
+
+    def explore(self, most: int) -> None:
+        """Expand models, the best first, until those within reach of the best have been."""
+        for _ in range(most):
+            fresh = next((effects for effects in self.ranked if self._promising(effects)), None)
+            if fresh is None:
+                break
+            self.expand(fresh)
+
+    def _promising(self, effects: Effects) -> bool:
+        """Whether a model is near the best, not expanded yet, and no mere addition to a better one."""
+        worth = self.evidence[effects]
+        near = worth >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
+        idle = any(other < effects and better >= worth for other, better in self.evidence.items())
+        return near and not idle and effects not in self.expanded
+
+    def expand(self, effects: Effects) -> None:
+        """Fit the sets that the linearised model around one fit puts first."""
+        fitted, settings = self.fits[effects], self.settings
+        self.expanded.add(effects)
+        linear, present = linear_model(fitted, self.search.library, self.search.log_odds)
+        sets = best_sets(linear, [frozenset(), present], settings.beam, len(present) + settings.most_new)
+        base, tasks = linear.evidence(present), []
+        for proposal in worth_fitting(sets, len(present), settings.proposals):
+            hypotheses, start = beginning(fitted, linear, sorted(proposal.chosen))
+            costly = any(SUSPECTS[hypothesis.kind].costly for hypothesis in set(hypotheses) - effects)
+            least = base + settings.costly_gain if costly else base - settings.proposal_reach
+            if frozenset(hypotheses) not in self.fits and proposal.evidence >= least:
+                model = replace(fitted.model, hypotheses=hypotheses)
+                tasks.append((model, start, self._useful(hypotheses)))
+        for richer in self.search.apply(_fitted, tasks):
+            self.add(richer)
+
+    def _useful(self, hypotheses: Sequence[Hypothesis]) -> float:
+        """The chi-square beyond which a fit of these effects would be of no use."""
+        odds = sum(self.search.log_odds[hypothesis] for hypothesis in hypotheses)
+        return 2 * (odds - self.evidence[self.ranked[0]] + self.settings.useful_reach)
+
+    def under(self, noise: Noise) -> "Pool":
+        """The models worth it, and that without effects, refitted under another covariance."""
+        least = self.evidence[self.ranked[0]] - self.settings.useful_reach
+        kept = [effects for effects in self.ranked if self.evidence[effects] >= least][: self.settings.kept_models]
+        chosen = dict.fromkeys([*kept, frozenset()])
+        tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
+        return Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
+
+    def survivors(self) -> tuple[Survivor, ...]:
+        """Models in balance whose evidence is within reach of the best, most probable first."""
+        best = self.evidence[self.ranked[0]]
+        least = best - np.log(self.settings.survival_odds)
+        kept = [e for e in self.ranked if self.evidence[e] >= least and self.fits[e].balanced] or self.ranked[:1]
+        weight = np.exp([self.evidence[effects] - best for effects in kept])
+        shares = (weight / weight.sum()).tolist()
+        return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
+
+
+def _fitted(task: tuple[Model, np.ndarray, float]) -> Fit | None:
+    model, start, useful = task
+    return fit(model, start, useful=useful)

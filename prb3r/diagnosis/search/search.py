@@ -1,0 +1,52 @@
+"""Among what is searched, and how."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logit
+
+from prb3r.diagnosis.evidence.missing_moments import law_alternatives, laws, mechanism
+from prb3r.diagnosis.evidence.score_test import Alternative, Scores, alternatives, scores
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.apply import Apply, serially
+
+TESTED_TOGETHER = 16
+"""Hypotheses that are tested in one task: as many as are differentiated together."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """Among what is searched, and how."""
+
+    library: tuple[Hypothesis, ...]
+    seed: int
+    """Of the draws that tell how large the largest score is by chance."""
+    apply: Apply = serially
+    """Where full fits and costly tests are made."""
+
+    @cached_property
+    def log_odds(self) -> Mapping[Hypothesis, float]:
+        """ln of the prior odds of every hypothesis: those of its kind, shared among its places."""
+        kinds = [hypothesis.kind for hypothesis in self.library]
+        odds = {kind: logit(SUSPECTS[kind].presence) - np.log(kinds.count(kind)) for kind in set(kinds)}
+        return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library}
+
+
+def examine(fitted: Fit, search: Search) -> Scores:
+    """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
+    rest = [hypothesis for hypothesis in search.library if hypothesis not in fitted.model.hypotheses]
+    history = fitted.solved.chain.presliding > 0
+    share = TESTED_TOGETHER if history else max(len(rest), 1)
+    tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]
+    parts = (search.apply if history else serially)(_alternatives, tasks)
+    mechanics = mechanism(fitted)
+    unnamed = law_alternatives(fitted, mechanics, laws(fitted, mechanics))
+    return scores(fitted, [*(candidate for part in parts for candidate in part), *unnamed], search.seed)
+
+
+def _alternatives(task: tuple[Fit, Sequence[Hypothesis]]) -> list[Alternative]:
+    return alternatives(*task)

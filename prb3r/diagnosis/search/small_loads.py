@@ -1,0 +1,43 @@
+"""A beginning from small loads, where a rig is nearly linear: effects appear in the order in which loads show them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.search import Search
+from prb3r.mechanics.chain import Loads
+
+
+def load_share(loads: Loads) -> np.ndarray:
+    """(s,) largest share that any load has of its own largest value; 0 without loads."""
+    every = np.abs(np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1))
+    largest = every.max(0, initial=0.0)
+    return (every[:, largest > 0] / largest[largest > 0]).max(1, initial=0.0)
+
+
+def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
+    """A model of the whole recording, begun from what explains its small loads; None where these tell too little."""
+    settings, whole, known = calibrated.model.settings, calibrated.model, None
+    for share in settings.load_shares:
+        small = at_small_loads(known or calibrated, doubts, share)
+        if small is not None:
+            pool = Pool(search, settings, [small])
+            pool.explore(settings.later_expansions)
+            found = pool.best
+            known = fit(replace(whole, hypotheses=found.model.hypotheses), found.p)
+    return known
+
+
+def at_small_loads(known: Fit, doubts: Doubts, share: float) -> Fit | None:
+    """A model fitted to the readings under loads of at most a `share` of the largest; None where these are few."""
+    model, recording = known.model, known.model.predict.recording
+    read = (load_share(recording.loads) <= share)[recording.readings.step]
+    if read.sum() < model.settings.fewest_small_loads * model.count:
+        return None
+    predict = replace(model.predict, recording=replace(recording, readings=recording.readings.where(read)))
+    noise = replace(doubts, inflation=doubts.inflation[read]).noise(predict, known.solved, model.settings)
+    return fit(replace(model, predict=predict, noise=noise), known.p)
