@@ -52,7 +52,11 @@ def with_steps(recording: Recording, steps: pd.DataFrame) -> Mended:
 
 
 def with_labels(
-    recording: Recording, *, step: np.ndarray | None = None, disk: np.ndarray | None = None, known: np.ndarray | None = None
+    recording: Recording,
+    *,
+    step: np.ndarray | None = None,
+    disk: np.ndarray | None = None,
+    known: np.ndarray | None = None,
 ) -> Mended:
     """A recording whose readings belong to other steps or disks.
 

@@ -102,7 +102,9 @@ def _ends(manipulator: Manipulator) -> Iterator[Alternative]:
     """Cables that end at another segment: one, those that end together, or all in reverse order."""
     last = len(manipulator.segment)
     groups = {end: [cable for cable in manipulator.cable if cable.ends_at_segment == end] for end in range(1, last + 1)}
-    changes = [{cable.name: end} for cable in manipulator.cable for end in range(1, last + 1) if end != cable.ends_at_segment]
+    changes = [
+        {cable.name: end} for cable in manipulator.cable for end in range(1, last + 1) if end != cable.ends_at_segment
+    ]
     changes += [
         {cable.name: other for cable in cables}
         for end, cables in groups.items()

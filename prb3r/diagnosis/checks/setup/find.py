@@ -4,22 +4,24 @@ What is said of a blunder is the logarithm of a likelihood ratio, a photograph c
 chance the largest among `k` alternatives exceeds :math:`\\ln(k / a)` in a share `a` of all right recordings.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import Alternative, File, Mended
+from prb3r.diagnosis.checks.setup.alternative import Alternative, File, Mended, with_manipulator
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
+from prb3r.diagnosis.checks.setup.physics import imitations
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
-from prb3r.diagnosis.checks.setup.robust import Standing, Trier, sight, trier
+from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Recording
 
-NOISE_LOSS = 0.534
-"""Mean robust misfit of a reading with the stated Gaussian noise: the mean of ln(1 + z^2)."""
+IMITATIONS_FITTED = 3
+"""Of the effects that imitate a blunder, how many are fitted in full before the best is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +53,62 @@ class Trial:
     mended: Mended
     standing: Standing
     gain: float
+    """Logarithm of the likelihood ratio to the recording as it is."""
+    total: float
+    """Robust misfit of all photographs and improbability of the constants."""
 
 
 def alternatives(recording: Recording) -> list[Alternative]:
     """Every blunder that a recording could hold."""
     families = (picture_blunders, cable_blunders, unit_blunders, order_blunders)
     return [alternative for family in families for alternative in family(recording)]
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A recording, what could be wrong with it, and where that is tried."""
+
+    recording: Recording
+    among: list[Alternative]
+    trying: Trier
+    here: Standing
+    """The recording as it is."""
+    grid: tuple[Constants, ...]
+    """Constants with which an alternative is tried before any are fitted."""
+    seen: tuple[Sight, ...]
+    """Of the recording as it is, at each of `grid`."""
+
+    def rough(self, alternative: Alternative) -> Trial:
+        """An alternative at the best of the coarse constants, seen from where it fits best."""
+        mended = alternative.mend(self.recording)
+        changed = mended.recording
+        alone = changed.loads is self.recording.loads and changed.manipulator is self.recording.manipulator
+        predict, tried = predictor(changed), []
+        for constants, known in zip(self.grid, self.seen, strict=True):
+            view = known if alone else sight(predict, constants, predict.equilibria(constants))
+            standing = self.trying.framed(predict, mended.rows, constants, view)
+            tried.append(trial(self.here, alternative, mended, standing))
+        return max(tried, key=_gain)
+
+    def full(self, tried: Trial) -> Trial:
+        """The same with refitted constants."""
+        mended = tried.mended
+        standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
+        return tried if standing is None else trial(self.here, tried.alternative, mended, standing)
+
+
+def attempt_on(recording: Recording, settings: Settings) -> Attempt:
+    """A recording as it is, with the constants that fit it best, and all that could be wrong with it."""
+    trying, base = trier(recording, settings), predictor(recording)
+    rows = np.arange(recording.readings.count)
+    coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
+    starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
+    fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
+    grid = (*coarse, *([fitted.constants] if fitted else []))
+    seen = tuple(sight(base, constants, base.equilibria(constants)) for constants in grid)
+    standings = [trying.framed(base, rows, *known) for known in zip(grid, seen, strict=True)]
+    here = min([*standings, *([fitted] if fitted else [])], key=lambda standing: standing.total)
+    return Attempt(recording, alternatives(recording), trying, here, grid, seen)
 
 
 def find_blunders(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:
@@ -72,54 +124,58 @@ def find_blunders(recording: Recording, settings: Settings) -> tuple[Blunder, ..
 
 def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, if one explains more than chance and physics could."""
-    tried, among = trials(recording, settings)
-    threshold = np.log(among / settings.blunder_rate)
-    if not tried or tried[0].gain < threshold:
-        return None
+    attempt = attempt_on(recording, settings)
+    tried, threshold = trials(attempt), np.log(len(attempt.among) / settings.blunder_rate)
     best = tried[0]
-    alike = tuple(t.alternative.blunder for t in tried[1:] if t.gain > best.gain - settings.close_fit / 2)
+    if best.gain < threshold or is_physics(attempt, best, threshold):
+        return None
+    alike = tuple(t.alternative.blunder for t in tried[1:] if t.total < best.total + settings.close_fit / 2)
     return Blunder(best.alternative.blunder, alike, best.alternative.file, best.mended.recording, best.gain)
 
 
-def trials(recording: Recording, settings: Settings) -> tuple[list[Trial], int]:
-    """The most promising alternatives with refitted constants, the best first, and among how many they are."""
-    among, trying, base = alternatives(recording), trier(recording, settings), predictor(recording)
-    whole = np.arange(recording.readings.count)
-    here = as_recorded(recording, trying)
-    grid = [*(Constants(float(np.log(factor))) for factor in settings.coarse_factors), here.constants]
-    seen = [sight(base, constants, base.equilibria(constants)) for constants in grid]
-    framed = [trying.framed(base, whole, *known) for known in zip(grid, seen, strict=True)]
-    here = min(here, *framed, key=lambda standing: standing.total)
-    rough = []
-    for alternative in among:
-        mended = alternative.mend(recording)
-        alone = mended.recording.loads is recording.loads and mended.recording.manipulator is recording.manipulator
-        predict = replace(base, recording=mended.recording) if alone else predictor(mended.recording)
-        standings = []
-        for constants, known in zip(grid, seen, strict=True):
-            view = known if alone else sight(predict, constants, predict.equilibria(constants))
-            standings.append(trying.framed(predict, mended.rows, constants, view))
-        rough.append(max((trial(here, alternative, mended, standing) for standing in standings), key=_gain))
-    full = []
-    for tried in sorted(rough, key=_gain)[: -settings.blunders_fitted - 1 : -1]:
-        standing = trying.fitted(tried.mended.recording, tried.mended.rows, tried.standing.constants)
-        full.append(tried if standing is None else trial(here, tried.alternative, tried.mended, standing))
-    return sorted(full, key=_gain, reverse=True), len(among)
+def is_physics(attempt: Attempt, best: Trial, threshold: float) -> bool:
+    """Whether physics that imitates blunders explains about as much, and the blunder little beside it."""
+    imitated = imitation(attempt, best.gain - threshold)
+    if imitated is None or imitated.gain <= best.gain - threshold:
+        return False
+    beside = attempt_on(imitated.mended.recording, attempt.trying.settings)
+    return beside.full(beside.rough(best.alternative)).gain < threshold
+
+
+def trials(attempt: Attempt) -> list[Trial]:
+    """The most promising alternatives with refitted constants, the best first."""
+    rough = sorted(map(attempt.rough, attempt.among), key=_gain, reverse=True)
+    full = map(attempt.full, rough[: attempt.trying.settings.blunders_fitted])
+    return sorted(full, key=_gain, reverse=True)
+
+
+def imitation(attempt: Attempt, enough: float) -> Trial | None:
+    """The misfit explained by physics that imitates blunders: effects added while they gain, until it is `enough`."""
+    best: Trial | None = None
+    for _ in range(attempt.trying.settings.most_effects):
+        already = best.mended.recording.manipulator.effect if best else attempt.recording.manipulator.effect
+        rough = [attempt.rough(_physics((*already, more))) for more in imitations(attempt.recording, already)]
+        full = [attempt.full(tried) for tried in sorted(rough, key=_gain, reverse=True)[:IMITATIONS_FITTED]]
+        better = max(full, key=_gain, default=None)
+        if better is None or (best and better.gain < best.gain + 1):
+            break
+        best = better
+        if best.gain > enough:
+            break
+    return best
+
+
+def _physics(effects: tuple[Effect, ...]) -> Alternative:
+    """A recording whose manipulator has these effects."""
+    return Alternative(
+        "physics",
+        "manipulator",
+        lambda known: with_manipulator(known, known.manipulator.model_copy(update={"effect": list(effects)})),
+    )
 
 
 def _gain(tried: Trial) -> float:
     return tried.gain
-
-
-def as_recorded(recording: Recording, trying: Trier) -> Standing:
-    """The recording as it is with the constants that fit it best, from the first stiffness at which all is in balance."""
-    rows = np.arange(recording.readings.count)
-    for factor in trying.settings.start_factors:
-        standing = trying.fitted(recording, rows, Constants(float(np.log(factor))))
-        if standing is not None:
-            return standing
-    predict = predictor(recording)
-    return trying.framed(predict, rows, Constants(), sight(predict, Constants(), predict.equilibria(Constants())))
 
 
 def trial(here: Standing, alternative: Alternative, mended: Mended, there: Standing) -> Trial:
@@ -137,7 +193,8 @@ def trial(here: Standing, alternative: Alternative, mended: Mended, there: Stand
     fall = np.logaddexp(before, _log(slack)) - np.logaddexp(after, _log(slack))
     weight = np.where(count[step] > 0, concerned, True) / np.where(count > 0, count, others)[step]
     gain = float((fall * weight).sum()) + here.improbable - there.improbable
-    return Trial(alternative, mended, there, gain)
+    total = float((after / np.bincount(step)[step]).sum()) + there.improbable
+    return Trial(alternative, mended, there, gain, total)
 
 
 def _log(values: np.ndarray) -> np.ndarray:
@@ -153,5 +210,7 @@ def touched(recording: Recording, mended: Mended) -> np.ndarray:
     loads = zip(changed.loads, recording.loads, strict=True)
     moved = np.any([(a != b).reshape(len(a), -1).any(1) for a, b in loads if a is not None], axis=0)
     out = np.ones(recording.readings.count, bool)  # what belongs nowhere any more is concerned
-    out[mended.rows] = moved[before.step] | np.any([a != b for a, b in zip(changed.readings, before, strict=True)], axis=0)
+    out[mended.rows] = moved[before.step] | np.any(
+        [a != b for a, b in zip(changed.readings, before, strict=True)], axis=0
+    )
     return out

@@ -11,6 +11,9 @@ from prb3r.recording.recording import Kind, Recording
 Turn = Callable[[Recording], np.ndarray]
 """What should have been written instead of the values of all readings, (r,)."""
 
+MOST_RADIANS = {Kind.ANGLE: np.pi, Kind.BEND: 1.0}
+"""Readings that stay below are radians: in degrees, the whole arm would turn by three, its plates by one."""
+
 
 def picture_blunders(recording: Recording) -> Iterator[Alternative]:
     """Every blunder with readings that a recording could hold."""
@@ -33,8 +36,8 @@ def _views(recording: Recording) -> Iterator[Alternative]:
     if len(across) > 1:
         for kind in across:
             yield _seen(f"{kind.column} has the wrong sign", lambda known, kind=kind: _signed(known, [kind]))
-    for kind in (Kind.ANGLE, Kind.BEND):
-        if kind in kinds:
+    for kind, most in MOST_RADIANS.items():
+        if kind in kinds and np.abs(recording.readings.value[recording.readings.kind == kind]).max() > most:
             yield _seen(f"{kind.column} is in degrees", lambda known, kind=kind: _in_degrees(known, kind))
 
 
@@ -56,7 +59,9 @@ def _counts(recording: Recording) -> Iterator[Alternative]:
     """Disks counted from the tip or shifted by one."""
     last = recording.manipulator.plates
     yield Alternative(
-        "the disks are counted from the tip", "markers", lambda known: _relabelled(known, last + 1 - known.readings.disk)
+        "the disks are counted from the tip",
+        "markers",
+        lambda known: _relabelled(known, last + 1 - known.readings.disk),
     )
     yield Alternative(
         "the disks are counted from the tip, which is 0",
