@@ -111,6 +111,8 @@ class Settings:
     """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
     robust_rounds: int = 3
     """Reweighted fits, in which readings count less the further they are off."""
+    strained_sd: float = 4.0
+    """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     most_blunders: int = 3
     """Blunders that are looked for in one recording.  Choice."""
 

@@ -1,6 +1,6 @@
-"""From a recording to a verdict in six stages, each a function from what is known to what is known then.
+"""From a recording to a verdict in seven stages, each a function from what is known to what is known then.
 
-calibrate -> doubt -> test -> search -> check -> tell
+set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from prb3r.diagnosis.checks.doubt import renewed, without_outliers, without_wron
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
 from prb3r.diagnosis.checks.outliers import Doubts
 from prb3r.diagnosis.checks.repeats import Scatter, scatter
+from prb3r.diagnosis.checks.setup.find import find_blunders
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.score_test import Scores
@@ -21,7 +22,7 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations
-from prb3r.diagnosis.result.remarks import refusals, scattered, weighed, wrong_weights
+from prb3r.diagnosis.result.remarks import refusals, scattered, strained, weighed, wrong_weights
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.full_fits import Apply, serially
 from prb3r.diagnosis.search.selection import Choice, Search, choose, examine
@@ -29,7 +30,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.recording import Recording
 
-STAGES = ("calibrate", "doubt", "test", "search", "check", "tell")
+STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 Report = Callable[[str], None]
 """Hears which stage is under way."""
 
@@ -110,6 +111,10 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     RecordingError
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
+    report("set-up")
+    blunders = find_blunders(task.recording, task.settings)
+    if blunders:
+        task = replace(task, recording=blunders[-1].mended)
     report("calibrate")
     try:
         calibrated = calibrate(task)
@@ -122,7 +127,8 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     report("search")
     searched = search(tested)
     report("check")
-    return check(searched)
+    investigation = check(searched)
+    return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
 
 
 def calibrate(task: Task) -> Calibrated:
@@ -204,6 +210,7 @@ def check(searched: Searched) -> Investigation:
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         remarks=(
             *doubted.recording.remarks,
+            *strained(choice.fitted),
             *scattered(doubted.repeated),
             *wrong_weights(training, doubted.doubts.weights),
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),

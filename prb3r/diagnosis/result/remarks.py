@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from prb3r.diagnosis.checks.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
 
@@ -18,6 +21,30 @@ def scattered(repeated: Scatter | None) -> list[str]:
     )
     often = f"{repeated.factor:.2g} times as much as stated"
     return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
+
+
+CONSTANT_NAMES = {
+    "log_stiffness": "Young's modulus",
+    "log_friction": "the friction coefficient",
+    "rotation": "the camera's rotation",
+    "x": "the camera's shift along x",
+    "y": "the camera's shift along y",
+}
+
+
+def strained(fitted: Fit) -> list[str]:
+    """Constants far from what was known of them beforehand, and those at the end of what is allowed."""
+    model, remarks = fitted.model, []
+    for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
+        text, far = CONSTANT_NAMES[name], abs(value) / sd
+        ended = f"{np.exp(value):.3g} times the nominal one" if name.startswith("log") else f"{value:.3g}"
+        if name.startswith("log") and abs(value) > model.settings.farthest - 1e-6:
+            remarks.append(f"{text} ends at {ended}, as far off as is allowed: something else is wrong")
+        elif far > model.settings.strained_sd:
+            remarks.append(
+                f"{text} ends at {ended}, {far:.0f} standard deviations from what the recording states of it"
+            )
+    return remarks
 
 
 def refusals(refuted: Sequence[str]) -> list[str]:

@@ -78,16 +78,17 @@ def with_values(recording: Recording, value: np.ndarray) -> Mended:
     return Mended(recording.with_values(value), np.arange(recording.readings.count))
 
 
-def scaled_columns(
-    steps: pd.DataFrame, columns: Sequence[str], factor: float, rows: np.ndarray | slice = slice(None)
-) -> pd.DataFrame:
-    """A table of steps with some columns multiplied in some of its rows (a mask; absent: all)."""
+def with_scaled(
+    recording: Recording, columns: Sequence[str], factor: float, rows: np.ndarray | slice = slice(None)
+) -> Mended:
+    """A recording with some columns of its steps multiplied, in some rows (a mask; absent: all)."""
+    steps = recording.steps
     out = steps.copy()
     for name in columns:
         column = numbers(steps[name]).to_numpy(float).copy()
         column[rows] *= factor
         out[name] = column
-    return out
+    return with_steps(recording, out)
 
 
 def listed(names: Sequence[str]) -> str:

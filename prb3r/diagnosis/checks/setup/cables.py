@@ -1,6 +1,7 @@
 """Blunders with cables: exchanged, on the wrong side, tied to the wrong segment, declared to slip the wrong way."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -9,8 +10,8 @@ from prb3r.diagnosis.checks.setup.alternative import (
     Alternative,
     Mended,
     listed,
-    scaled_columns,
     with_manipulator,
+    with_scaled,
     with_steps,
 )
 from prb3r.model.manipulator import Cable, Manipulator
@@ -27,17 +28,17 @@ def cable_blunders(recording: Recording) -> Iterator[Alternative]:
 
 def _exchanges(recording: Recording) -> Iterator[Alternative]:
     """Weights of two cables noted in each other's column, in all sequences or in one."""
-    tension = recording.loads.tension
-    for first, second in combinations(range(tension.shape[1]), 2):
+    pulled = recording.loads.tension > 0
+    for first, second in combinations(range(pulled.shape[1]), 2):
         pair = tuple(recording.manipulator.cable_names[k] for k in (first, second))
-        pulled = (tension[:, [first, second]] > 0).any(1)
-        if not pulled.any() or _alike(recording.manipulator, *pair):
+        concerned = pulled[:, first] | pulled[:, second]
+        if not concerned.any() or _alike(recording.manipulator, *pair):
             continue
-        for rows, where in _parts(recording, pulled):
+        for rows, where in _parts(recording, concerned):
             yield Alternative(
                 f"cables {listed(pair)} are exchanged{where}",
                 "steps",
-                lambda known, pair=pair, rows=rows: _exchanged(known, pair, rows),  # type: ignore[misc]
+                partial(_exchanged, pair=pair, rows=rows),
             )
 
 
@@ -68,9 +69,11 @@ def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) ->
     return with_steps(recording, steps)
 
 
-def _changed(manipulator: Manipulator, cables: dict[str, Cable]) -> Manipulator:
-    """A manipulator with some cables, by name, in the place of its own."""
-    return manipulator.model_copy(update={"cable": [cables.get(cable.name, cable) for cable in manipulator.cable]})
+def _with_cables(recording: Recording, cables: dict[str, Cable]) -> Mended:
+    """A recording of a manipulator with other cables, by name."""
+    manipulator = recording.manipulator
+    changed = [cables.get(cable.name, cable) for cable in manipulator.cable]
+    return with_manipulator(recording, manipulator.model_copy(update={"cable": changed}))
 
 
 def _sides(recording: Recording) -> Iterator[Alternative]:
@@ -83,13 +86,13 @@ def _sides(recording: Recording) -> Iterator[Alternative]:
         yield Alternative(
             f"offset_m {names} has the wrong sign",
             "manipulator",
-            lambda known, turned=turned: with_manipulator(known, _changed(known.manipulator, turned)),  # type: ignore[misc]
+            partial(_with_cables, cables=turned),
         )
 
 
 def _pulled(recording: Recording) -> list[str]:
     """Names of the cables that are ever loaded."""
-    used = (recording.loads.tension > 0).any(0)
+    used = np.any(recording.loads.tension > 0, axis=0).tolist()
     return [name for name, loaded in zip(recording.manipulator.cable_names, used, strict=True) if loaded]
 
 
@@ -123,7 +126,7 @@ def _ends(manipulator: Manipulator) -> Iterator[Alternative]:
         yield Alternative(
             f"{' and '.join(texts)}, not where the file says",
             "manipulator",
-            lambda known, moved=moved: with_manipulator(known, _changed(known.manipulator, moved)),  # type: ignore[misc]
+            partial(_with_cables, cables=moved),
         )
 
 
@@ -153,7 +156,5 @@ def _slips(recording: Recording) -> Iterator[Alternative]:
         yield Alternative(
             f"slip is declared with the wrong sign{where}",
             "steps",
-            lambda known, names=names, rows=rows: with_steps(  # type: ignore[misc]
-                known, scaled_columns(known.steps, names, -1.0, rows)
-            ),
+            partial(with_scaled, columns=names, factor=-1.0, rows=rows),
         )

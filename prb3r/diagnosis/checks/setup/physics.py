@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.cables import DeadCable
+from prb3r.model.effects.friction import PulleyFriction, SlipHistory
 from prb3r.recording.recording import Recording
 
 EFFICIENCIES, PRESLIDINGS = (0.9, 0.8, 0.65), (3e-5, 3e-4)
@@ -13,14 +14,14 @@ EFFICIENCIES, PRESLIDINGS = (0.9, 0.8, 0.65), (3e-5, 3e-4)
 
 def imitations(recording: Recording, already: Sequence[Effect] = ()) -> Iterator[Effect]:
     """Effects beside those `already` there that change pictures as much as a blunder does."""
-    manipulator, kinds = recording.manipulator, {effect.kind for effect in already}
-    dead = {effect.cable for effect in already if effect.kind == "dead_cable"}
+    manipulator, kinds = recording.manipulator, {type(effect) for effect in already}
+    dead = {effect.cable for effect in already if isinstance(effect, DeadCable)}
     for name, column in zip(manipulator.cable_names, recording.loads.tension.T, strict=True):
         if name not in dead and (column > 0).any():
-            yield EFFECT_KINDS["dead_cable"](kind="dead_cable", cable=name)
-    if "pulley_friction" not in kinds:
+            yield DeadCable(kind="dead_cable", cable=name)
+    if PulleyFriction not in kinds:
         for efficiency in EFFICIENCIES:
-            yield EFFECT_KINDS["pulley_friction"](kind="pulley_friction", efficiency=efficiency)
-    if "slip_history" not in kinds and not manipulator.follows_history and manipulator.friction.coefficient > 0:
+            yield PulleyFriction(kind="pulley_friction", efficiency=efficiency)
+    if SlipHistory not in kinds and not manipulator.follows_history and manipulator.friction.coefficient > 0:
         for presliding in PRESLIDINGS:
-            yield EFFECT_KINDS["slip_history"](kind="slip_history", presliding_m=presliding)
+            yield SlipHistory(kind="slip_history", presliding_m=presliding)

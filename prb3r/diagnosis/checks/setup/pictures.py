@@ -1,15 +1,13 @@
 """Blunders with what was read: mirrored pictures, disks counted wrongly, angles in degrees."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.alternative import Alternative, Mended, with_labels, with_values
 from prb3r.recording.recording import Kind, Recording
-
-Turn = Callable[[Recording], np.ndarray]
-"""What should have been written instead of the values of all readings, (r,)."""
 
 MOST_RADIANS = {Kind.ANGLE: np.pi, Kind.BEND: 1.0}
 """Readings that stay below are radians: in degrees, the whole arm would turn by three, its plates by one."""
@@ -27,32 +25,26 @@ def _views(recording: Recording) -> Iterator[Alternative]:
     kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
     across = [kind for kind in kinds if kind != Kind.X]
     if across:
-        yield _seen("the pictures are mirrored: the rig was seen from behind", lambda known: _signed(known, across))
+        yield _factor("the pictures are mirrored: the rig was seen from behind", across)
     if set(kinds) >= {Kind.X, Kind.Y}:
-        both = [Kind.X, Kind.Y]
-        yield _seen("x_m and y_m point the wrong way", lambda known: _signed(known, both))
-        if len(kinds) > 2:
-            yield _seen("x_m points toward the base", lambda known: _signed(known, [Kind.X]))
+        yield _factor("x_m and y_m point the wrong way", [Kind.X, Kind.Y])
+        yield _factor("x_m points toward the base", [Kind.X])
     if len(across) > 1:
         for kind in across:
-            yield _seen(f"{kind.column} has the wrong sign", lambda known, kind=kind: _signed(known, [kind]))
-    for kind, most in MOST_RADIANS.items():
-        if kind in kinds and np.abs(recording.readings.value[recording.readings.kind == kind]).max() > most:
-            yield _seen(f"{kind.column} is in degrees", lambda known, kind=kind: _in_degrees(known, kind))
+            yield _factor(f"{kind.column} has the wrong sign", [kind])
+    for turned, most in MOST_RADIANS.items():
+        if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
+            yield _factor(f"{turned.column} is in degrees", [turned], np.pi / 180)
 
 
-def _seen(blunder: str, turn: Turn) -> Alternative:
-    return Alternative(blunder, "markers", lambda known: with_values(known, turn(known)))
+def _factor(blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Alternative:
+    """Readings of some kinds that have to be multiplied."""
 
+    def mend(recording: Recording) -> Mended:
+        readings = recording.readings
+        return with_values(recording, np.where(np.isin(readings.kind, kinds), factor * readings.value, readings.value))
 
-def _signed(recording: Recording, kinds: list[Kind]) -> np.ndarray:
-    readings = recording.readings
-    return np.where(np.isin(readings.kind, kinds), -readings.value, readings.value)
-
-
-def _in_degrees(recording: Recording, kind: Kind) -> np.ndarray:
-    readings = recording.readings
-    return np.where(readings.kind == kind, np.radians(readings.value), readings.value)
+    return Alternative(blunder, "markers", mend)
 
 
 def _counts(recording: Recording) -> Iterator[Alternative]:
@@ -72,12 +64,16 @@ def _counts(recording: Recording) -> Iterator[Alternative]:
         yield Alternative(
             f"the disks are counted one off: {what}",
             "markers",
-            lambda known, shift=shift: _relabelled(known, known.readings.disk + shift),  # type: ignore[misc]
+            partial(_shifted, by=shift),
         )
 
 
+def _shifted(recording: Recording, by: int) -> Mended:
+    return _relabelled(recording, recording.readings.disk + by)
+
+
 def _relabelled(recording: Recording, disk: np.ndarray) -> Mended:
-    """With other numbers of disks (r,); bends are of the plate that ends at a disk, so that there is none at the base."""
+    """With other numbers of disks (r,); a bend is that of the plate ending at a disk, so that the base has none."""
     first = np.where(recording.readings.kind == Kind.BEND, 1, 0)
     return with_labels(recording, disk=disk, known=(disk >= first) & (disk <= recording.manipulator.plates))
 

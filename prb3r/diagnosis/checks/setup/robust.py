@@ -30,7 +30,7 @@ class Standing:
     recording: Recording
     constants: Constants
     loss: np.ndarray
-    """(r,) robust misfit of every reading; one that nothing predicts misses by the manipulator's length or half a turn."""
+    """(r,) robust misfit of every reading; what nothing predicts misses by the whole length or half a turn."""
     improbable: float
     """Minus the logarithm of the density of the constants."""
 
@@ -57,7 +57,7 @@ class Trier:
         return Standing(recording, constants, np.log1p(away**2), self.improbable(recording, constants))
 
     def improbable(self, recording: Recording, constants: Constants) -> float:
-        """Constants by what handbooks leave open, Gaussian, and the frame by what is stated of it, robust as readings."""
+        """Constants by what handbooks leave open, Gaussian; the frame by what is stated of it, robust as readings."""
         handbook = 0.5 * (constants.log_stiffness / self.settings.modulus_sd) ** 2
         handbook += 0.5 * (constants.log_friction / self.settings.friction_sd) ** 2
         measurement = recording.measurement

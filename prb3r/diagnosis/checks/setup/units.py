@@ -1,10 +1,11 @@
 """Blunders with weights and loads: kilograms in a column of newtons, newtons in one of kilograms, loads upside down."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import Alternative, Mended, listed, scaled_columns, with_steps
+from prb3r.diagnosis.checks.setup.alternative import Alternative, listed, with_scaled
 from prb3r.model.files.cells import numbers
 from prb3r.model.steps import cable_columns
 from prb3r.recording.recording import Recording
@@ -35,7 +36,4 @@ def unit_blunders(recording: Recording) -> Iterator[Alternative]:
 
 
 def _scaled(blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)) -> Alternative:
-    def mend(recording: Recording) -> Mended:
-        return with_steps(recording, scaled_columns(recording.steps, columns, factor, rows))
-
-    return Alternative(blunder, "steps", mend)
+    return Alternative(blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))
