@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import (
-    Alternative,
+from prb3r.diagnosis.checks.setup.remedy import (
     Mended,
+    Remedy,
     listed,
     with_manipulator,
     with_scaled,
@@ -18,7 +18,7 @@ from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
 
 
-def cable_blunders(recording: Recording) -> Iterator[Alternative]:
+def cable_blunders(recording: Recording) -> Iterator[Remedy]:
     """Every blunder with cables that a recording could hold."""
     yield from _exchanges(recording)
     yield from _sides(recording)
@@ -26,7 +26,7 @@ def cable_blunders(recording: Recording) -> Iterator[Alternative]:
     yield from _slips(recording)
 
 
-def _exchanges(recording: Recording) -> Iterator[Alternative]:
+def _exchanges(recording: Recording) -> Iterator[Remedy]:
     """Weights of two cables noted in each other's column, in all sequences or in one."""
     pulled = recording.loads.tension > 0
     for first, second in combinations(range(pulled.shape[1]), 2):
@@ -35,7 +35,7 @@ def _exchanges(recording: Recording) -> Iterator[Alternative]:
         if not concerned.any() or _alike(recording.manipulator, *pair):
             continue
         for rows, where in _parts(recording, concerned):
-            yield Alternative(
+            yield Remedy(
                 f"cables {listed(pair)} are exchanged{where}",
                 "steps",
                 partial(_exchanged, pair=pair, rows=rows),
@@ -76,14 +76,14 @@ def _with_cables(recording: Recording, cables: dict[str, Cable]) -> Mended:
     return with_manipulator(recording, manipulator.model_copy(update={"cable": changed}))
 
 
-def _sides(recording: Recording) -> Iterator[Alternative]:
+def _sides(recording: Recording) -> Iterator[Remedy]:
     """Offsets with the wrong sign, of one cable or of all."""
     cables = [cable for cable in recording.manipulator.cable if cable.name in _pulled(recording)]
     chosen = [[cable] for cable in cables] + ([cables] if len(cables) > 1 else [])
     for some in chosen:
         turned = {cable.name: _turned(cable) for cable in some}
         names = f"of cable {some[0].name}" if len(some) == 1 else "of every cable"
-        yield Alternative(
+        yield Remedy(
             f"offset_m {names} has the wrong sign",
             "manipulator",
             partial(_with_cables, cables=turned),
@@ -101,7 +101,7 @@ def _turned(cable: Cable) -> Cable:
     return cable.model_copy(update={"offset_m": offset})
 
 
-def _ends(manipulator: Manipulator) -> Iterator[Alternative]:
+def _ends(manipulator: Manipulator) -> Iterator[Remedy]:
     """Cables that end at another segment: one, those that end together, or all in reverse order."""
     last = len(manipulator.segment)
     groups = {end: [cable for cable in manipulator.cable if cable.ends_at_segment == end] for end in range(1, last + 1)}
@@ -123,7 +123,7 @@ def _ends(manipulator: Manipulator) -> Iterator[Alternative]:
             for end in sorted(set(ends.values()))
             if (names := [name for name, at in ends.items() if at == end])
         ]
-        yield Alternative(
+        yield Remedy(
             f"{' and '.join(texts)}, not where the file says",
             "manipulator",
             partial(_with_cables, cables=moved),
@@ -138,7 +138,7 @@ def _ending(cable: Cable, end: int) -> Cable:
     return cable.model_copy(update={"offset_m": offset, "ends_at_segment": end})
 
 
-def _slips(recording: Recording) -> Iterator[Alternative]:
+def _slips(recording: Recording) -> Iterator[Remedy]:
     """Declared slip with the wrong sign: of all cables and sequences, of one sequence, of one cable."""
     manipulator, steps = recording.manipulator, recording.steps
     if manipulator.follows_history:
@@ -153,7 +153,7 @@ def _slips(recording: Recording) -> Iterator[Alternative]:
     if len(columns) > 1:
         choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
     for names, rows, where in choices:
-        yield Alternative(
+        yield Remedy(
             f"slip is declared with the wrong sign{where}",
             "steps",
             partial(with_scaled, columns=names, factor=-1.0, rows=rows),

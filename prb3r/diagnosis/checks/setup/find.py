@@ -1,18 +1,19 @@
 """Blunders of the set-up: each one that is known is undone, and the recording held against its manipulator again.
 
-What is said of a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`): by
-chance the largest among `k` alternatives exceeds :math:`\\ln(k / a)` in a share `a` of all right recordings.
+What speaks for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`): by
+chance the largest among `k` remedies exceeds :math:`\\ln(k / a)` in a share `a` of all right recordings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import Alternative, File, Mended, with_manipulator
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.checks.setup.physics import imitations
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
+from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy, with_manipulator
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.prediction import Constants, predictor
@@ -20,7 +21,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Recording
 
-IMITATIONS_FITTED = 3
+IMITATIONS_FITTED = 2
 """Of the effects that imitate a blunder, how many are fitted in full before the best is kept."""
 
 
@@ -47,9 +48,9 @@ class Blunder:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """An alternative, and how the recording stands with its manipulator then."""
+    """A remedy, and how the recording stands with its manipulator then."""
 
-    alternative: Alternative
+    remedy: Remedy
     mended: Mended
     standing: Standing
     gain: float
@@ -58,10 +59,10 @@ class Trial:
     """Robust misfit of all photographs and improbability of the constants."""
 
 
-def alternatives(recording: Recording) -> list[Alternative]:
+def remedies(recording: Recording) -> list[Remedy]:
     """Every blunder that a recording could hold."""
     families = (picture_blunders, cable_blunders, unit_blunders, order_blunders)
-    return [alternative for family in families for alternative in family(recording)]
+    return [remedy for family in families for remedy in family(recording)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,32 +70,32 @@ class Attempt:
     """A recording, what could be wrong with it, and where that is tried."""
 
     recording: Recording
-    among: list[Alternative]
+    among: list[Remedy]
     trying: Trier
     here: Standing
     """The recording as it is."""
     grid: tuple[Constants, ...]
-    """Constants with which an alternative is tried before any are fitted."""
+    """Constants with which a remedy is tried before any are fitted."""
     seen: tuple[Sight, ...]
     """Of the recording as it is, at each of `grid`."""
 
-    def rough(self, alternative: Alternative) -> Trial:
-        """An alternative at the best of the coarse constants, seen from where it fits best."""
-        mended = alternative.mend(self.recording)
+    def rough(self, remedy: Remedy) -> Trial:
+        """A remedy at the best of the coarse constants, seen from where it fits best."""
+        mended = remedy.mend(self.recording)
         changed = mended.recording
         alone = changed.loads is self.recording.loads and changed.manipulator is self.recording.manipulator
         predict, tried = predictor(changed), []
         for constants, known in zip(self.grid, self.seen, strict=True):
             view = known if alone else sight(predict, constants, predict.equilibria(constants))
             standing = self.trying.framed(predict, mended.rows, constants, view)
-            tried.append(trial(self.here, alternative, mended, standing))
+            tried.append(trial(self.here, remedy, mended, standing))
         return max(tried, key=_gain)
 
     def full(self, tried: Trial) -> Trial:
         """The same with refitted constants."""
         mended = tried.mended
         standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
-        return tried if standing is None else trial(self.here, tried.alternative, mended, standing)
+        return tried if standing is None else trial(self.here, tried.remedy, mended, standing)
 
 
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
@@ -108,7 +109,7 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     seen = tuple(sight(base, constants, base.equilibria(constants)) for constants in grid)
     standings = [trying.framed(base, rows, *known) for known in zip(grid, seen, strict=True)]
     here = min([*standings, *([fitted] if fitted else [])], key=lambda standing: standing.total)
-    return Attempt(recording, alternatives(recording), trying, here, grid, seen)
+    return Attempt(recording, remedies(recording), trying, here, grid, seen)
 
 
 def find_blunders(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:
@@ -129,21 +130,33 @@ def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
     best = tried[0]
     if best.gain < threshold or is_physics(attempt, best, threshold):
         return None
-    alike = tuple(t.alternative.blunder for t in tried[1:] if t.total < best.total + settings.close_fit / 2)
-    return Blunder(best.alternative.blunder, alike, best.alternative.file, best.mended.recording, best.gain)
+    alike = tuple(t.remedy.blunder for t in tried[1:] if t.total < best.total + settings.close_fit / 2)
+    return Blunder(best.remedy.blunder, alike, best.remedy.file, best.mended.recording, best.gain)
 
 
 def is_physics(attempt: Attempt, best: Trial, threshold: float) -> bool:
-    """Whether physics that imitates blunders explains about as much, and the blunder little beside it."""
-    imitated = imitation(attempt, best.gain - threshold)
-    if imitated is None or imitated.gain <= best.gain - threshold:
+    """Whether physics that imitates blunders explains more, and the blunder neither much beside it nor a part of it."""
+    if best.total < len(attempt.recording.of_sequence):  # within the noise: there is no more to explain
         return False
-    beside = attempt_on(imitated.mended.recording, attempt.trying.settings)
-    return beside.full(beside.rough(best.alternative)).gain < threshold
+    imitated = imitation(attempt, best.gain)
+    if imitated is None or imitated.gain <= best.gain:
+        return False
+    effects = imitated.mended.recording.manipulator.effect
+    if _beside(attempt, effects, best).gain >= threshold:
+        return False
+    added = range(len(attempt.recording.manipulator.effect), len(effects))
+    instead = (_beside(attempt, [*effects[:k], *effects[k + 1 :]], best) for k in added)
+    return all(tried.total > imitated.total for tried in instead)
+
+
+def _beside(attempt: Attempt, effects: Sequence[Effect], best: Trial) -> Trial:
+    """A remedy, granted that the manipulator has these effects."""
+    granted = attempt_on(_physics(tuple(effects)).mend(attempt.recording).recording, attempt.trying.settings)
+    return granted.full(granted.rough(best.remedy))
 
 
 def trials(attempt: Attempt) -> list[Trial]:
-    """The most promising alternatives with refitted constants, the best first."""
+    """The most promising remedies with refitted constants, the best first."""
     rough = sorted(map(attempt.rough, attempt.among), key=_gain, reverse=True)
     full = map(attempt.full, rough[: attempt.trying.settings.blunders_fitted])
     return sorted(full, key=_gain, reverse=True)
@@ -165,9 +178,9 @@ def imitation(attempt: Attempt, enough: float) -> Trial | None:
     return best
 
 
-def _physics(effects: tuple[Effect, ...]) -> Alternative:
+def _physics(effects: tuple[Effect, ...]) -> Remedy:
     """A recording whose manipulator has these effects."""
-    return Alternative(
+    return Remedy(
         "physics",
         "manipulator",
         lambda known: with_manipulator(known, known.manipulator.model_copy(update={"effect": list(effects)})),
@@ -178,8 +191,8 @@ def _gain(tried: Trial) -> float:
     return tried.gain
 
 
-def trial(here: Standing, alternative: Alternative, mended: Mended, there: Standing) -> Trial:
-    """An alternative against the recording as it is.
+def trial(here: Standing, remedy: Remedy, mended: Mended, there: Standing) -> Trial:
+    """A remedy against the recording as it is.
 
     Of a photograph only what the blunder concerns counts, as one number, in units of how far off the rest of the
     photograph is: where all is wrong, it is no evidence that some of it is less so with other labels.
@@ -194,7 +207,7 @@ def trial(here: Standing, alternative: Alternative, mended: Mended, there: Stand
     weight = np.where(count[step] > 0, concerned, True) / np.where(count > 0, count, others)[step]
     gain = float((fall * weight).sum()) + here.improbable - there.improbable
     total = float((after / np.bincount(step)[step]).sum()) + there.improbable
-    return Trial(alternative, mended, there, gain, total)
+    return Trial(remedy, mended, there, gain, total)
 
 
 def _log(values: np.ndarray) -> np.ndarray:

@@ -5,11 +5,11 @@ from itertools import combinations
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import Alternative, Mended, with_labels
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels
 from prb3r.recording.recording import Recording
 
 
-def order_blunders(recording: Recording) -> Iterator[Alternative]:
+def order_blunders(recording: Recording) -> Iterator[Remedy]:
     """Every blunder with the order of steps and sequences that a recording could hold."""
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
     names = recording.sequences
@@ -52,11 +52,11 @@ def _together(parts, whole: np.ndarray) -> np.ndarray:
     return out
 
 
-def _reordered(blunder: str, to: np.ndarray) -> Alternative:
+def _reordered(blunder: str, to: np.ndarray) -> Remedy:
     """Pictures that belong to other rows of the steps; -1: to none."""
 
     def mend(recording: Recording) -> Mended:
         step = to[recording.readings.step]
         return with_labels(recording, step=step, known=step >= 0)
 
-    return Alternative(blunder, "markers", mend)
+    return Remedy(blunder, "markers", mend)

@@ -7,7 +7,7 @@ from prb3r.model.effects.cables import DeadCable
 from prb3r.model.effects.friction import PulleyFriction, SlipHistory
 from prb3r.recording.recording import Recording
 
-EFFICIENCIES, PRESLIDINGS = (0.9, 0.8, 0.65), (3e-5, 3e-4)
+PULLEYS, LAGS = (0.9, 0.8, 0.65), (3e-5, 3e-4)
 """Coarse sizes of friction at the base (share that arrives) and of travel until friction has turned, m: the range that
 `diagnosis.library` allows, a factor apart that leaves less than the half of either."""
 
@@ -20,8 +20,8 @@ def imitations(recording: Recording, already: Sequence[Effect] = ()) -> Iterator
         if name not in dead and (column > 0).any():
             yield DeadCable(kind="dead_cable", cable=name)
     if PulleyFriction not in kinds:
-        for efficiency in EFFICIENCIES:
+        for efficiency in PULLEYS:
             yield PulleyFriction(kind="pulley_friction", efficiency=efficiency)
     if SlipHistory not in kinds and not manipulator.follows_history and manipulator.friction.coefficient > 0:
-        for presliding in PRESLIDINGS:
+        for presliding in LAGS:
             yield SlipHistory(kind="slip_history", presliding_m=presliding)

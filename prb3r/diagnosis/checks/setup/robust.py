@@ -43,7 +43,7 @@ class Standing:
 
 @dataclass(frozen=True, eq=False)
 class Trier:
-    """What is the same for a recording and all its alternatives."""
+    """What is the same for a recording and all its remedies."""
 
     sd: np.ndarray
     """(r,) standard deviation of every reading of the recording as it is, m or rad."""
@@ -121,5 +121,5 @@ def sight(predict: Predictor, constants: Constants, states: Equilibria) -> Sight
 
 
 def trier(recording: Recording, settings: Settings) -> Trier:
-    """For a recording and its alternatives."""
+    """For a recording and its remedies."""
     return Trier(reading_sd(recording), settings)

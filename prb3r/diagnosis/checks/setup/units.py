@@ -5,13 +5,13 @@ from functools import partial
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.alternative import Alternative, listed, with_scaled
+from prb3r.diagnosis.checks.setup.remedy import Remedy, listed, with_scaled
 from prb3r.model.files.cells import numbers
 from prb3r.model.steps import cable_columns
 from prb3r.recording.recording import Recording
 
 
-def unit_blunders(recording: Recording) -> Iterator[Alternative]:
+def unit_blunders(recording: Recording) -> Iterator[Remedy]:
     """Every blunder with the unit or the sign of loads that a recording could hold."""
     steps, gravity = recording.steps, recording.manipulator.gravity_m_s2
     loaded = {name: numbers(steps[name]).to_numpy(float) != 0 for name in steps if name.endswith(("_n", "_kg"))}
@@ -35,5 +35,5 @@ def unit_blunders(recording: Recording) -> Iterator[Alternative]:
         yield _scaled(f"{listed(dead)} have the wrong sign", dead, -1.0)
 
 
-def _scaled(blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)) -> Alternative:
-    return Alternative(blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))
+def _scaled(blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)) -> Remedy:
+    return Remedy(blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))

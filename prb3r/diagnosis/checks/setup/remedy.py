@@ -24,7 +24,7 @@ class Mended(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Alternative:
+class Remedy:
     """One blunder that could have been made, and its remedy."""
 
     blunder: str
