@@ -9,6 +9,7 @@ from prb3r.model.files.cells import count, ranges
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.steps import ignored_slips, sequences_of
+from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
 
@@ -83,7 +84,7 @@ def _check_recording(path: Path) -> str:
         f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
         f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
     )
-    return "\n  ".join([line, *recording.remarks])
+    return "\n  ".join([line, *recording.remarks, *implausible(recording)])
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:

@@ -257,7 +257,7 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
         files = diagnosis.report(folder)
     click.echo("\n".join(summary_lines(diagnosis)))
     click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
-    ctx.exit(ExitCode.SOME_FAILED if diagnosis.verdict == "unexplained" else ExitCode.DONE)
+    ctx.exit(ExitCode.SOME_FAILED if diagnosis.verdict in ("unexplained", "set-up") else ExitCode.DONE)
 
 
 @main.command("check")

@@ -16,7 +16,7 @@ ORDER = {
     "inverse": "target pull search reach",
     "runs": "files store parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes spec columns cases compare work manifest run designs decide advice",
-    "recording": "recording findings units steps markers reading writing",
+    "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result stages run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style framing page study diagnosis proof",

@@ -139,6 +139,26 @@ class Settings:
     draws: int = 4000
     """Random residuals that thresholds are drawn from: the last of them in 333 is told to a tenth."""
 
+    # Blunders of the set-up
+    blunder_rate: float = 1e-3
+    """Share of right recordings in which a blunder may be said: one in a thousand.  Choice."""
+    modulus_sd: float = float(np.log(1.5))
+    """Of ln E: a handbook's modulus of the right material is right within a half.  Choice."""
+    friction_sd: float = float(np.log(3.0))
+    """Of ln mu: a handbook's coefficient is right within a factor of three.  Choice."""
+    coarse_factors: tuple[float, ...] = (0.6, 1.0, 1.6)
+    """Stiffnesses at which a blunder is tried before constants are fitted."""
+    blunders_fitted: int = 12
+    """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
+    robust_rounds: int = 3
+    """Reweighted fits, in which readings count less the further they are off."""
+    strained_sd: float = 4.0
+    """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
+    most_imitated: int = 3
+    """Effects that are granted before a blunder is said.  Choice, for time."""
+    most_blunders: int = 3
+    """Blunders that are looked for in one recording.  Choice."""
+
     # Doubt
     believe_all: bool = False
     """Whether every reading and every weight is believed: an ablation of the benchmark."""

@@ -1,15 +1,16 @@
-"""From a recording to a verdict in six stages, each a function from what is known to what is known then.
+"""From a recording to a verdict in seven stages, each a function from what is known to what is known then.
 
-calibrate -> doubt -> test -> search -> check -> tell
+set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
 from prb3r.diagnosis.checks.repeats import Scatter, scatter
 from prb3r.diagnosis.checks.residuals import model_checks
+from prb3r.diagnosis.checks.setup.find import find_blunders
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.outliers import Doubts
@@ -22,7 +23,7 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
-from prb3r.diagnosis.result.remarks import noisy, not_predicted, scattered, weighed, wrong_weights
+from prb3r.diagnosis.result.remarks import noisy, not_predicted, scattered, strained, weighed, wrong_weights
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.search import Search, examine
@@ -31,7 +32,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.recording import Recording
 
-STAGES = ("calibrate", "doubt", "test", "search", "check", "tell")
+STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 Report = Callable[[str], None]
 """Hears which stage is under way."""
 
@@ -112,6 +113,10 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     RecordingError
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
+    report("set-up")
+    blunders = find_blunders(task.recording, task.settings)
+    if blunders:
+        task = replace(task, recording=blunders[-1].mended)
     report("calibrate")
     try:
         calibrated = calibrate(task)
@@ -124,7 +129,8 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     report("search")
     searched = search(tested)
     report("check")
-    return check(searched)
+    investigation = check(searched)
+    return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
 
 
 def calibrate(task: Task) -> Calibrated:
@@ -198,6 +204,7 @@ def check(searched: Searched) -> Investigation:
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         remarks=(
             *doubted.recording.remarks,
+            *strained(choice.fitted),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
             *wrong_weights(training, choice.doubts.weights),

@@ -1,15 +1,16 @@
-"""Write a recording's folder."""
+"""Write a recording's folder: from what describes it, or as it is in memory."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import pandas as pd
 
 from prb3r.model.files.table import write_table
 from prb3r.model.files.toml import toml_text
 from prb3r.recording.reading import RECORDING_FILE
-from prb3r.recording.recording import RecordingFile
+from prb3r.recording.recording import Kind, Recording, RecordingFile
 
 
 def write_recording(
@@ -34,8 +35,41 @@ def write_recording(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / RECORDING_FILE).write_text(toml_text(described.model_dump(exclude_unset=True)), "utf-8")
+    (folder / RECORDING_FILE).write_text(
+        toml_text(described.model_dump(exclude_unset=True, exclude_none=True)), "utf-8"
+    )
     text = manipulator if isinstance(manipulator, str) else toml_text(manipulator)
     (folder / described.manipulator).write_text(text, "utf-8")
     for name, table in (("steps", steps), ("markers", markers)):
         write_table(pd.DataFrame(table), folder / f"{name}{suffix}")
+
+
+def marker_table(recording: Recording) -> pd.DataFrame:
+    """The readings of a recording as its table of markers; what was read more than once stands in as many rows."""
+    step, disk, kind, value = recording.readings
+    rows = pd.DataFrame({"row": step, "disk": disk, "kind": kind, "value": value})
+    rows["again"] = rows.groupby(["row", "disk", "kind"]).cumcount()
+    wide = rows.pivot(index=["row", "disk", "again"], columns="kind", values="value").reset_index()
+    keys = recording.steps.loc[wide["row"], ["sequence", "step"]].reset_index(drop=True)
+    read = {Kind(k).column: wide[k] for k in np.unique(kind).tolist()}
+    return keys.assign(disk=wide["disk"], **read)
+
+
+def write_again(recording: Recording, folder: str | Path) -> None:
+    """Write a recording in memory as a folder that reads the same.
+
+    Raises
+    ------
+    SpecError
+        For a place that cannot be written.
+    """
+    described = RecordingFile(
+        name=recording.name,
+        manipulator="manipulator.toml",
+        image_centre_m=recording.image_centre_m,
+        measurement=recording.measurement,
+        prior=recording.prior,
+    )
+    plain = recording.manipulator.model_dump(exclude_none=True)
+    manipulator = {key: value for key, value in plain.items() if value != []}
+    write_recording(folder, described, manipulator, recording.steps, marker_table(recording))

@@ -86,6 +86,11 @@ class Noise:
         return out
 
 
+def independent(sd: np.ndarray) -> Noise:
+    """Noise of standard deviations `sd` (r,), m or rad, that no two readings have in common."""
+    return Noise(sd, csr_array(diags_array(1 / sd)), (), np.ones(len(sd), bool), sd)
+
+
 def _shrunk(block: Block, part: np.ndarray) -> np.ndarray:
     across = block.basis.T @ part
     across *= block.shrink if part.ndim == 1 else block.shrink[:, None]

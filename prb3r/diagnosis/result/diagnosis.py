@@ -13,6 +13,7 @@ import pandas as pd
 
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.evidence.constants_by_part import Clue
 from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.result.statements import Estimate
@@ -208,7 +209,7 @@ class Diagnosis:
     """Of the recording."""
     seed: int
     verdict: str
-    """adequate, explained, ambiguous or unexplained."""
+    """adequate, explained, ambiguous, unexplained, or set-up where a blunder is to be mended first."""
     why: str
     """Of `unexplained`: what no effect of the library accounts for."""
     structured: bool
@@ -244,6 +245,8 @@ class Diagnosis:
     """`residuals`, `mismatch`, `detectable`, `ranking`, `shapes`, `loads`, `outliers`: see `tables.py`."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """What the diagnosis was made with."""
+    setup: tuple[Blunder, ...] = ()
+    """Blunders of the set-up: all else is said of the recording without them."""
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.name!r}: {self.verdict}>"

@@ -8,10 +8,11 @@ from pathlib import Path
 import pandas as pd
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import as_json, proposed
+from prb3r.diagnosis.result.projection import MENDED, as_json, proposed
 from prb3r.diagnosis.result.tables import QUANTITIES
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
+from prb3r.recording.writing import write_again
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
 
@@ -49,6 +50,9 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
         columns = {column: values.to_numpy() for column, values in diagnosis.tables[name].items()}
         files.append(folder / f"{name}.parquet")
         write_arrow(arrow_table(columns, QUANTITIES, made), files[-1])
+    if diagnosis.setup:
+        write_again(diagnosis.setup[-1].mended, folder / MENDED)
+        files += sorted((folder / MENDED).iterdir())
     return files
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from prb3r.diagnosis.checks.heldout import HeldOut, Unseen
 from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.model import Fit
@@ -47,6 +48,8 @@ class Investigation:
     heldout: HeldOut | None
     experiments: tuple[Separation, ...]
     remarks: tuple[str, ...]
+    blunders: tuple[Blunder, ...] = ()
+    """Of the set-up: all else is said of the recording without them."""
 
     @property
     def explained(self) -> Fit:

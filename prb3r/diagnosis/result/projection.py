@@ -6,10 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedLaw, NamedEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
 
 SCHEMA = 2
+MENDED = "mended"
+"""Folder beside the report for the recording without the blunders of its set-up."""
 
 
 class ProposedExperiment(NamedTuple):
@@ -53,7 +56,8 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
     if diagnosis.effects:
         fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
-    lines = [f"{diagnosis.name}: {diagnosis.verdict}; {fits}"]
+    mended = " once that is mended" if diagnosis.setup else ""
+    lines = [*setup_sentences(diagnosis), f"{diagnosis.name}: {diagnosis.verdict}; {fits}{mended}"]
     for effect in diagnosis.effects:
         lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
         lines += [f"  cannot be told apart: {name}" for name in rival_names(effect)]
@@ -71,6 +75,20 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     if held is None:
         lines.append("not confirmed on held-out data")
     return lines
+
+
+def setup_sentences(diagnosis: Diagnosis) -> list[str]:
+    """What blunders of the set-up there are and where they are mended; none mostly."""
+    if not diagnosis.setup:
+        return []
+    last = diagnosis.setup[-1]
+    sentences = [blunder.statement for blunder in diagnosis.setup]
+    return [*sentences, f"Mended in {mended_file(last)}; if that is right, all below holds: check, and diagnose it."]
+
+
+def mended_file(blunder: Blunder) -> str:
+    """Where a mended file stands beside the report."""
+    return f"{MENDED}/{blunder.file}.{'toml' if blunder.file == 'manipulator' else 'csv'}"
 
 
 def rival_names(effect: NamedEffect) -> list[str]:
@@ -113,7 +131,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "alternatives": diagnosis.alternatives,
         "tolerances": [tolerance._asdict() for tolerance in diagnosis.tolerances],
         "checks": [check._asdict() for check in diagnosis.checks],
-        "setup": [],
+        "setup": [
+            {"blunder": blunder.blunder, "statement": blunder.statement, "mended": mended_file(blunder)}
+            for blunder in diagnosis.setup
+        ],
         "remarks": diagnosis.remarks,
         "mismatch": {
             "plates": mismatch.plates,

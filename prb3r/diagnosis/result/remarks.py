@@ -8,6 +8,7 @@ from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -47,6 +48,30 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
         + "; look at its weights and its order, or at what it loads that no other sequence does"
         for sequence in failed
     ]
+
+
+CONSTANT_NAMES = {
+    "log_stiffness": "Young's modulus",
+    "log_friction": "the friction coefficient",
+    "rotation": "the camera's rotation",
+    "x": "the camera's shift along x",
+    "y": "the camera's shift along y",
+}
+
+
+def strained(fitted: Fit) -> list[str]:
+    """Constants far from what was known of them beforehand, and those at the end of what is allowed."""
+    model, remarks = fitted.model, []
+    for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
+        text, far = CONSTANT_NAMES[name], abs(value) / sd
+        ended = f"{np.exp(value):.3g} times the nominal one" if name.startswith("log") else f"{value:.3g}"
+        if name.startswith("log") and abs(value) > model.settings.farthest - 1e-6:
+            remarks.append(f"{text} ends at {ended}, as far off as is allowed: something else is wrong")
+        elif far > model.settings.strained_sd:
+            remarks.append(
+                f"{text} ends at {ended}, {far:.0f} standard deviations from what the recording states of it"
+            )
+    return remarks
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:

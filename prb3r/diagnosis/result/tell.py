@@ -86,6 +86,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         remarks=investigation.remarks,
         tables=diagnosis_tables(investigation),
         settings=explained.model.settings.plain(),
+        setup=investigation.blunders,
     )
 
 

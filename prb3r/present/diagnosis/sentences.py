@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import few, rival_names
+from prb3r.diagnosis.result.projection import few, rival_names, setup_sentences
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.present import style
 from prb3r.quantities import describe, unit_ending
@@ -15,6 +15,8 @@ CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
 
 def verdict_sentences(diagnosis: Diagnosis) -> str:
     """The verdict in a sentence or two."""
+    if diagnosis.setup:
+        return " ".join(setup_sentences(diagnosis))
     count = len(diagnosis.effects)
     account, effects = ("accounts", "one effect") if count == 1 else ("account", f"{count} effects together")
     if diagnosis.verdict == "adequate":

@@ -1,0 +1,160 @@
+"""Blunders with cables: exchanged, on the wrong side, tied to the wrong segment, declared to slip the wrong way."""
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.remedy import (
+    Mended,
+    Remedy,
+    listed,
+    with_manipulator,
+    with_scaled,
+    with_steps,
+)
+from prb3r.model.manipulator import Cable, Manipulator
+from prb3r.recording.recording import Recording
+
+
+def cable_blunders(recording: Recording) -> Iterator[Remedy]:
+    """Every blunder with cables that a recording could hold."""
+    yield from _exchanges(recording)
+    yield from _sides(recording)
+    yield from _ends(recording.manipulator)
+    yield from _slips(recording)
+
+
+def _exchanges(recording: Recording) -> Iterator[Remedy]:
+    """Weights of two cables noted in each other's column, in all sequences or in one."""
+    pulled = recording.loads.tension > 0
+    for first, second in combinations(range(pulled.shape[1]), 2):
+        pair = tuple(recording.manipulator.cable_names[k] for k in (first, second))
+        concerned = pulled[:, first] | pulled[:, second]
+        if not concerned.any() or _alike(recording.manipulator, *pair):
+            continue
+        for rows, where in _parts(recording, concerned):
+            yield Remedy(
+                f"cables {listed(pair)} are exchanged{where}",
+                "steps",
+                partial(_exchanged, pair=pair, rows=rows),
+            )
+
+
+def _parts(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
+    """Steps (a mask) that a blunder could be made in, the whole recording first, and the words that say so."""
+    yield np.ones(len(concerned), bool), ""
+    for number, name in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
+        rows = recording.of_sequence == number
+        if concerned[rows].any():
+            yield rows, f" in sequence {name}"
+
+
+def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
+    """Whether two cables run alike."""
+    a, b = (next(cable for cable in manipulator.cable if cable.name == name) for name in (first, second))
+    return a.offset_m == b.offset_m and a.ends_at_segment == b.ends_at_segment
+
+
+def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) -> Mended:
+    steps = recording.steps.copy()
+    for form, absent in (("cable_{}_n", 0.0), ("cable_{}_kg", 0.0), ("slip_{}", -1.0)):
+        names = [form.format(name) for name in pair]
+        if not any(name in steps for name in names):
+            continue
+        values = [steps[name].to_numpy() if name in steps else np.full(len(steps), absent) for name in names]
+        for name, own, other in zip(names, values, reversed(values), strict=True):
+            steps[name] = np.where(rows, other, own)
+    return with_steps(recording, steps)
+
+
+def _with_cables(recording: Recording, cables: dict[str, Cable]) -> Mended:
+    """A recording of a manipulator with other cables, by name."""
+    manipulator = recording.manipulator
+    changed = [cables.get(cable.name, cable) for cable in manipulator.cable]
+    return with_manipulator(recording, manipulator.model_copy(update={"cable": changed}))
+
+
+def _sides(recording: Recording) -> Iterator[Remedy]:
+    """Offsets with the wrong sign, of one cable or of all."""
+    cables = [cable for cable in recording.manipulator.cable if cable.name in _pulled(recording)]
+    chosen = [[cable] for cable in cables] + ([cables] if len(cables) > 1 else [])
+    for some in chosen:
+        turned = {cable.name: _turned(cable) for cable in some}
+        names = f"of cable {some[0].name}" if len(some) == 1 else "of every cable"
+        yield Remedy(
+            f"offset_m {names} has the wrong sign",
+            "manipulator",
+            partial(_with_cables, cables=turned),
+        )
+
+
+def _pulled(recording: Recording) -> list[str]:
+    """Names of the cables that are ever loaded."""
+    used = np.any(recording.loads.tension > 0, axis=0).tolist()
+    return [name for name, loaded in zip(recording.manipulator.cable_names, used, strict=True) if loaded]
+
+
+def _turned(cable: Cable) -> Cable:
+    offset = [-value for value in cable.offset_m] if isinstance(cable.offset_m, list) else -cable.offset_m
+    return cable.model_copy(update={"offset_m": offset})
+
+
+def _ends(manipulator: Manipulator) -> Iterator[Remedy]:
+    """Cables that end at another segment: one, those that end together, or all in reverse order."""
+    last = len(manipulator.segment)
+    groups = {end: [cable for cable in manipulator.cable if cable.ends_at_segment == end] for end in range(1, last + 1)}
+    changes = [
+        {cable.name: end} for cable in manipulator.cable for end in range(1, last + 1) if end != cable.ends_at_segment
+    ]
+    changes += [
+        {cable.name: other for cable in cables}
+        for end, cables in groups.items()
+        for other in groups
+        if other != end and len(cables) > 1
+    ]
+    for first, second in combinations([end for end in groups if groups[end]], 2):
+        changes.append({c.name: second for c in groups[first]} | {c.name: first for c in groups[second]})
+    for ends in changes:
+        moved = {cable.name: _ending(cable, ends[cable.name]) for cable in manipulator.cable if cable.name in ends}
+        texts = [
+            f"cable{'s' * (len(names) > 1)} {listed(names)} end{'s' * (len(names) == 1)} at segment {end}"
+            for end in sorted(set(ends.values()))
+            if (names := [name for name, at in ends.items() if at == end])
+        ]
+        yield Remedy(
+            f"{' and '.join(texts)}, not where the file says",
+            "manipulator",
+            partial(_with_cables, cables=moved),
+        )
+
+
+def _ending(cable: Cable, end: int) -> Cable:
+    """A cable that ends at another segment, its last offset going on."""
+    offset = cable.offset_m
+    if isinstance(offset, list):
+        offset = [*offset[:end], *([offset[-1]] * (end - len(offset)))]
+    return cable.model_copy(update={"offset_m": offset, "ends_at_segment": end})
+
+
+def _slips(recording: Recording) -> Iterator[Remedy]:
+    """Declared slip with the wrong sign: of all cables and sequences, of one sequence, of one cable."""
+    manipulator, steps = recording.manipulator, recording.steps
+    if manipulator.follows_history:
+        return
+    declared = {f"slip_{name}": k for k, name in enumerate(manipulator.cable_names) if f"slip_{name}" in steps}
+    felt = (recording.loads.slip != 0) & (recording.loads.tension > 0)
+    columns = [column for column, k in declared.items() if felt[:, k].any()]
+    if not columns:
+        return
+    concerned = felt[:, [declared[column] for column in columns]].any(1)
+    choices = [(columns, rows, where) for rows, where in _parts(recording, concerned)]
+    if len(columns) > 1:
+        choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
+    for names, rows, where in choices:
+        yield Remedy(
+            f"slip is declared with the wrong sign{where}",
+            "steps",
+            partial(with_scaled, columns=names, factor=-1.0, rows=rows),
+        )

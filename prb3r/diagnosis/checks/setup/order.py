@@ -1,0 +1,62 @@
+"""Blunders with the order of what was read: sequences exchanged, played backwards, steps shifted by one."""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels
+from prb3r.recording.recording import Recording
+
+
+def order_blunders(recording: Recording) -> Iterator[Remedy]:
+    """Every blunder with the order of steps and sequences that a recording could hold."""
+    rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
+    names = recording.sequences
+    whole = np.arange(len(recording.of_sequence))
+    places = {f" of sequence {name}": steps for name, steps in zip(names, rows, strict=True) if len(steps) > 1}
+    backward, shifted = {}, {-1: {}, 1: {}}  # type: ignore[var-annotated]
+    for where, steps in places.items():
+        backward[where] = _moved(whole, steps, steps[::-1])
+        for shift in shifted:
+            there = steps + shift
+            shifted[shift][where] = _moved(whole, steps, np.where(np.isin(there, steps), there, -1))
+    if len(places) > 1:
+        together = " of every sequence"
+        backward[together] = _together(backward.values(), whole)
+        for moved in shifted.values():
+            moved[together] = _together(moved.values(), whole)
+    for where, to in backward.items():
+        yield _reordered(f"the pictures{where} are in backward order", to)
+    for shift, words in ((1, "after"), (-1, "before")):
+        for where, to in shifted[shift].items():
+            yield _reordered(f"the pictures{where} belong to the step {words} the one they are noted at", to)
+    for first, second in combinations(range(len(rows)), 2):
+        if len(rows[first]) == len(rows[second]):
+            to = _moved(_moved(whole, rows[first], rows[second]), rows[second], rows[first])
+            yield _reordered(f"the pictures of sequences {names[first]} and {names[second]} are exchanged", to)
+
+
+def _moved(to: np.ndarray, steps: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Rows that the pictures of all steps belong to, some of them changed."""
+    out = to.copy()
+    out[steps] = there
+    return out
+
+
+def _together(parts, whole: np.ndarray) -> np.ndarray:
+    """All changes of several parts in one."""
+    out = whole.copy()
+    for part in parts:
+        out = np.where(part != whole, part, out)
+    return out
+
+
+def _reordered(blunder: str, to: np.ndarray) -> Remedy:
+    """Pictures that belong to other rows of the steps; -1: to none."""
+
+    def mend(recording: Recording) -> Mended:
+        step = to[recording.readings.step]
+        return with_labels(recording, step=step, known=step >= 0)
+
+    return Remedy(blunder, "markers", mend)

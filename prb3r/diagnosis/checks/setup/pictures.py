@@ -1,0 +1,101 @@
+"""Blunders with what was read: mirrored pictures, disks counted wrongly, angles in degrees."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels, with_values
+from prb3r.recording.recording import Kind, Recording
+
+MOST_RADIANS = {Kind.ANGLE: np.pi, Kind.BEND: 1.0}
+"""Readings that stay below are radians: in degrees, the whole arm would turn by three, its plates by one."""
+
+
+def picture_blunders(recording: Recording) -> Iterator[Remedy]:
+    """Every blunder with readings that a recording could hold."""
+    yield from _views(recording)
+    yield from _counts(recording)
+    yield from _exchanges(recording)
+
+
+def _views(recording: Recording) -> Iterator[Remedy]:
+    """Mirrored, turned or in degrees."""
+    kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
+    across = [kind for kind in kinds if kind != Kind.X]
+    if across:
+        yield _factor("the pictures are mirrored: the rig was seen from behind", across)
+    if set(kinds) >= {Kind.X, Kind.Y}:
+        yield _factor("x_m and y_m point the wrong way", [Kind.X, Kind.Y])
+        yield _factor("x_m points toward the base", [Kind.X])
+    if len(across) > 1:
+        for kind in across:
+            yield _factor(f"{kind.column} has the wrong sign", [kind])
+    for turned, most in MOST_RADIANS.items():
+        if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
+            yield _factor(f"{turned.column} is in degrees", [turned], np.pi / 180)
+
+
+def _factor(blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
+    """Readings of some kinds that have to be multiplied."""
+
+    def mend(recording: Recording) -> Mended:
+        readings = recording.readings
+        return with_values(recording, np.where(np.isin(readings.kind, kinds), factor * readings.value, readings.value))
+
+    return Remedy(blunder, "markers", mend)
+
+
+def _counts(recording: Recording) -> Iterator[Remedy]:
+    """Disks counted from the tip or shifted by one."""
+    last = recording.manipulator.plates
+    yield Remedy(
+        "the disks are counted from the tip",
+        "markers",
+        lambda known: _relabelled(known, last + 1 - known.readings.disk),
+    )
+    yield Remedy(
+        "the disks are counted from the tip, which is 0",
+        "markers",
+        lambda known: _relabelled(known, last - known.readings.disk),
+    )
+    for shift, what in ((1, "the first disk after the base is counted as 0"), (-1, "the base disk is counted as 1")):
+        yield Remedy(
+            f"the disks are counted one off: {what}",
+            "markers",
+            partial(_shifted, by=shift),
+        )
+
+
+def _shifted(recording: Recording, by: int) -> Mended:
+    return _relabelled(recording, recording.readings.disk + by)
+
+
+def _relabelled(recording: Recording, disk: np.ndarray) -> Mended:
+    """With other numbers of disks (r,); a bend is that of the plate ending at a disk, so that the base has none."""
+    first = np.where(recording.readings.kind == Kind.BEND, 1, 0)
+    return with_labels(recording, disk=disk, known=(disk >= first) & (disk <= recording.manipulator.plates))
+
+
+def _exchanges(recording: Recording) -> Iterator[Remedy]:
+    """Two disks in each other's place, in all sequences, or neighbours in one."""
+    readings = recording.readings
+    of_reading = recording.of_sequence[readings.step]
+    disks = np.unique(readings.disk).tolist()
+    for pair in combinations(disks, 2):
+        yield _disks_exchanged(pair, np.ones(readings.count, bool), "")
+    for number, name in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
+        for pair in pairwise(disks):
+            yield _disks_exchanged(pair, of_reading == number, f" in sequence {name}")
+
+
+def _disks_exchanged(pair: tuple[int, ...], rows: np.ndarray, where: str) -> Remedy:
+    first, second = pair
+
+    def mend(recording: Recording) -> Mended:
+        disk = recording.readings.disk
+        other = np.where(disk == first, second, np.where(disk == second, first, disk))
+        return with_labels(recording, disk=np.where(rows, other, disk))
+
+    return Remedy(f"disks {first} and {second} are exchanged{where}", "markers", mend)

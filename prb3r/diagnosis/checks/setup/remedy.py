@@ -1,0 +1,96 @@
+"""A recording as it would be without one blunder of its set-up."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from prb3r.model.files.cells import numbers
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.steps import loads_of
+from prb3r.recording.recording import Recording
+
+File = Literal["manipulator", "steps", "markers"]
+
+
+class Mended(NamedTuple):
+    """A recording after its mending."""
+
+    recording: Recording
+    rows: np.ndarray
+    """(r,) where each of its readings stood in the recording that was mended."""
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """One blunder that could have been made, and its remedy."""
+
+    blunder: str
+    """What was done, in words that follow "it looks as if"."""
+    file: File
+    """That has to be mended."""
+    mend: Callable[[Recording], Mended]
+
+
+def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFrame) -> Mended:
+    """A recording with another manipulator and table of steps, and the same readings."""
+    loads = loads_of(manipulator, manipulator.chain(), steps)
+    changed = replace(recording, manipulator=manipulator, steps=steps, loads=loads)
+    return Mended(changed, np.arange(recording.readings.count))
+
+
+def with_manipulator(recording: Recording, manipulator: Manipulator) -> Mended:
+    """A recording of another nominal manipulator."""
+    return rewritten(recording, manipulator, recording.steps)
+
+
+def with_steps(recording: Recording, steps: pd.DataFrame) -> Mended:
+    """A recording with another table of steps, its rows as before."""
+    return rewritten(recording, recording.manipulator, steps)
+
+
+def with_labels(
+    recording: Recording,
+    *,
+    step: np.ndarray | None = None,
+    disk: np.ndarray | None = None,
+    known: np.ndarray | None = None,
+) -> Mended:
+    """A recording whose readings belong to other steps or disks.
+
+    Parameters
+    ----------
+    step, disk : (r,) new labels; absent: as they were.
+    known : (r,) readings that still belong somewhere; absent: all.
+    """
+    readings = recording.readings
+    rows = np.arange(readings.count) if known is None else np.flatnonzero(known)
+    changed = readings._replace(
+        step=readings.step if step is None else step, disk=readings.disk if disk is None else disk
+    )
+    return Mended(replace(recording, readings=changed.where(rows)), rows)
+
+
+def with_values(recording: Recording, value: np.ndarray) -> Mended:
+    """A recording with other values (r,) of its readings."""
+    return Mended(recording.with_values(value), np.arange(recording.readings.count))
+
+
+def with_scaled(
+    recording: Recording, columns: Sequence[str], factor: float, rows: np.ndarray | slice = slice(None)
+) -> Mended:
+    """A recording with some columns of its steps multiplied, in some rows (a mask; absent: all)."""
+    steps = recording.steps
+    out = steps.copy()
+    for name in columns:
+        column = numbers(steps[name]).to_numpy(float).copy()
+        column[rows] *= factor
+        out[name] = column
+    return with_steps(recording, out)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a row, the last after "and"."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

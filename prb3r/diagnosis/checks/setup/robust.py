@@ -1,0 +1,126 @@
+r"""How well a recording goes with its manipulator, whatever else is wrong with it: a robust misfit by photograph.
+
+Readings are taken to scatter as Cauchy's law has it, with the stated standard deviation as scale: the misfit of a
+reading is :math:`\ln(1 + r^2)`.  So neither gross outliers nor physics left out nor a noise that is stated wrongly
+decides, but by how many powers of ten readings miss.  All readings of a photograph count as one number, since what is
+wrong with one of them is mostly wrong with all.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.fit.covariance import independent, reading_sd
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Model
+from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.recording.recording import Kind, Recording
+
+FIXED = 1e-12
+"""Standard deviation of a part of the frame that is known, m or rad."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A recording held against its manipulator with some constants."""
+
+    recording: Recording
+    constants: Constants
+    loss: np.ndarray
+    """(r,) robust misfit of every reading; what nothing predicts misses by the whole length or half a turn."""
+    improbable: float
+    """Minus the logarithm of the density of the constants."""
+
+    @property
+    def total(self) -> float:
+        """Robust misfit, a photograph counting as one, and improbability."""
+        step = self.recording.readings.step
+        return float((self.loss / np.bincount(step)[step]).sum() + self.improbable)
+
+
+@dataclass(frozen=True, eq=False)
+class Trier:
+    """What is the same for a recording and all its remedies."""
+
+    sd: np.ndarray
+    """(r,) standard deviation of every reading of the recording as it is, m or rad."""
+    settings: Settings
+
+    def standing(self, predict: Predictor, rows: np.ndarray, constants: Constants, predicted: np.ndarray) -> Standing:
+        """A recording whose predicted readings (k,) stand in `rows` of the recording as it is."""
+        recording, away = predict.recording, predict.misfit(predicted)
+        lost = np.where(recording.readings.kind <= Kind.Y, predict.chain.length, np.pi)
+        away = np.where(np.isfinite(away), away, lost) / self.sd[rows]
+        return Standing(recording, constants, np.log1p(away**2), self.improbable(recording, constants))
+
+    def improbable(self, recording: Recording, constants: Constants) -> float:
+        """Constants by what handbooks leave open, Gaussian; the frame by what is stated of it, robust as readings."""
+        handbook = 0.5 * (constants.log_stiffness / self.settings.modulus_sd) ** 2
+        handbook += 0.5 * (constants.log_friction / self.settings.friction_sd) ** 2
+        measurement = recording.measurement
+        turned = constants.rotation / (measurement.frame_rotation_sd_rad or np.inf)
+        moved = np.array([constants.x, constants.y]) / (measurement.frame_position_sd_m or np.inf)
+        return float(handbook + np.log1p(turned**2) + np.log1p(moved @ moved))
+
+    def framed(self, predict: Predictor, rows: np.ndarray, constants: Constants, sight: "Sight") -> Standing:
+        """What is seen of given states of a recording's steps, from where it fits best."""
+        readings, measurement = predict.recording.readings, predict.recording.measurement
+        at = readings.step, readings.disk, readings.kind
+        away, columns = predict.misfit(sight.readings[at]), sight.columns[at]
+        seen = np.isfinite(away)
+        turned, moved = measurement.frame_rotation_sd_rad, measurement.frame_position_sd_m
+        prior = np.array([turned or FIXED, moved or FIXED, moved or FIXED]) ** -2.0
+        already = np.array([constants.rotation, constants.x, constants.y])
+        change, left = np.zeros(3), away
+        for _ in range(self.settings.robust_rounds if seen.any() else 0):
+            weighed = columns[seen] / (self.sd[rows][seen] ** 2 + left[seen] ** 2)[:, None]
+            normal = columns[seen].T @ weighed + np.diag(prior)
+            change = np.linalg.solve(normal, weighed.T @ away[seen] - prior * already)
+            left = away - columns @ change
+        rotation, x, y = (already + change).tolist()
+        framed = constants._replace(rotation=rotation, x=x, y=y)
+        return self.standing(predict, rows, framed, readings.value - left)
+
+    def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
+        """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
+        predict, sd = predictor(recording), self.sd[rows]
+        model = Model(predict, independent(sd), settings=self.settings)
+        p, standings = np.array([getattr(start, name) for name in model.varied]), []
+        for _ in range(self.settings.robust_rounds):
+            better = fit(model, p)
+            if better is None:
+                break
+            p, predicted = better.p, better.solved.readings
+            standings.append(self.standing(predict, rows, better.constants, predicted))
+            away = predict.misfit(model.readings(better.solved))
+            model = replace(model, noise=independent(np.hypot(sd, away)))
+        return min(standings, key=lambda standing: standing.total, default=None)
+
+
+class Sight(NamedTuple):
+    """What the camera reads of every disk at every step."""
+
+    readings: np.ndarray
+    """(s, n + 1, 4) by step, disk and kind, m and rad."""
+    columns: np.ndarray
+    """(s, n + 1, 4, 3) derivatives by the rotation and the shift of its frame."""
+
+
+def sight(predict: Predictor, constants: Constants, states: Equilibria) -> Sight:
+    """What the camera reads of all disks of given states."""
+    seen = predict.seen(np.stack([states.x, states.y], -1), constants)
+    x, y, angle = seen[..., 0], seen[..., 1], states.angle + constants.rotation
+    bend = np.diff(states.angle, axis=1, prepend=states.angle[:, :1])
+    columns = np.zeros((*x.shape, len(Kind), 3))
+    columns[:, :, Kind.X] = np.stack([-y, np.ones_like(x), np.zeros_like(x)], -1)
+    columns[:, :, Kind.Y] = np.stack([x, np.zeros_like(x), np.ones_like(x)], -1)
+    columns[:, :, Kind.ANGLE, 0] = 1.0
+    return Sight(np.stack([x, y, angle, bend], -1), np.nan_to_num(columns))
+
+
+def trier(recording: Recording, settings: Settings) -> Trier:
+    """For a recording and its remedies."""
+    return Trier(reading_sd(recording), settings)

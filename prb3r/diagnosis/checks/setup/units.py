@@ -1,0 +1,39 @@
+"""Blunders with weights and loads: kilograms in a column of newtons, newtons in one of kilograms, loads upside down."""
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.remedy import Remedy, listed, with_scaled
+from prb3r.model.files.cells import numbers
+from prb3r.model.steps import cable_columns
+from prb3r.recording.recording import Recording
+
+
+def unit_blunders(recording: Recording) -> Iterator[Remedy]:
+    """Every blunder with the unit or the sign of loads that a recording could hold."""
+    steps, gravity = recording.steps, recording.manipulator.gravity_m_s2
+    loaded = {name: numbers(steps[name]).to_numpy(float) != 0 for name in steps if name.endswith(("_n", "_kg"))}
+    pulled = [name for name in cable_columns(recording.manipulator, steps) if loaded[name].any()]
+    for unit, other, factor in (("_n", "kilograms", gravity), ("_kg", "newtons", 1 / gravity)):
+        columns = [name for name in pulled if name.endswith(unit)]
+        noted = {"_n": "newtons", "_kg": "kilograms"}[unit]
+        if columns:
+            every = len(columns) == len(pulled)
+            yield _scaled(f"weights noted as {noted} are {other}", columns, factor)
+            if len(columns) > 1 or not every:
+                for name in columns:
+                    yield _scaled(f"weights of {name} are {other}", [name], factor)
+            for number, sequence in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
+                rows = recording.of_sequence == number
+                if any(loaded[name][rows].any() for name in columns):
+                    yield _scaled(f"weights of sequence {sequence} noted as {noted} are {other}", columns, factor, rows)
+    dead = [name for name in loaded if name not in cable_columns(recording.manipulator, steps) and loaded[name].any()]
+    if dead:
+        yield _scaled(f"{listed(dead)} hold kilograms", dead, gravity)
+        yield _scaled(f"{listed(dead)} have the wrong sign", dead, -1.0)
+
+
+def _scaled(blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)) -> Remedy:
+    return Remedy(blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))

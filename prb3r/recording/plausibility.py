@@ -1,0 +1,97 @@
+"""What a recording betrays of its set-up without any fit: each doubt a sentence."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.recording.recording import Kind, Recording
+
+ENOUGH = 0.9
+"""Share of what was looked at that has to contradict the file before anything is said.  Choice."""
+FEWEST = 3
+"""Steps, or disks, that have to."""
+LEAST_TURN = 10.0
+"""Deflections smaller than so many standard deviations tell no side."""
+SLACK = 0.25
+"""Share of the distance between disks by which one may seem too far from the base: tolerances, a camera's scale."""
+ALIKE = 5.0
+"""Largest ratio of the strongest pulls of cables in kilograms and in newtons on one rig.  Choice: half of g."""
+
+
+def implausible(recording: Recording) -> Iterator[str]:
+    """Sentences on what no right recording of this manipulator shows."""
+    yield from _misplaced_disks(recording)
+    yield from _wrong_sides(recording)
+    yield from _mixed_units(recording)
+
+
+def _misplaced_disks(recording: Recording) -> Iterator[str]:
+    """Disks farther from the base than the arm reaches up to them: a chord is no longer than its arc."""
+    readings, chain = recording.readings, recording.manipulator.chain()
+    spacing = chain.arc + 2 * chain.clamp + chain.disk
+    along = np.concatenate([[0.0], np.cumsum(spacing)])
+    places = {(s, d): [np.nan, np.nan] for s, d in zip(readings.step.tolist(), readings.disk.tolist(), strict=True)}
+    for s, d, kind, value in zip(*(field.tolist() for field in readings), strict=True):
+        if Kind(kind).is_position:
+            places[s, d][kind] = value
+    disks = np.array([d for _, d in places])
+    away = np.linalg.norm(np.array(list(places.values())), axis=1)
+    slack = SLACK * spacing.mean() + 3 * recording.measurement.frame_position_sd_m
+    far = [d for d in np.unique(disks).tolist() if np.nanmedian(away[disks == d], keepdims=True)[0] > along[d] + slack]
+    if len(far) >= FEWEST:
+        first = far[0]
+        distance = float(np.nanmedian(away[disks == first]))
+        yield (
+            f"disk {first} is {distance:.3g} m from the base, but the arm reaches only {along[first]:.3g} m so far, "
+            f"and so for {len(far)} disks; are disks counted from the base, which is 0, or is a length wrong?"
+        )
+
+
+def _wrong_sides(recording: Recording) -> Iterator[str]:
+    """Steps at which one cable is pulled and the arm bends to the other side."""
+    turned, known = _deflections(recording)
+    tension, manipulator = recording.loads.tension, recording.manipulator
+    offset = manipulator.chain().offset[0]
+    alone = (tension > 0).sum(1) == 1
+    laden = np.any(recording.loads.tip != 0, axis=1) | np.any(recording.loads.force != 0, axis=(1, 2))
+    wrong = []
+    for k, name in enumerate(manipulator.cable_names):
+        steps = alone & (tension[:, k] > 0) & known & ~laden
+        if steps.sum() >= FEWEST and (turned[steps] * offset[k] < 0).mean() >= ENOUGH:
+            wrong.append(name)
+    judged = [k for k in range(len(offset)) if (alone & (tension[:, k] > 0) & known & ~laden).sum() >= FEWEST]
+    if len(wrong) > 1 and len(wrong) == len(judged):
+        yield "every cable pulls the arm to the other side than its offset says; are the pictures mirrored?"
+    elif wrong:
+        names = ", ".join(wrong)
+        yield f"cable {names} pulls the arm to the other side than its offset says; exchanged, or a wrong sign?"
+
+
+def _deflections(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """(s,) which way the arm is bent at each step, mean over its readings in sd, and whether that is known."""
+    readings, measurement = recording.readings, recording.measurement
+    sd = {Kind.Y: measurement.position_sd_m, Kind.ANGLE: measurement.angle_sd_rad, Kind.BEND: measurement.angle_sd_rad}
+    total, count = np.zeros(len(recording.steps)), np.zeros(len(recording.steps))
+    for kind, deviation in sd.items():
+        rows = readings.kind == kind
+        if deviation and rows.any():
+            total += np.bincount(readings.step[rows], readings.value[rows] / deviation, len(total))
+            count += np.bincount(readings.step[rows], minlength=len(total))
+    mean = total / np.maximum(count, 1)
+    return mean, np.abs(mean) > LEAST_TURN
+
+
+def _mixed_units(recording: Recording) -> Iterator[str]:
+    """Cables noted in kilograms beside others in newtons, of quite other strength."""
+    names, strongest = recording.manipulator.cable_names, recording.loads.tension.max(0, initial=0.0)
+    by_unit = {
+        unit: [
+            f for name, f in zip(names, strongest, strict=True) if f"cable_{name}_{unit}" in recording.steps and f > 0
+        ]
+        for unit in ("kg", "n")
+    }
+    if by_unit["kg"] and by_unit["n"]:
+        ratio = max(by_unit["kg"]) / max(by_unit["n"])
+        if max(ratio, 1 / ratio) > ALIKE:
+            stronger = f"{ratio:.2g} times as strong as" if ratio > 1 else f"{1 / ratio:.2g} times weaker than"
+            yield f"cables noted in kilograms are pulled {stronger} those noted in newtons; is a unit wrong?"

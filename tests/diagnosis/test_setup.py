@@ -1,0 +1,219 @@
+"""Blunders of the set-up: those planted are named and mended, none is said of right recordings."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.checks.setup.find import find_blunder, find_blunders
+from prb3r.diagnosis.result.files import write_record
+from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import Task, run_stages
+from prb3r.model.steps import loads_of
+from prb3r.recording.plausibility import implausible
+from prb3r.recording.reading import load_recording
+from prb3r.recording.recording import Kind
+
+
+@cache
+def rig():
+    """A rig of which the file says all but a weak plate."""
+    return recorded(Case())
+
+
+@cache
+def example():
+    """The shipped recording: 42 steps, pulleys that take a tenth of every pull."""
+    return load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
+
+
+def other_steps(known, **columns):
+    steps = known.steps.assign(**columns)
+    return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
+
+
+def other_cables(known, **changes):
+    cables = [cable.model_copy(update=changes.get(f"cable_{cable.name}", {})) for cable in known.manipulator.cable]
+    manipulator = known.manipulator.model_copy(update={"cable": cables})
+    return replace(known, manipulator=manipulator, loads=loads_of(manipulator, manipulator.chain(), known.steps))
+
+
+def relabelled(known, disk=lambda disk, name: disk, step=lambda step, name: step):
+    readings = known.readings
+    names = np.array(known.sequences)[known.of_sequence[readings.step]]
+    labels = [(disk(d, n), step(s, n)) for d, s, n in zip(readings.disk, readings.step, names, strict=True)]
+    changed = readings._replace(disk=np.array([d for d, _ in labels]), step=np.array([s for _, s in labels]))
+    return replace(
+        known,
+        readings=changed.where((changed.disk >= 0) & (changed.disk <= known.manipulator.plates) & (changed.step >= 0)),
+    )
+
+
+def swapped(a, b):
+    return lambda label: {a: b, b: a}.get(label, label)
+
+
+def in_sequence(name, change):
+    return lambda label, own: change(label) if own == name else label
+
+
+def rows(known, name):
+    return np.flatnonzero(known.of_sequence == known.sequences.index(name))
+
+
+def mirrored(known):
+    readings = known.readings
+    return known.with_values(np.where(readings.kind == Kind.X, readings.value, -readings.value))
+
+
+def in_kilograms(known, sequence=None):
+    """Kilograms in the columns of newtons, in all sequences or in one."""
+    here, gravity = known.steps["sequence"].eq(sequence or known.steps["sequence"]), known.manipulator.gravity_m_s2
+    columns = known.steps[[f"cable_{name}_n" for name in "1234"]]
+    return other_steps(known, **columns.where(~here, columns / gravity))
+
+
+def backward(known, name):
+    first, last = rows(known, name)[[0, -1]]
+    return relabelled(known, step=in_sequence(name, lambda step: first + last - step))
+
+
+def late(known, name):
+    last = rows(known, name)[-1]
+    return relabelled(known, step=in_sequence(name, lambda step: step + 1 if step < last else -1))
+
+
+def sequences_swapped(known, a, b):
+    first, second = rows(known, a), rows(known, b)
+    to = dict(zip([*first, *second], [*second, *first], strict=True))
+    return relabelled(known, step=lambda step, name: to.get(step, step))
+
+
+PLANTED = {
+    "cables 1 and 4 are exchanged": lambda r: other_steps(
+        r,
+        cable_1_n=r.steps["cable_4_n"],
+        cable_4_n=r.steps["cable_1_n"],
+        slip_1=r.steps["slip_4"],
+        slip_4=r.steps["slip_1"],
+    ),
+    "cables 1 and 2 are exchanged": lambda r: other_steps(
+        r,
+        cable_1_n=r.steps["cable_2_n"],
+        cable_2_n=r.steps["cable_1_n"],
+        slip_1=r.steps["slip_2"],
+        slip_2=r.steps["slip_1"],
+    ),
+    "the pictures are mirrored: the rig was seen from behind": mirrored,
+    "offset_m of cable 3 has the wrong sign": lambda r: other_cables(r, cable_3={"offset_m": 0.021}),
+    "the disks are counted from the tip": lambda r: relabelled(r, disk=lambda d, n: r.manipulator.plates + 1 - d),
+    "the disks are counted one off: the base disk is counted as 1": lambda r: relabelled(r, disk=lambda d, n: d + 1),
+    "disks 5 and 6 are exchanged": lambda r: relabelled(r, disk=lambda d, n: swapped(5, 6)(d)),
+    "disks 2 and 3 are exchanged in sequence in": lambda r: relabelled(r, disk=in_sequence("in", swapped(2, 3))),
+    "cable 2 ends at segment 1, not where the file says": lambda r: other_cables(r, cable_2={"ends_at_segment": 2}),
+    "weights noted as newtons are kilograms": in_kilograms,
+    "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
+    "slip is declared with the wrong sign": lambda r: other_steps(
+        r, **{f"slip_{name}": -r.steps[f"slip_{name}"] for name in "1234"}
+    ),
+    "the pictures of sequence down are in backward order": lambda r: backward(r, "down"),
+    "the pictures of sequence out belong to the step before the one they are noted at": lambda r: late(r, "out"),
+    "the pictures of sequences out and counter are exchanged": lambda r: sequences_swapped(r, "out", "counter"),
+    "angle_rad is in degrees": lambda r: r.with_values(
+        np.where(r.readings.kind == Kind.ANGLE, np.degrees(r.readings.value), r.readings.value)
+    ),
+}
+
+
+@pytest.mark.parametrize("blunder", PLANTED)
+def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
+    right = example() if blunder.startswith("slip") else rig()
+    named = find_blunder(PLANTED[blunder](right), Settings())
+    assert named is not None
+    assert blunder in (named.blunder, *named.alike)
+    if named.blunder == blunder:
+        mended = named.mended
+        np.testing.assert_allclose(mended.loads.tension, right.loads.tension, rtol=1e-12)
+        np.testing.assert_array_equal(mended.loads.slip, right.loads.slip)
+        np.testing.assert_array_equal(mended.manipulator.chain().offset, right.manipulator.chain().offset)
+        left = set(zip(*(field.tolist() for field in mended.readings[:3]), mended.readings.value.round(9), strict=True))
+        assert left <= set(
+            zip(*(field.tolist() for field in right.readings[:3]), right.readings.value.round(9), strict=True)
+        )
+
+
+def test_two_blunders_are_named_one_after_the_other():
+    twice = PLANTED["cables 1 and 4 are exchanged"](PLANTED["disks 5 and 6 are exchanged"](rig()))
+    named = {blunder.blunder for blunder in find_blunders(twice, Settings())}
+    assert named == {"cables 1 and 4 are exchanged", "disks 5 and 6 are exchanged"}
+
+
+RIGHT = {
+    "nothing": (),
+    "a dead cable": ({"kind": "dead_cable", "cable": "1"},),
+    "two dead cables": ({"kind": "dead_cable", "cable": "2"}, {"kind": "dead_cable", "cable": "3"}),
+    "heavy friction that lags": (
+        {"kind": "pulley_friction", "efficiency": 0.7},
+        {"kind": "slip_history", "presliding_m": 1e-4},
+    ),
+    "four effects": (
+        {"kind": "segment_stiffness", "segment": 2, "factor": 0.6},
+        {"kind": "precurvature", "curvature_per_m": 1.5},
+        {"kind": "hole_offset", "cable": "1", "offset_m": 0.004},
+        {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8},
+    ),
+}
+
+
+@pytest.mark.parametrize("hidden", RIGHT)
+@pytest.mark.parametrize("seed", range(2))
+def test_physics_is_no_blunder(hidden, seed):
+    case = Case(hidden=tuple(tuple(effect.items()) for effect in RIGHT[hidden]), seed=seed)
+    assert find_blunder(recorded(case), Settings()) is None
+
+
+def test_a_noise_stated_wrongly_is_no_blunder():
+    for factor in (0.1, 0.5, 3.0):
+        assert find_blunder(recorded(Case(hidden=())).noisier(factor), Settings()) is None
+
+
+def test_a_blunder_is_said_first_and_mended_beside_the_report(tmp_path):
+    right = recorded(Case(hidden=()))
+    diagnosis = run_stages(Task(PLANTED["cables 1 and 4 are exchanged"](right)))
+    assert diagnosis.verdict == "set-up"
+    assert "cables 1 and 4 are exchanged" in summary_lines(diagnosis)[0]
+    assert diagnosis.chi2.calibrated < 1.2
+    write_record(diagnosis, tmp_path)
+    setup = json.loads((tmp_path / "diagnosis.json").read_text())["setup"]
+    assert [entry["mended"] for entry in setup] == ["mended/steps.csv"]
+    again = load_recording(tmp_path / "mended")
+    np.testing.assert_allclose(again.loads.tension, right.loads.tension)
+    np.testing.assert_allclose(again.readings.value, right.readings.value)
+    assert find_blunder(again, Settings()) is None
+
+
+@pytest.mark.parametrize(
+    ("blunder", "said"),
+    [
+        ("the pictures are mirrored: the rig was seen from behind", "mirrored"),
+        ("offset_m of cable 1 has the wrong sign", "cable 1 pulls the arm to the other side"),
+        ("the disks are counted from the tip", "from the base"),
+        ("the disks are counted one off: the base disk is counted as 1", ""),
+    ],
+)
+def test_some_blunders_show_without_a_fit(blunder, said):
+    planted = PLANTED | {
+        "offset_m of cable 1 has the wrong sign": lambda r: other_cables(r, cable_1={"offset_m": -0.0255})
+    }
+    doubts = list(implausible(planted[blunder](example())))
+    assert any(said in doubt for doubt in doubts) if said else not doubts
+
+
+def test_a_right_recording_is_plausible():
+    assert not list(implausible(example()))
+    assert not any(list(implausible(recorded(Case(hidden=(), seed=seed)))) for seed in range(3))
