@@ -155,9 +155,10 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
     from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
+    from prb3r.model.solve import MARKERS
     from prb3r.model.solve import solve as solve_steps
 
-    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)
+    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)[MARKERS]
     last = table[table["disk"] == table["disk"].max()]
     failed, detours = (
         int((~last["outcome"].isin(["converged", "detour"])).sum()),

@@ -1,9 +1,10 @@
 """Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,44 @@ class LoadSequence:
     loads: Loads
 
 
+@dataclass(frozen=True)
+class LoadTable:
+    """Load steps of `k` sequences, one sequence after the other, every one from rest on."""
+
+    names: np.ndarray
+    """(k,) names of the sequences, as text."""
+    first: np.ndarray
+    """(k,) row of the first step of each sequence."""
+    steps: np.ndarray
+    """(s,) step numbers, which grow within a sequence."""
+    loads: Loads
+    """`s` steps."""
+
+    @property
+    def begins(self) -> np.ndarray:
+        """(s,) whether a step is the first of its sequence."""
+        begins = np.zeros(len(self.steps), bool)
+        begins[self.first] = True
+        return begins
+
+    def sequences(self) -> Iterator[LoadSequence]:
+        """The sequences one by one."""
+        ends = np.append(self.first[1:], len(self.steps))
+        for name, first, end in zip(self.names, self.first, ends, strict=True):
+            rows = slice(first, end)
+            yield LoadSequence(name, self.steps[rows], Loads(*(field[rows] for field in self.loads)))
+
+    def blocks(self, rows: int) -> Iterator["LoadTable"]:
+        """Tables of whole sequences, with `rows` steps or, for a longer sequence, more."""
+        ends, start = np.append(self.first[1:], len(self.steps)), 0
+        while start < len(self.first):
+            stop = max(start + 1, int(np.searchsorted(ends, self.first[start] + rows, side="right")))
+            part = slice(self.first[start], ends[stop - 1])
+            loads = Loads(*(field[part] for field in self.loads))
+            yield LoadTable(self.names[start:stop], self.first[start:stop] - part.start, self.steps[part], loads)
+            start = stop
+
+
 def column_names(manipulator: Manipulator) -> list[str]:
     """Load columns that a table of steps may have, without those in kilograms."""
     cables = [f"cable_{name}_n" for name in manipulator.cable_names]
@@ -36,25 +75,27 @@ def column_names(manipulator: Manipulator) -> list[str]:
     return [*cables, "tip_x_n", "tip_y_n", *slips, *disks]
 
 
-def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loads:
-    """Loads of the rows of `frame`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
+def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
+    """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
+    rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
 
     def column(name: str, absent: float) -> np.ndarray:
-        if name not in frame:
-            return np.full(len(frame), absent)
-        return np.nan_to_num(numbers(frame[name]).to_numpy(), nan=absent)
+        if name not in table:
+            return np.full(rows, absent)
+        cells = table[name]
+        return np.nan_to_num(cells if isinstance(cells, np.ndarray) else numbers(cells).to_numpy(), nan=absent)
 
     def tension(name: str) -> np.ndarray:
         newtons = column(f"cable_{name}_n", 0.0) + manipulator.gravity_m_s2 * column(f"cable_{name}_kg", 0.0)
         return np.maximum(newtons, 0.0)
 
     names, disks = manipulator.cable_names, range(1, manipulator.plates + 1)
-    force = np.zeros((len(frame), manipulator.plates, 2))
+    force = np.zeros((rows, manipulator.plates, 2))
     for k in disks:
         for a, axis in enumerate("xy"):
-            if f"disk{k}_{axis}_n" in frame:
+            if f"disk{k}_{axis}_n" in table:
                 force[:, k - 1, a] = column(f"disk{k}_{axis}_n", 0.0)
-    stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((len(frame), 0))  # noqa: E731
+    stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((rows, 0))  # noqa: E731
     return loads(
         chain,
         stack([tension(name) for name in names]),
@@ -146,25 +187,47 @@ def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Itera
             yield Problem(f"{where} column {name}", what + others(pushes))
 
 
-def sequences_of(
-    manipulator: Manipulator, steps: pd.DataFrame | str | Path, where: str = "steps"
-) -> list[LoadSequence]:
-    """The sequences of a table of steps (or of the file that holds it), in order of appearance, sorted by step.
+def load_table(
+    manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
+) -> LoadTable:
+    """A table of steps (or the file that holds it), its sequences in order of appearance, sorted by step.
 
     Raises
     ------
     SpecError
         With every problem of the table.
     """
-    if not isinstance(steps, pd.DataFrame):
+    if isinstance(steps, str | Path):
         steps, where = read_table(steps), str(steps)
+    elif isinstance(steps, Mapping):
+        steps = _frame(steps, where)
     steps = steps.reset_index(drop=True)
     if problems := step_problems(manipulator, steps, where):
         raise SpecError(*problems)
     if steps.empty:
         raise SpecError(Problem(where, "holds no steps"))
-    chain, sequences = manipulator.chain(), []
-    for name, rows in with_keys(steps).groupby("sequence", sort=False):
-        rows = rows.sort_values("step", kind="stable")
-        sequences.append(LoadSequence(str(name), rows["step"].to_numpy(), loads_of(manipulator, chain, rows)))
-    return sequences
+    steps = with_keys(steps)
+    number, (codes, names) = steps["step"].to_numpy(), pd.factorize(steps["sequence"])
+    order = np.lexsort((number, codes))
+    loads = loads_of(manipulator, manipulator.chain(), steps)
+    return LoadTable(
+        np.asarray(names, object),
+        np.searchsorted(codes[order], np.arange(len(names))),
+        number[order],
+        Loads(*(field[order] for field in loads)),
+    )
+
+
+def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
+    """Columns of one length as a table; a single value stands in every row."""
+    try:
+        return pd.DataFrame(dict(columns))
+    except ValueError as error:
+        raise SpecError(Problem(where, f"is no table of steps: {error}")) from None
+
+
+def sequences_of(
+    manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
+) -> list[LoadSequence]:
+    """The sequences of a table of steps; see :func:`load_table`."""
+    return list(load_table(manipulator, steps, where).sequences())
