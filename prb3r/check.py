@@ -55,11 +55,11 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
 
     plan = plan_study(path)
     ignored: dict[str, int] = {}
-    for case in plan.cases:
-        steps = [] if case.settings["cloud"] else [case.settings["initial"], *case.settings["step"]]
+    for family in plan.cases.families:
+        steps = [] if family.settings["cloud"] else [family.settings["initial"], *family.settings["step"]]
         declared = {name for step in steps for name in step if name.startswith("slip_")}
-        if declared and (what := ignored_slips(case.manipulator(), declared)):
-            ignored[what] = ignored.get(what, 0) + 1
+        if declared and (what := ignored_slips(family.manipulator(), declared)):
+            ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
     return "\n  ".join([f"study of {len(plan.cases)} cases", *remarks])
 

@@ -45,8 +45,8 @@ def solve(
     Returns
     -------
     DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step and
-    `cable_<name>_n`, the tension over the plate that ends at the disk (for the base: as it enters); positions and
-    tensions of a step without equilibrium are NaN.
+    `cable_<name>_n`, the tension over the plate that ends at the disk (for the base: as it enters); beyond the base,
+    positions and tensions of a step without equilibrium are NaN.
 
     Raises
     ------
@@ -98,9 +98,12 @@ def _solved(manipulator: Manipulator, chain: Chain, block: LoadTable, also: Coll
 def disk_tension(chain: Chain, loads: Loads, states: Equilibria) -> np.ndarray:
     """(s, n + 1, m) tension of each cable over the plate that ends at each disk, N; as it enters at the base disk.
 
-    Broken cables carry nothing; NaN where a step has no equilibrium.
+    Broken cables carry nothing; NaN over the plates of a step without equilibrium.  States without detail have the
+    tension that enters at every disk.
     """
-    entering = np.where(np.isfinite(states.angle[:, -1:]), loads.tension * (chain.reach > 0), np.nan)[:, None]
+    entering = (loads.tension * (chain.reach > 0))[:, None]
+    if not len(states.tension):
+        return np.broadcast_to(entering, (loads.steps, chain.plates + 1, entering.shape[-1]))
     return np.concatenate([entering, states.tension], axis=1)
 
 

@@ -1,7 +1,7 @@
 """Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -105,7 +105,7 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
     )
 
 
-def cable_columns(manipulator: Manipulator, frame: pd.DataFrame) -> list[str]:
+def cable_columns(manipulator: Manipulator, frame: Container[str]) -> list[str]:
     """The columns of a table of steps that hold tensions, in newtons or kilograms."""
     names = (f"cable_{name}_{unit}" for name in manipulator.cable_names for unit in ("n", "kg"))
     return [name for name in names if name in frame]
@@ -142,6 +142,41 @@ def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
     return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
+def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(c,) whether each of `c` tables of steps has problems, which `step_problems` then tells.
+
+    Parameters
+    ----------
+    columns : (c, s) numbers of each load, by its name.
+    """
+    names, count = cable_columns(manipulator, columns), len(next(iter(columns.values())))
+    twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
+    if twice or not columns.keys() <= set(_columns(manipulator)):
+        return np.ones(count, bool)
+    bad = [~np.isfinite(values).all(1) for values in columns.values()]
+    bad += [_no_slip(values).any(1) for name, values in columns.items() if name.startswith("slip_")]
+    newtons = [_newtons(manipulator, name, columns[name]) for name in names]
+    if newtons:
+        largest = np.max([column.max(1) for column in newtons], axis=0)[:, None]
+        bad += [_pushes(column, largest).any(1) for column in newtons]
+    return np.any(bad, axis=0)
+
+
+def _no_slip(values: Any) -> Any:
+    """Whether declared slips are other than drawn in, none or paid out."""
+    return (values != -1) & (values != 0) & (values != 1)
+
+
+def _newtons(manipulator: Manipulator, name: str, values: Any) -> Any:
+    """Values of a column of tensions, N."""
+    return values * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1)
+
+
+def _pushes(newtons: Any, largest: Any) -> Any:
+    """Whether tensions are too far below zero, next to the largest one of their table."""
+    return newtons < -REST_NOISE * np.maximum(largest, 0.0)
+
+
 def _columns(manipulator: Manipulator) -> list[str]:
     return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
 
@@ -166,7 +201,7 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
     problems, read = number_problems(values, place), numbers(values)
     if name.startswith("slip_"):
-        wrong = ~read.isin([-1, 0, 1]) & read.abs().lt(np.inf)
+        wrong = np.isfinite(read) & _no_slip(read)
         what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
     else:
         wrong, what = is_empty(values), "empty; write 0 for no load"
@@ -178,10 +213,10 @@ def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
 def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
     """Tensions too far below zero."""
     names = cable_columns(manipulator, frame)
-    newtons = {name: numbers(frame[name]) * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1) for name in names}
+    newtons = {name: _newtons(manipulator, name, numbers(frame[name])) for name in names}
     largest = max((column.max() for column in newtons.values()), default=0.0)
     for name, column in newtons.items():
-        if (pushes := column < -REST_NOISE * max(largest, 0.0)).any():
+        if (pushes := _pushes(column, largest)).any():
             lowest = numbers(frame[name])[column.idxmin()]
             what = f"row {column.idxmin() + 1} is {lowest:g}: a cable cannot push; tensions are at least 0"
             yield Problem(f"{where} column {name}", what + others(pushes))

@@ -4,9 +4,8 @@ A run resumes by content: parts are kept under the hash of what they were comput
 kept, and the program text of the engine), so an unchanged study is a no-op and an interrupted one goes on.
 """
 
-import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,12 +21,19 @@ from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, content_hash, read_arrow, write_arrow
 from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.cases import Case, resolve
+from prb3r.study.axes import count_cases
+from prb3r.study.cases import Cases, Family
 from prb3r.study.columns import check_columns, described
 from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
-from prb3r.study.spec import Study, load_study
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_row, solve_chunk
+from prb3r.study.resolve import resolve
+from prb3r.study.spec import MAX_CASES, Study, load_study
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, solve_chunk, state_columns
+
+SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
+"""Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
+LONG_CHECK = 1000
+"""Cases from which on progress tells how far checking them is."""
 
 
 class Progress(Protocol):
@@ -69,39 +75,47 @@ class Plan:
 
     path: Path
     study: Study
-    cases: list[Case]
+    cases: Cases
     folder: Path
 
     @cached_property
     def chunks(self) -> list[Chunk]:
         """Bounds depend on the spec alone, never on the workers."""
-        study, size = self.study, self.study.chunk
-        cables = tuple(self.cases[0].manipulator().cable_names)
+        study, count = self.study, len(self.cases)
+        size = study.chunk or max(SMALLEST_CHUNK, -(-count // MOST_CHUNKS))
         disks = tuple(study.state_disks) if study.state_disks is not None else None
-        metrics = tuple(study.metric)
+        cables, metrics = self.cables, tuple(study.metric)
         return [
-            Chunk(tuple(self.cases[start : start + size]), metrics, study.states, disks, cables)
-            for start in range(0, len(self.cases), size)
+            Chunk(self.cases.between(start, min(start + size, count)), metrics, study.states, disks, cables)
+            for start in range(0, count, size)
         ]
+
+    @cached_property
+    def cables(self) -> tuple[str, ...]:
+        """Names of the cables in the table of states."""
+        return tuple(self.cases[0].manipulator().cable_names)
 
     @cached_property
     def key(self) -> str:
         """Hash of everything that the tables depend on."""
-        return content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
+        study = self.study.model_dump(include={"metric", "states", "state_disks", "comparison"})
+        columns = {name: values.tolist() for name, values in self.cases.factors.items()}
+        families = [[family.numbers.tolist(), b"".join(family.keys()).hex()] for family in self.cases.families]
+        return content_hash([fingerprint(), study, columns, families])
 
     def chunk_key(self, chunk: Chunk) -> str:
         """Hash of all that the tables of a chunk depend on, but for the program."""
         metrics = [metric.model_dump() for metric in chunk.metrics]
-        cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
+        cases = [[family.numbers.tolist(), b"".join(family.keys()).hex()] for family in chunk.families]
         return content_hash([cases, metrics, chunk.states, chunk.state_disks])
 
     @property
     def columns(self) -> set[str]:
         """All columns of cases and states that plots and comparisons may name."""
-        fixed = set(blank_row(self.cases[0], tuple(self.study.metric), "", ""))
+        fixed = {*blank_columns(np.zeros(0, np.int64), self.study.metric, "", ""), *self.cases.factors, "broken_cables"}
         compared = {comparison.name for comparison in self.study.comparison}
-        cables = {f"cable_{name}_n" for name in self.chunks[0].cables}
-        return fixed | compared | (cables | {"step"} if self.study.states != "none" else set())
+        states = {f"cable_{name}_n" for name in self.cables} | {"step"}
+        return fixed | compared | (states if self.study.states != "none" else set())
 
     @property
     def quantities(self) -> list[Quantity]:
@@ -135,7 +149,7 @@ class Result:
         return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
-def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
+def plan_study(path: str | Path, output: str | Path = "results", progress: Progress | None = None) -> Plan:
     """Read and resolve a study.
 
     Raises
@@ -143,8 +157,14 @@ def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
     SpecError
         With every problem of the study file, its manipulator and its cases.
     """
-    study = load_study(path)
-    cases = resolve(path, study)
+    study, progress = load_study(path), progress or Silent()
+    if (count := count_cases(study)) < LONG_CHECK:
+        progress = Silent()
+    progress.begin(f"{study.name}, checking", int(min(count, MAX_CASES)), 0)
+    try:
+        cases = resolve(path, study, lambda more: progress.advance(more, 0))
+    finally:
+        progress.end()
     plan = Plan(Path(path), study, cases, Path(output) / study.name)
     check_columns(plan.path, study, plan.columns, plan.quantities)
     return plan
@@ -161,7 +181,7 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
         If workers or disk fail; what is already computed stays and the next run goes on from there.
     """
     options, progress = options or Options(), progress or Silent()
-    return execute(plan_study(path, options.output), options, progress)
+    return execute(plan_study(path, options.output, progress), options, progress)
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
@@ -175,14 +195,14 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         parts.discard()
     keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
     todo = {number: chunk for number, chunk in enumerate(plan.chunks) if not parts.has(number, keys[number])}
-    waiting = sum(len(chunk.cases) for chunk in todo.values())
+    waiting = sum(len(chunk.numbers) for chunk in todo.values())
     provenance = {"study": plan.study.name, "key": plan.key, "engine": fingerprint()}
     progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
 
     def keep(number: int, pieces: list[Piece]) -> None:
         tables, failed = tables_of(pieces, plan, provenance)
         parts.save(number, keys[number], tables)
-        progress.advance(len(plan.chunks[number].cases), failed)
+        progress.advance(len(plan.chunks[number].numbers), failed)
 
     try:
         run_tasks(solve_chunk, todo, keep, options.workers, split=Chunk.single)
@@ -193,8 +213,9 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         parts.join(numbers, "states")
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
-    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases))
+    cases = labelled(plan.cases, pd.concat([parts.load(number, "cases").to_pandas() for number in numbers]))
+    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
+    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases.families) if relative else {})
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
@@ -211,7 +232,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     }
     if waiting or before is None or before.get("key") != plan.key:
         manifest["run"] = {"cases_computed": waiting, "seconds": round(time.perf_counter() - started, 3)}
-        manifest["timing"] = timing(plan.cases) if plan.study.timing else []
+        manifest["timing"] = timing(plan.cases[:]) if plan.study.timing else []
     else:
         manifest |= {name: before[name] for name in ("run", "timing") if name in before}
     manifest["changed"] = changes(before, manifest) if before else []
@@ -219,38 +240,43 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     return Result(plan, cases, manifest, waiting)
 
 
+def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
+    """Computed columns with those that tell a case from the others: number, factors, broken cables."""
+    broken = np.empty(len(cases), object)
+    for family in cases.families:
+        broken[family.numbers] = ",".join(family.settings["broken"])
+    rows = computed["case_id"].to_numpy()
+    labels = {name: values[rows] for name, values in cases.factors.items()}
+    measured = {name: computed[name].to_numpy() for name in computed if name != "case_id"}
+    return pd.DataFrame({"case_id": rows, **labels, "broken_cables": broken[rows], **measured})
+
+
 def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
     """A chunk's tables and how many of its cases have no converged equilibrium."""
-    metrics, rows, states = tuple(plan.study.metric), [], []
+    cases, states = [], [state_columns(plan.cables)]
     for piece in pieces:
         if piece.fate == "done":
-            rows += piece.value[0]
-            states += piece.value[1]
+            cases.append(piece.value[0])
+            states.append(piece.value[1])
         else:
             outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
-            rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
-    columns = {name: [row[name] for row in rows] for name in rows[0]}
+            cases.append(blank_columns(piece.task.numbers, plan.study.metric, outcome, piece.reason))
+    columns = _stacked(cases)
     tables = {"cases": arrow_table(columns, plan.quantities, provenance)}
     if plan.study.states != "none":
-        tables["states"] = arrow_table(_stacked(states, plan), plan.quantities, provenance)
-    return tables, sum(row["outcome"] != "converged" for row in rows)
+        tables["states"] = arrow_table(_stacked(states), plan.quantities, provenance)
+    return tables, int((columns["outcome"] != "converged").sum())
 
 
-def _stacked(states: list[dict], plan: Plan) -> dict[str, Any]:
-    names = ["case_id", "step", "disk", "x_m", "y_m", "angle_rad", *(f"cable_{c}_n" for c in plan.chunks[0].cables)]
-    empty = {name: np.zeros(0, np.int64 if name in ("case_id", "step", "disk") else float) for name in names}
-    return {name: np.concatenate([empty[name], *(state[name] for state in states)]) for name in names}
+def _stacked(tables: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
-def straight_lengths(cases: list[Case]) -> dict[int, float]:
+def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
     """Straight length of the manipulator of every case, m, by number of the case."""
-    known: dict[str, float] = {}
     lengths = {}
-    for case in cases:
-        text = json.dumps(case.settings["manipulator"], sort_keys=True)
-        if text not in known:
-            known[text] = case.manipulator().chain().length
-        lengths[case.number] = known[text]
+    for family in families:
+        lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
     return lengths
 
 
@@ -259,12 +285,12 @@ def forecast(plan: Plan) -> tuple[float, int]:
     kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
     parts = Parts(plan.folder, plan.key, kinds)
     waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
-    cases = [single for chunk in waiting for single in chunk.single()]
-    if not cases:
+    count = sum(len(chunk.numbers) for chunk in waiting)
+    if not count:
         return 0.0, len(plan.cases)
+    cases = [chunk.single()[0] for chunk in waiting[:: max(1, len(waiting) // 3)][:4]]
     solve_chunk(cases[0])  # compiles
-    sample = cases[:: max(1, len(cases) // 3)][:4]
     begin = time.perf_counter()
-    for single in sample:
-        solve_chunk(single)
-    return (time.perf_counter() - begin) / len(sample) * len(cases), len(plan.cases) - len(cases)
+    for case in cases:
+        solve_chunk(case)
+    return (time.perf_counter() - begin) / len(cases) * count, len(plan.cases) - count
