@@ -51,7 +51,7 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
             f"manipulator, {len(manipulator.segment)} segments, {manipulator.plates} plates, "
             f"{len(manipulator.cable)} cables, {manipulator.chain().length:.4g} m long"
         )
-    from prb3r.study.run import plan_study
+    from prb3r.study.plan import plan_study
 
     plan = plan_study(path)
     ignored: dict[str, int] = {}

@@ -81,7 +81,8 @@ STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml
 def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
     from prb3r.runs.tasks import Workers
-    from prb3r.study.run import Options, execute, plan_study
+    from prb3r.study.plan import plan_study
+    from prb3r.study.run import Options, execute
 
     plans = []
     problems: list[Problem] = []

@@ -1,62 +1,30 @@
 """Run a study: cases to workers, parts to tables, everything that varies to the manifest.
 
-A run resumes by content: parts are kept under the hash of what they were computed from (cases, metrics, what is
-kept, and the program text of the engine), so an unchanged study is a no-op and an interrupted one goes on.
+A run resumes by case: what is computed is kept under what it was computed from (the case, the metric, what is kept of
+its states, and the program text of the engine), so that only what is new is computed, in an unchanged study nothing.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from prb3r.quantities import Quantity
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts
+from prb3r.runs.parts import Parts, States
 from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
-from prb3r.runs.store import arrow_table, content_hash, read_arrow, write_arrow
+from prb3r.runs.store import arrow_table, read_arrow, write_arrow
 from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.axes import count_cases
-from prb3r.study.cases import Cases, Family
-from prb3r.study.columns import check_columns, described
+from prb3r.study.cases import Family
 from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
-from prb3r.study.resolve import resolve
-from prb3r.study.spec import MAX_CASES, Study, load_study
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, solve_chunk, state_columns
-
-SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
-"""Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
-LONG_CHECK = 1000
-"""Cases from which on progress tells how far checking them is."""
-
-
-class Progress(Protocol):
-    """Something that hears how a run of a study goes."""
-
-    def begin(self, name: str, cases: int, done: int) -> None:
-        """A study starts with `done` of its `cases` stored by an earlier run."""
-
-    def advance(self, cases: int, failed: int) -> None:
-        """So many more cases are stored, `failed` of them without a converged equilibrium."""
-
-    def end(self) -> None:
-        """The study is over, whether or not it got to its end."""
-
-
-class Silent:
-    """A listener that tells nobody."""
-
-    def begin(self, name: str, cases: int, done: int) -> None: ...
-
-    def advance(self, cases: int, failed: int) -> None: ...
-
-    def end(self) -> None: ...
+from prb3r.study.plan import Plan, Progress, Silent, plan_study
+from prb3r.study.tables import cases_frame, write_states
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, Columns, blank_columns, reason_column, solve_chunk
 
 
 @dataclass(frozen=True)
@@ -67,60 +35,6 @@ class Options:
     workers: Workers = field(default_factory=Workers)
     fresh: bool = False
     """Compute everything anew."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A study as resolved: what will be computed and where it goes."""
-
-    path: Path
-    study: Study
-    cases: Cases
-    folder: Path
-
-    @cached_property
-    def chunks(self) -> list[Chunk]:
-        """Bounds depend on the spec alone, never on the workers."""
-        study, count = self.study, len(self.cases)
-        size = study.chunk or max(SMALLEST_CHUNK, -(-count // MOST_CHUNKS))
-        disks = tuple(study.state_disks) if study.state_disks is not None else None
-        cables, metrics = self.cables, tuple(study.metric)
-        return [
-            Chunk(self.cases.between(start, min(start + size, count)), metrics, study.states, disks, cables)
-            for start in range(0, count, size)
-        ]
-
-    @cached_property
-    def cables(self) -> tuple[str, ...]:
-        """Names of the cables in the table of states."""
-        return tuple(self.cases[0].manipulator().cable_names)
-
-    @cached_property
-    def key(self) -> str:
-        """Hash of everything that the tables depend on."""
-        study = self.study.model_dump(include={"metric", "states", "state_disks", "comparison"})
-        columns = {name: values.tolist() for name, values in self.cases.factors.items()}
-        families = [[family.numbers.tolist(), b"".join(family.keys()).hex()] for family in self.cases.families]
-        return content_hash([fingerprint(), study, columns, families])
-
-    def chunk_key(self, chunk: Chunk) -> str:
-        """Hash of all that the tables of a chunk depend on, but for the program."""
-        metrics = [metric.model_dump() for metric in chunk.metrics]
-        cases = [[family.numbers.tolist(), b"".join(family.keys()).hex()] for family in chunk.families]
-        return content_hash([cases, metrics, chunk.states, chunk.state_disks])
-
-    @property
-    def columns(self) -> set[str]:
-        """All columns of cases and states that plots and comparisons may name."""
-        fixed = {*blank_columns(np.zeros(0, np.int64), self.study.metric, "", ""), *self.cases.factors, "broken_cables"}
-        compared = {comparison.name for comparison in self.study.comparison}
-        states = {f"cable_{name}_n" for name in self.cables} | {"step"}
-        return fixed | compared | (states if self.study.states != "none" else set())
-
-    @property
-    def quantities(self) -> list[Quantity]:
-        """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
-        return described(self.study)
 
 
 @dataclass(frozen=True)
@@ -149,27 +63,6 @@ class Result:
         return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
-def plan_study(path: str | Path, output: str | Path = "results", progress: Progress | None = None) -> Plan:
-    """Read and resolve a study.
-
-    Raises
-    ------
-    SpecError
-        With every problem of the study file, its manipulator and its cases.
-    """
-    study, progress = load_study(path), progress or Silent()
-    if (count := count_cases(study)) < LONG_CHECK:
-        progress = Silent()
-    progress.begin(f"{study.name}, checking", int(min(count, MAX_CASES)), 0)
-    try:
-        cases = resolve(path, study, lambda more: progress.advance(more, 0))
-    finally:
-        progress.end()
-    plan = Plan(Path(path), study, cases, Path(output) / study.name)
-    check_columns(plan.path, study, plan.columns, plan.quantities)
-    return plan
-
-
 def run_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
     """Run one study file; tables and manifest are in `<output>/<name>` when it returns.
 
@@ -189,37 +82,23 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     started = time.perf_counter()
     ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
-    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder)
     if options.fresh:
         parts.discard()
-    keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
-    todo = {number: chunk for number, chunk in enumerate(plan.chunks) if not parts.has(number, keys[number])}
-    waiting = sum(len(chunk.numbers) for chunk in todo.values())
+    computed = compute(plan, parts, options.workers, progress)
     provenance = {"study": plan.study.name, "key": plan.key, "engine": fingerprint()}
-    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
-
-    def keep(number: int, pieces: list[Piece]) -> None:
-        tables, failed = tables_of(pieces, plan, provenance)
-        parts.save(number, keys[number], tables)
-        progress.advance(len(plan.chunks[number].numbers), failed)
-
-    try:
-        run_tasks(solve_chunk, todo, keep, options.workers, split=Chunk.single)
-    finally:
-        progress.end()
-    numbers = sorted(keys)
-    if "states" in kinds:
-        parts.join(numbers, "states")
+    if plan.states_item:
+        write_states(plan, parts, plan.folder / "states.parquet", provenance)
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    cases = labelled(plan.cases, pd.concat([parts.load(number, "cases").to_pandas() for number in numbers]))
     relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
-    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases.families) if relative else {})
+    lengths = straight_lengths(plan.cases.families) if relative else {}
+    cases = with_comparisons(cases_frame(plan, parts), plan.study, lengths)
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
     write_arrow(arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    parts.clear(lambda item: not item.startswith(fingerprint()))
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
@@ -230,45 +109,71 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         "fits": fitted_lines(cases, plan.study),
         **environment(plan.path),
     }
-    if waiting or before is None or before.get("key") != plan.key:
-        manifest["run"] = {"cases_computed": waiting, "seconds": round(time.perf_counter() - started, 3)}
+    if computed or before is None or before.get("key") != plan.key:
+        manifest["run"] = {"cases_computed": computed, "seconds": round(time.perf_counter() - started, 3)}
         manifest["timing"] = timing(plan.cases[:]) if plan.study.timing else []
     else:
         manifest |= {name: before[name] for name in ("run", "timing") if name in before}
     manifest["changed"] = changes(before, manifest) if before else []
     write_manifest(plan.folder, manifest)
-    return Result(plan, cases, manifest, waiting)
+    return Result(plan, cases, manifest, computed)
 
 
-def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
-    """Computed columns with those that tell a case from the others: number, factors, broken cables."""
-    broken = np.empty(len(cases), object)
-    for family in cases.families:
-        broken[family.numbers] = ",".join(family.settings["broken"])
-    rows = computed["case_id"].to_numpy()
-    labels = {name: values[rows] for name, values in cases.factors.items()}
-    measured = {name: computed[name].to_numpy() for name in computed if name != "case_id"}
-    return pd.DataFrame({"case_id": rows, **labels, "broken_cables": broken[rows], **measured})
+def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
+    """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
+    missing = plan.missing(parts)
+    chunks, waiting = plan.chunks(missing), int(missing.any(1).sum())
+    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
+
+    def keep(number: int, pieces: list[Piece]) -> None:
+        chunk = chunks[number]
+        cases, states = computed_columns(pieces, chunk)
+        keep_chunk(plan, parts, chunk, cases, states)
+        failed = cases["outcome"] != "converged"
+        for metric in chunk.metrics:
+            failed |= cases[reason_column(metric)] != ""
+        progress.advance(len(failed), int(failed.sum()))
+
+    try:
+        run_tasks(solve_chunk, dict(enumerate(chunks)), keep, workers, split=Chunk.single)
+    finally:
+        progress.end()
+    return waiting
 
 
-def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
-    """A chunk's tables and how many of its cases have no converged equilibrium."""
-    cases, states = [], [state_columns(plan.cables)]
+def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Columns | None]:
+    """Columns of a chunk's cases and, if they are kept, of their states, from the pieces that it was computed in."""
+    cases, states = [], []
     for piece in pieces:
         if piece.fate == "done":
             cases.append(piece.value[0])
             states.append(piece.value[1])
         else:
             outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
-            cases.append(blank_columns(piece.task.numbers, plan.study.metric, outcome, piece.reason))
-    columns = _stacked(cases)
-    tables = {"cases": arrow_table(columns, plan.quantities, provenance)}
-    if plan.study.states != "none":
-        tables["states"] = arrow_table(_stacked(states), plan.quantities, provenance)
-    return tables, int((columns["outcome"] != "converged").sum())
+            cases.append(blank_columns(piece.task.numbers, chunk.metrics, outcome, piece.reason))
+    return _stacked(cases), _stacked(states) if states and chunk.states != "none" else None
 
 
-def _stacked(tables: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
+    """Add the items that a chunk was computed for to the parts."""
+    numbers, names = cases["case_id"], {}
+    if plan.items[0] in chunk.items:
+        outcome = blank_columns(numbers[:0], (), "", "")
+        names = {name: plan.items[0] for name in outcome if name != "case_id"}
+    for metric, item in plan.metric_items:
+        if item in chunk.items:
+            columns = [*(quantity.name for quantity in metric.quantities()), reason_column(metric)]
+            names |= dict.fromkeys(columns, item)
+    kept = None
+    if chunk.states != "none" and plan.states_item:
+        owner = np.zeros(0, np.int64) if states is None else states["case_id"]
+        count = np.bincount(np.searchsorted(numbers, owner), minlength=len(numbers))
+        columns = {} if states is None else {name: values for name, values in states.items() if name != "case_id"}
+        kept = States(plan.states_item, count, columns)
+    parts.add([plan.keys[number] for number in numbers], cases, names, kept)
+
+
+def _stacked(tables: Sequence[Columns]) -> Columns:
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
@@ -282,13 +187,11 @@ def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
 
 def forecast(plan: Plan) -> tuple[float, int]:
     """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
-    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = Parts(plan.folder, plan.key, kinds)
-    waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
-    count = sum(len(chunk.numbers) for chunk in waiting)
+    missing = plan.missing(Parts(plan.folder))
+    chunks, count = plan.chunks(missing), int(missing.any(1).sum())
     if not count:
         return 0.0, len(plan.cases)
-    cases = [chunk.single()[0] for chunk in waiting[:: max(1, len(waiting) // 3)][:4]]
+    cases = [chunk.single()[0] for chunk in chunks[:: max(1, len(chunks) // 3)][:4]]
     solve_chunk(cases[0])  # compiles
     begin = time.perf_counter()
     for case in cases:

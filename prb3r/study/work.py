@@ -39,6 +39,8 @@ class Chunk:
     state_disks: tuple[int, ...] | None
     cables: tuple[str, ...]
     """Names of the cables in the table of states."""
+    items: tuple[str, ...] = ()
+    """What is asked for, as parts name it."""
 
     @property
     def numbers(self) -> np.ndarray:
@@ -62,13 +64,19 @@ def blank_columns(numbers: np.ndarray, metrics: Sequence[Metric], outcome: str, 
     """The columns of cases that could not be computed."""
     count = len(numbers)
     measured = [quantity.name for metric in metrics for quantity in metric.quantities()]
-    return {
+    reasons = {reason_column(metric): np.full(count, "", object) for metric in metrics}
+    return reasons | {
         "case_id": np.asarray(numbers),
         "outcome": np.full(count, outcome, object),
         "reason": np.full(count, reason, object),
         "iterations": np.zeros(count, np.int64),
         **{name: np.full(count, np.nan) for name in ("residual_n_m", "lowest_eigenvalue_n_m_per_rad", *measured)},
     }
+
+
+def reason_column(metric: Metric) -> str:
+    """The column that says why a metric could not be had; empty where it could."""
+    return f"reason of {metric.quantities()[0].name}"
 
 
 def state_columns(cables: Sequence[str]) -> Columns:
@@ -155,7 +163,7 @@ def _failed(family: Family, chunk: Chunk, error: Exception) -> tuple[Columns, Co
 
 
 def case_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
-    """Outcome and metrics of solved cases; a metric that cannot be had marks its case as failed."""
+    """Outcome and metrics of solved cases, and why a metric could not be had."""
     columns = blank_columns(numbers, metrics, "", "") | outcome_columns(solved)
     lost = [Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label]
     good = ~np.isin(columns["outcome"].astype(str), lost)
@@ -167,7 +175,7 @@ def case_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric])
                 for name, values in zip(names, metric.values(cases), strict=True):
                     columns[name][rows] = values
             except FAILURES as error:
-                columns["outcome"][rows], columns["reason"][rows] = CASE_FAILED, f"metric {metric.kind}: {error}"
+                columns[reason_column(metric)][rows] = f"metric {metric.kind}: {error}"
     return columns
 
 
@@ -257,5 +265,7 @@ def state_rows(numbers: np.ndarray, solved: Solved, chunk: Chunk) -> Columns:
 def _joined(tables: Sequence[Mapping[str, np.ndarray]]) -> Columns:
     """Tables of different cases as one, in the order of the cases."""
     columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    if (np.diff(columns["case_id"]) >= 0).all():
+        return columns
     order = np.argsort(columns["case_id"], kind="stable")
     return {name: values[order] for name, values in columns.items()}

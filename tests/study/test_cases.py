@@ -9,8 +9,8 @@ import pytest
 import tomli_w
 
 from prb3r.errors import SpecError
+from prb3r.study.plan import plan_study
 from prb3r.study.resolve import resolve
-from prb3r.study.run import plan_study
 from prb3r.study.spec import load_study
 
 ROOT = Path(__file__).parents[2]

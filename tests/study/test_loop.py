@@ -11,8 +11,8 @@ from prb3r.errors import SpecError
 from prb3r.study.cases import Family
 from prb3r.study.loads import steps_frame
 from prb3r.study.metrics.response import Loop, last_loop
+from prb3r.study.plan import plan_study
 from prb3r.study.resolve import resolve
-from prb3r.study.run import plan_study
 from prb3r.study.spec import load_study
 from prb3r.study.work import case_columns, solve_cases
 

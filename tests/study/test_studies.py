@@ -10,7 +10,8 @@ from prb3r.present.study.comparison import advice_on
 from prb3r.present.study.publish import publish
 from prb3r.study.axes import count_cases
 from prb3r.study.designs import read_designs
-from prb3r.study.run import Options, Workers, plan_study, run_study
+from prb3r.study.plan import plan_study
+from prb3r.study.run import Options, Workers, run_study
 from prb3r.study.work import Chunk, solve_chunk
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -19,7 +20,8 @@ STUDIES = Path(__file__).parents[2] / "studies"
 def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
     """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process."""
     from prb3r.study.compare import with_comparisons
-    from prb3r.study.run import labelled, straight_lengths
+    from prb3r.study.run import straight_lengths
+    from prb3r.study.tables import labelled
 
     plan = plan_study(STUDIES / f"{name}.toml")
     metrics = tuple(
