@@ -13,11 +13,11 @@ from prb3r.mechanics.strain import peak_strain
 from prb3r.model.effects import observed
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, ModelName
-from prb3r.model.steps import LoadTable, load_table
+from prb3r.model.steps import LoadTable, load_steps
 
 BLOCK = 16_384
 """Steps that are solved in one call: a block of the wrist of 14 plates takes 30 MB, a longer one is no faster."""
-MARKERS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outcome"]
+POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outcome"]
 """Columns of :func:`solve` that every manipulator has."""
 
 Extra = Literal["stress_pa", "lowest_eigenvalue_n_m_per_rad"]
@@ -55,7 +55,7 @@ def solve(
     """
     if model is not None:
         manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
-    table, chain = load_table(manipulator, steps), manipulator.chain()
+    table, chain = load_steps(manipulator, steps), manipulator.chain()
     size = 1 if chain.closure else BLOCK  # moments that follow the state are found for all sequences of a call together
     blocks = [_solved(manipulator, chain, block, also) for block in table.blocks(size)]
     columns = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}

@@ -222,7 +222,7 @@ def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Itera
             yield Problem(f"{where} column {name}", what + others(pushes))
 
 
-def load_table(
+def load_steps(
     manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
 ) -> LoadTable:
     """A table of steps (or the file that holds it), its sequences in order of appearance, sorted by step.
@@ -264,5 +264,5 @@ def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
 def sequences_of(
     manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
 ) -> list[LoadSequence]:
-    """The sequences of a table of steps; see :func:`load_table`."""
-    return list(load_table(manipulator, steps, where).sequences())
+    """The sequences of a table of steps; see :func:`load_steps`."""
+    return list(load_steps(manipulator, steps, where).sequences())

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 import json
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
+from prb3r.runs.files import replaced
 from prb3r.runs.sealed import read_sealed, write_sealed
 
 FOLDER = ".parts"
@@ -25,11 +26,12 @@ ITEM, KEY, COUNT = b"item", " key", " states"
 """Item of a column (metadata of its field); columns of the cases' keys and of their numbers of states."""
 KEY_BYTES = 16
 
-Columns = Mapping[str, np.ndarray]
+Columns = dict[str, np.ndarray]
+"""Columns of a table by their names, all of one length."""
 
 
 @dataclass(frozen=True)
-class Place:
+class Kept:
     """Where rows are kept: (n,) part, -1 where a row is in none, and (n,) row of the part's cases."""
 
     part: np.ndarray
@@ -48,18 +50,22 @@ class Part:
     path: Path
     """Of the table of cases."""
     cases: pa.Table
-    states: pa.Table | None
 
     @cached_property
-    def items(self) -> dict[str, list[str]]:
-        """Columns of each item; that of the states has none."""
-        items: dict[str, list[str]] = {}
-        for field in self.cases.schema:
-            if item := (field.metadata or {}).get(ITEM):
-                items.setdefault(item.decode(), []).append(field.name)
-        if self.states is not None and (item := (self.states.schema.metadata or {}).get(ITEM)):
-            items[item.decode()] = []
-        return items
+    def items(self) -> set[str]:
+        """What is kept of its cases."""
+        metadata = [self.cases.schema.metadata, *(field.metadata for field in self.cases.schema)]
+        return {known[ITEM].decode() for known in metadata if known and ITEM in known}
+
+    @cached_property
+    def states(self) -> pa.Table | None:
+        """The table of states; None if there is none, or if it is damaged."""
+        return read_sealed(self.path.with_suffix(f".{STATES}"), f"{STATES} {self.path.stem}")
+
+    def has(self, item: str) -> bool:
+        """Whether an item of its cases is kept whole."""
+        of_states = (self.cases.schema.metadata or {}).get(ITEM) == item.encode()
+        return item in self.items and (not of_states or self.states is not None)
 
     @cached_property
     def keys(self) -> list[bytes]:
@@ -92,14 +98,14 @@ class Parts:
         self.home = folder / FOLDER
         self.parts = list(_stored(self.home))
 
-    def place(self, item: str, keys: Sequence[bytes]) -> Place:
+    def place(self, item: str, keys: Sequence[bytes]) -> Kept:
         """Where an item of the cases with these keys is kept."""
         rows: dict[bytes, tuple[int, int]] = {}
         for number, part in enumerate(self.parts):
-            if item in part.items:
+            if part.has(item):
                 rows.update(zip(part.keys, ((number, row) for row in range(len(part.keys))), strict=True))
         places = np.array([rows.get(key, (-1, -1)) for key in keys], np.int64).reshape(-1, 2)
-        return Place(places[:, 0], places[:, 1])
+        return Kept(places[:, 0], places[:, 1])
 
     def add(self, keys: Sequence[bytes], cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
         """Keep some cases.
@@ -116,14 +122,29 @@ class Parts:
             pa.field(name, array.type, metadata={ITEM: item})
             for array, (name, item) in zip(arrays[2:], items.items(), strict=True)
         ]
-        table, kept = pa.table(arrays, pa.schema(fields)), None
         name = _name(keys, [*items.values(), *([states.item] if states else [])])
+        path, table = self.home / f"{name}.{CASES}", pa.table(arrays, pa.schema(fields))
         if states is not None:
+            table = table.replace_schema_metadata({ITEM: states.item})
             kept = pa.table({name: pa.array(values) for name, values in states.columns.items()})
-            kept = kept.replace_schema_metadata({ITEM: states.item})
-            write_sealed(self.home / f"{name}.{STATES}", f"{STATES} {name}", kept)
-        write_sealed(self.home / f"{name}.{CASES}", f"{CASES} {name}", table)
-        self.parts.append(Part(self.home / f"{name}.{CASES}", table, kept))
+            write_sealed(path.with_suffix(f".{STATES}"), f"{STATES} {name}", kept)
+        write_sealed(path, f"{CASES} {name}", table)
+        self.parts.append(Part(path, table))
+
+    def adopt(self, lacking: Mapping[str, Collection[bytes]]) -> None:
+        """Copy the parts of other studies beside this one that have something of what is lacking.
+
+        Parameters
+        ----------
+        lacking : keys of the cases that lack each item.
+        """
+        for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
+            for part in _stored(home) if home != self.home else ():
+                if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
+                    for path in (part.path.with_suffix(f".{STATES}"), part.path):
+                        with contextlib.suppress(FileNotFoundError), replaced(self.home / path.name) as copy:
+                            shutil.copyfile(path, copy)
+                    self.parts.append(Part(self.home / part.path.name, part.cases))
 
     def discard(self) -> None:
         """Remove all parts."""
@@ -151,22 +172,27 @@ class States:
     columns: Columns
 
 
-def gathered(parts: Parts, place: Place, name: str) -> np.ndarray:
+def gathered(parts: Parts, place: Kept, name: str) -> np.ndarray:
     """A column of cases that are all kept."""
     out: np.ndarray | None = None
-    for number in np.unique(place.part):
+    for number in present(place.part):
         rows, values = place.part == number, parts.parts[number].column(name)
         out = np.empty(len(rows), values.dtype) if out is None else out
         out[rows] = values[place.row[rows]]
     return np.zeros(0) if out is None else out
 
 
-def state_counts(parts: Parts, place: Place) -> np.ndarray:
+def present(part: np.ndarray) -> np.ndarray:
+    """The numbers that occur among those of parts, ascending."""
+    return np.flatnonzero(np.bincount(part))
+
+
+def state_counts(parts: Parts, place: Kept) -> np.ndarray:
     """(n,) number of states of cases that are all kept."""
     return _states(parts, place)[0]
 
 
-def state_rows(parts: Parts, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def rows_of_states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of every state of some cases in their order: the index of its case, its part and its row of the states there."""
     count, begin = _states(parts, place)
     case = np.repeat(np.arange(len(count)), count)
@@ -174,10 +200,10 @@ def state_rows(parts: Parts, place: Place) -> tuple[np.ndarray, np.ndarray, np.n
     return case, place.part[case], begin[case] + within
 
 
-def _states(parts: Parts, place: Place) -> tuple[np.ndarray, np.ndarray]:
+def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
     """Of every case, the number of its states and the row of the first among those of its part."""
     count, begin = np.zeros(len(place.part), np.int64), np.zeros(len(place.part), np.int64)
-    for number in np.unique(place.part):
+    for number in present(place.part):
         rows, ends = place.part == number, parts.parts[number].ends
         at = place.row[rows]
         count[rows] = np.diff(ends, prepend=0)[at]
@@ -190,7 +216,7 @@ def _stored(home: Path) -> Iterator[Part]:
     for path in sorted(home.glob(f"*.{CASES}")):
         cases = read_sealed(path, f"{CASES} {path.stem}")
         if cases is not None:
-            yield Part(path, cases, read_sealed(path.with_suffix(f".{STATES}"), f"{STATES} {path.stem}"))
+            yield Part(path, cases)
 
 
 def _name(keys: Iterable[bytes], items: Iterable[str]) -> str:

@@ -1,11 +1,11 @@
 """Tables that say themselves whether they are whole: a digest before the content, the kind of table within it.
 
 What is read back is what was written, or nothing: cut off, flipped or foreign files are told by their digest, a table
-of one kind under the name of another by its kind.  The content is mapped into memory, not read.
+of one kind under the name of another by its kind.  So nobody waits until the disk has them: what a power cut tears is
+missing afterwards.  The content is mapped into memory, not read.
 """
 
 import hashlib
-import os
 from pathlib import Path
 
 import pyarrow as pa
@@ -33,11 +33,9 @@ def write_sealed(path: Path, kind: str, table: pa.Table) -> None:
     with pa.ipc.new_file(sink, table.schema) as writer:
         writer.write_table(table.combine_chunks())
     content = sink.getvalue()
-    with replaced(path) as temporary, open(temporary, "wb") as file:
+    with replaced(path, lasting=False) as temporary, open(temporary, "wb") as file:
         file.write(_header(content))
         file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def read_sealed(path: Path, kind: str) -> pa.Table | None:

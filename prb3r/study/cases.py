@@ -146,7 +146,9 @@ def unchecked_cases(base: Tree, study: Study) -> Iterator[tuple[Family, list[str
     numbers = np.arange(int(np.prod(shape, dtype=np.int64))).reshape(shape)
     within = [all(_sets_a_load(factors[name], values) for name, values in axis.values.items()) for axis in grid]
     members = _columns([axis for axis, inside in zip(grid, within, strict=True) if inside])
-    between = [[slice(None)] if inside else range(len(axis)) for axis, inside in zip(grid, within, strict=True)]
+    between: list[Any] = [
+        [slice(None)] if inside else range(len(axis)) for axis, inside in zip(grid, within, strict=True)
+    ]
     for place in itertools.product(*between):
         entries = [(axis, k) for axis, k in zip(grid, place, strict=True) if not isinstance(k, slice)]
         shared = {name: values[k] for axis, k in entries for name, values in axis.values.items()}

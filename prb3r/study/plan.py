@@ -79,14 +79,22 @@ class Plan:
         wanted: list[Any] = ["outcome", *(metric.model_dump() for metric in study.metric)]
         if study.states != "none":
             wanted.append([study.states, study.state_disks, self.cables])
-        return [f"{fingerprint()} {content_hash(what)[:16]}" for what in wanted]
+        return [f"{self.engine} {content_hash(what)[:16]}" for what in wanted]
+
+    @cached_property
+    def engine(self) -> str:
+        """Hash of the program text that the tables depend on."""
+        return fingerprint()
 
     @cached_property
     def key(self) -> str:
         """Hash of everything that the tables depend on."""
-        factors = {name: values.tolist() for name, values in self.cases.factors.items()}
+        factors = {
+            name: values.tobytes().hex() if values.dtype == float else values.tolist()
+            for name, values in self.cases.factors.items()
+        }
         compared = [comparison.model_dump() for comparison in self.study.comparison]
-        return content_hash([fingerprint(), self.items, factors, compared, b"".join(self.keys).hex()])
+        return content_hash([self.engine, self.items, factors, compared, b"".join(self.keys).hex()])
 
     def missing(self, parts: Parts) -> np.ndarray:
         """(cases, items) whether an item of a case is not among the parts."""

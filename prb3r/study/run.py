@@ -15,8 +15,8 @@ import pandas as pd
 
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts, States
-from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
+from prb3r.runs.parts import Columns, Parts, States
+from prb3r.runs.provenance import environment, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, read_arrow, write_arrow
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.cases import Family
@@ -24,7 +24,7 @@ from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
 from prb3r.study.plan import Plan, Progress, Silent, plan_study
 from prb3r.study.tables import cases_frame, write_states
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, Columns, blank_columns, reason_column, solve_chunk
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
 
 
 @dataclass(frozen=True)
@@ -85,8 +85,10 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     parts = Parts(plan.folder)
     if options.fresh:
         parts.discard()
+    else:
+        adopt(plan, parts)
     computed = compute(plan, parts, options.workers, progress)
-    provenance = {"study": plan.study.name, "key": plan.key, "engine": fingerprint()}
+    provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}
     if plan.states_item:
         write_states(plan, parts, plan.folder / "states.parquet", provenance)
     else:
@@ -98,12 +100,12 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
     write_arrow(arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
-    parts.clear(lambda item: not item.startswith(fingerprint()))
+    parts.clear(lambda item: not item.startswith(plan.engine))
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
         "key": plan.key,
-        "engine": fingerprint(),
+        "engine": plan.engine,
         "cases": len(plan.cases),
         "outcomes": cases["outcome"].value_counts().to_dict(),
         "fits": fitted_lines(cases, plan.study),
@@ -117,6 +119,14 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     manifest["changed"] = changes(before, manifest) if before else []
     write_manifest(plan.folder, manifest)
     return Result(plan, cases, manifest, computed)
+
+
+def adopt(plan: Plan, parts: Parts) -> None:
+    """Take what other studies in the same folder have computed of the cases."""
+    missing = plan.missing(parts)
+    lacking = zip(plan.items, missing.T, strict=True)
+    if missing.any():
+        parts.adopt({item: {plan.keys[number] for number in np.flatnonzero(lacks)} for item, lacks in lacking})
 
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
@@ -166,10 +176,9 @@ def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: C
             names |= dict.fromkeys(columns, item)
     kept = None
     if chunk.states != "none" and plan.states_item:
-        owner = np.zeros(0, np.int64) if states is None else states["case_id"]
-        count = np.bincount(np.searchsorted(numbers, owner), minlength=len(numbers))
-        columns = {} if states is None else {name: values for name, values in states.items() if name != "case_id"}
-        kept = States(plan.states_item, count, columns)
+        states = states or {"case_id": np.zeros(0, np.int64)}
+        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
+        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
     parts.add([plan.keys[number] for number in numbers], cases, names, kept)
 
 
@@ -179,7 +188,7 @@ def _stacked(tables: Sequence[Columns]) -> Columns:
 
 def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
     """Straight length of the manipulator of every case, m, by number of the case."""
-    lengths = {}
+    lengths: dict[int, float] = {}
     for family in families:
         lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
     return lengths

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.runs import store
-from prb3r.runs.parts import Parts, Place, gathered, state_counts, state_rows
+from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
 from prb3r.runs.store import arrow_table, whole_table
 from prb3r.study.cases import Cases
 from prb3r.study.plan import Plan
@@ -60,12 +60,12 @@ def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, 
             writer.write_table(group.cast(empty.schema), row_group_size=store.ROW_GROUP)
 
 
-def _states(plan: Plan, parts: Parts, place: Place, ends: np.ndarray, rows: slice) -> dict[str, np.ndarray]:
+def _states(plan: Plan, parts: Parts, place: Kept, ends: np.ndarray, rows: slice) -> dict[str, np.ndarray]:
     """Some rows of the table of states; those of a case end at its `ends`."""
     first = int(np.searchsorted(ends, rows.start, side="right"))
     last = int(np.searchsorted(ends, rows.stop, side="left")) + 1
     before = int(ends[first - 1]) if first else 0
-    case, part, row = state_rows(parts, Place(place.part[first:last], place.row[first:last]))
+    case, part, row = rows_of_states(parts, Kept(place.part[first:last], place.row[first:last]))
     cut = slice(rows.start - before, rows.stop - before)
     case, part, row = case[cut] + first, part[cut], row[cut]
     columns = state_columns(plan.cables) | {"case_id": case}
@@ -73,7 +73,7 @@ def _states(plan: Plan, parts: Parts, place: Place, ends: np.ndarray, rows: slic
         if name == "case_id":
             continue
         columns[name] = values = np.empty(len(case), empty.dtype)
-        for number in np.unique(part):
+        for number in present(part):
             here = part == number
             values[here] = parts.parts[number].state_column(name)[row[here]]
     return columns

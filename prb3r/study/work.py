@@ -11,6 +11,7 @@ from prb3r.model.laws.self_consistent import NOT_CLOSED, equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import disk_tension
 from prb3r.model.steps import loads_of
+from prb3r.runs.parts import Columns
 from prb3r.study.cases import Family
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.metrics.base import Metric, Solved
@@ -24,8 +25,6 @@ MOST_DISKS = 2**18
 """Disks of all steps that are solved in one call: about 50 MB of states."""
 FAILURES = (ValueError, ArithmeticError, MemoryError, IndexError, np.linalg.LinAlgError)
 """What makes a case or a metric fail, instead of the run."""
-
-Columns = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -152,8 +151,8 @@ def _family_tables(family: Family, chunk: Chunk) -> list[tuple[Columns, Columns]
             else:
                 tables.append(_failed(part, chunk, error))
             continue
-        states = state_rows(part.numbers, solved, chunk) if chunk.states != "none" else state_columns(chunk.cables)
-        tables.append((case_columns(part.numbers, solved, chunk.metrics), states))
+        states = kept_states(part.numbers, solved, chunk) if chunk.states != "none" else state_columns(chunk.cables)
+        tables.append((measured_columns(part.numbers, solved, chunk.metrics), states))
     return tables
 
 
@@ -162,7 +161,7 @@ def _failed(family: Family, chunk: Chunk, error: Exception) -> tuple[Columns, Co
     return blank_columns(family.numbers, chunk.metrics, CASE_FAILED, reason), state_columns(chunk.cables)
 
 
-def case_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
+def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
     """Outcome and metrics of solved cases, and why a metric could not be had."""
     columns = blank_columns(numbers, metrics, "", "") | outcome_columns(solved)
     lost = [Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label]
@@ -205,7 +204,7 @@ def outcome_columns(solved: Solved) -> Columns:
     if solved.cloud:
         outcome = np.where(failed.all(1), Outcome.NO_EQUILIBRIUM.label, Outcome.CONVERGED.label).astype(object)
     reason = np.full(solved.count, "", object)
-    for case in np.flatnonzero((failed | unstable).any(1)):
+    for case in np.flatnonzero((failed | unstable).any(1)).tolist():
         reason[case] = _reason(solved, case, failed[case], unstable[case])
     return {
         "outcome": outcome,
@@ -237,7 +236,7 @@ def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray)
     return f"of {len(failed)} loads {' and '.join(counts)}"
 
 
-def state_rows(numbers: np.ndarray, solved: Solved, chunk: Chunk) -> Columns:
+def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk) -> Columns:
     """The states of cases that the spec keeps; step 0 is the initial configuration."""
     states, names = solved.states, solved.manipulator.cable_names
     steps = np.arange(solved.steps) if chunk.states == "path" else np.array([solved.steps - 1])

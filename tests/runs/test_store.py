@@ -11,7 +11,7 @@ import pytest
 from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts, States, gathered, state_rows
+from prb3r.runs.parts import Parts, States, gathered, rows_of_states
 from prb3r.runs.sealed import read_sealed, write_sealed
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
@@ -108,7 +108,7 @@ def test_cases_are_known_by_their_keys_whatever_they_were_computed_along_with(tm
     place = again.place("metric", keys)
     assert gathered(again, place, "gain").tolist() == expected["gain"].tolist()
     assert gathered(again, place, "reason").tolist() == expected["reason"].tolist()
-    case, part, row = state_rows(again, again.place("states", keys))
+    case, part, row = rows_of_states(again, again.place("states", keys))
     assert case.tolist() == [0, 1, 1, 3, 4, 4]
     assert [again.parts[p].state_column("x_m")[r] for p, r in zip(part, row, strict=True)] == [1, 2, 2, 4, 5, 5]
 
