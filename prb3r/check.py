@@ -52,15 +52,15 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
             f"manipulator, {len(manipulator.segment)} segments, {manipulator.plates} plates, "
             f"{len(manipulator.cable)} cables, {manipulator.chain().length:.4g} m long"
         )
-    from prb3r.study.run import plan_study
+    from prb3r.study.plan import plan_study
 
     plan = plan_study(path)
     ignored: dict[str, int] = {}
-    for case in plan.cases:
-        steps = [] if case.settings["cloud"] else [case.settings["initial"], *case.settings["step"]]
+    for family in plan.cases.families:
+        steps = [] if family.settings["cloud"] else [family.settings["initial"], *family.settings["step"]]
         declared = {name for step in steps for name in step if name.startswith("slip_")}
-        if declared and (what := ignored_slips(case.manipulator(), declared)):
-            ignored[what] = ignored.get(what, 0) + 1
+        if declared and (what := ignored_slips(family.manipulator(), declared)):
+            ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
     return "\n  ".join([f"study of {len(plan.cases)} cases", *remarks])
 

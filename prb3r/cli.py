@@ -80,16 +80,19 @@ STUDIES = click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml
 @click.pass_context
 def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
+    from prb3r.progress import reporter
     from prb3r.runs.tasks import Workers
-    from prb3r.study.run import Options, execute, plan_study
+    from prb3r.study.plan import plan_study
+    from prb3r.study.run import Options, execute
 
     plans = []
     problems: list[Problem] = []
-    for path in studies:
-        try:
-            plans.append(plan_study(path, output))
-        except SpecError as error:
-            problems += error.problems
+    with reporter() as progress:
+        for path in studies:
+            try:
+                plans.append(plan_study(path, output, progress))
+            except SpecError as error:
+                problems += error.problems
     names = [plan.study.name for plan in plans]
     for plan in plans:
         if names.count(plan.study.name) > 1:
@@ -102,7 +105,6 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
             click.echo(_forecast(plan, jobs))
         return
     from prb3r.present.study.publish import publish
-    from prb3r.progress import reporter
 
     options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
     with reporter() as progress:
@@ -155,9 +157,10 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
     from prb3r.model.files.table import write_table
     from prb3r.model.manipulator import load_manipulator
+    from prb3r.model.solve import POSITION_COLUMNS
     from prb3r.model.solve import solve as solve_steps
 
-    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)
+    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)[POSITION_COLUMNS]
     last = table[table["disk"] == table["disk"].max()]
     failed, detours = (
         int((~last["outcome"].isin(["converged", "detour"])).sum()),

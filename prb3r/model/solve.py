@@ -1,37 +1,52 @@
-"""Manipulator and load steps to states."""
+"""Manipulator and load steps to states: columns in, columns out, whatever the number of sequences."""
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from prb3r.mechanics.equilibrium import Outcome
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.mechanics.strain import peak_strain
 from prb3r.model.effects import observed
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, ModelName
-from prb3r.model.steps import sequences_of
+from prb3r.model.steps import LoadTable, load_steps
+
+BLOCK = 16_384
+"""Steps that are solved in one call: a block of the wrist of 14 plates takes 30 MB, a longer one is no faster."""
+POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outcome"]
+"""Columns of :func:`solve` that every manipulator has."""
+
+Extra = Literal["stress_pa", "lowest_eigenvalue_n_m_per_rad"]
 
 
 def solve(
     manipulator: Manipulator,
-    steps: pd.DataFrame | str | Path,
+    steps: pd.DataFrame | Mapping[str, Any] | str | Path,
     model: ModelName | None = None,
     as_measured: bool = False,
     image_centre_m: tuple[float, float] = (0.0, 0.0),
+    also: Collection[Extra] = (),
 ) -> pd.DataFrame:
     """Equilibria along each sequence of load steps, every one from rest.
 
     Parameters
     ----------
-    steps : table of steps, or the CSV or Parquet file that holds it (see the contract of the format in the README).
+    steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (see the README).
     model : instead of the manipulator's own.
     as_measured : positions as a camera with the manipulator's observation effects reads them.
     image_centre_m : of that camera.
+    also : further columns: `stress_pa`, highest bending stress of the plate that ends at the disk (NaN for the base and
+        where `outer_fibre_m` is not known); `lowest_eigenvalue_n_m_per_rad` of the step's tangent stiffness.
 
     Returns
     -------
-    DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step; positions of a
-    step without equilibrium are NaN.
+    DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step and
+    `cable_<name>_n`, the tension over the plate that ends at the disk (for the base: as it enters); beyond the base,
+    positions and tensions of a step without equilibrium are NaN.
 
     Raises
     ------
@@ -40,24 +55,58 @@ def solve(
     """
     if model is not None:
         manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
-    chain, tables = manipulator.chain(), []
-    for sequence in sequences_of(manipulator, steps):
-        states = equilibria_of(chain, sequence.loads, eigenvalue=True, number=sequence.steps)
-        count, disks = states.x.shape
-        tables.append(
-            pd.DataFrame(
-                {
-                    "sequence": sequence.name,
-                    "step": np.repeat(sequence.steps, disks),
-                    "disk": np.tile(np.arange(disks), count),
-                    "x_m": states.x.ravel(),
-                    "y_m": states.y.ravel(),
-                    "angle_rad": states.angle.ravel(),
-                    "outcome": np.repeat([Outcome(code).label for code in states.outcome], disks),
-                }
-            )
-        )
-    table = pd.concat(tables, ignore_index=True)
+    table, chain = load_steps(manipulator, steps), manipulator.chain()
+    size = 1 if chain.closure else BLOCK  # moments that follow the state are found for all sequences of a call together
+    blocks = [_solved(manipulator, chain, block, also) for block in table.blocks(size)]
+    columns = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
     if as_measured:
-        table[["x_m", "y_m"]] = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m)
-    return table
+        points = np.stack([columns["x_m"], columns["y_m"]], 1)
+        columns["x_m"], columns["y_m"] = observed(points, manipulator.effect, image_centre_m).T
+    count, disks = len(table.steps), chain.plates + 1
+    sequence = np.repeat(np.cumsum(table.begins) - 1, disks)
+    return pd.DataFrame(
+        {
+            "sequence": texts(table.names, sequence),
+            "step": np.repeat(table.steps, disks),
+            "disk": np.tile(np.arange(disks), count),
+            "x_m": columns.pop("x_m"),
+            "y_m": columns.pop("y_m"),
+            "angle_rad": columns.pop("angle_rad"),
+            "outcome": texts([outcome.label for outcome in Outcome], columns.pop("outcome")),
+            **columns,
+        },
+        copy=False,
+    )
+
+
+def _solved(manipulator: Manipulator, chain: Chain, block: LoadTable, also: Collection[Extra]) -> dict[str, np.ndarray]:
+    """Columns of a block of whole sequences, a row for every disk of every step."""
+    states = equilibria_of(chain, block.loads, from_rest=block.begins, eigenvalue=True, number=block.steps)
+    disks = states.x.shape[1]
+    columns = {"x_m": states.x, "y_m": states.y, "angle_rad": states.angle}
+    tension = disk_tension(chain, block.loads, states)
+    columns |= {f"cable_{name}_n": tension[:, :, j] for j, name in enumerate(manipulator.cable_names)}
+    if "stress_pa" in also:
+        strain = peak_strain(states, manipulator.bending_stiffness, manipulator.outer_fibre)
+        columns["stress_pa"] = np.pad(strain * manipulator.youngs_modulus_pa, [(0, 0), (1, 0)], constant_values=np.nan)
+    columns = {name: values.ravel() for name, values in columns.items()}
+    if "lowest_eigenvalue_n_m_per_rad" in also and states.lowest_eigenvalue is not None:
+        columns["lowest_eigenvalue_n_m_per_rad"] = np.repeat(states.lowest_eigenvalue, disks)
+    return columns | {"outcome": np.repeat(states.outcome, disks)}
+
+
+def disk_tension(chain: Chain, loads: Loads, states: Equilibria) -> np.ndarray:
+    """(s, n + 1, m) tension of each cable over the plate that ends at each disk, N; as it enters at the base disk.
+
+    Broken cables carry nothing; NaN over the plates of a step without equilibrium.  States without detail have the
+    tension that enters at every disk.
+    """
+    entering = (loads.tension * (chain.reach > 0))[:, None]
+    if not len(states.tension):
+        return np.broadcast_to(entering, (loads.steps, chain.plates + 1, entering.shape[-1]))
+    return np.concatenate([entering, states.tension], axis=1)
+
+
+def texts(values: Collection[str], rows: np.ndarray) -> Any:
+    """A column of text: `values` in the given rows."""
+    return pd.Series(list(values), dtype=None if len(values) else object).array.take(rows)

@@ -1,9 +1,10 @@
 """Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,44 @@ class LoadSequence:
     loads: Loads
 
 
+@dataclass(frozen=True)
+class LoadTable:
+    """Load steps of `k` sequences, one sequence after the other, every one from rest on."""
+
+    names: np.ndarray
+    """(k,) names of the sequences, as text."""
+    first: np.ndarray
+    """(k,) row of the first step of each sequence."""
+    steps: np.ndarray
+    """(s,) step numbers, which grow within a sequence."""
+    loads: Loads
+    """`s` steps."""
+
+    @property
+    def begins(self) -> np.ndarray:
+        """(s,) whether a step is the first of its sequence."""
+        begins = np.zeros(len(self.steps), bool)
+        begins[self.first] = True
+        return begins
+
+    def sequences(self) -> Iterator[LoadSequence]:
+        """The sequences one by one."""
+        ends = np.append(self.first[1:], len(self.steps))
+        for name, first, end in zip(self.names, self.first, ends, strict=True):
+            rows = slice(first, end)
+            yield LoadSequence(name, self.steps[rows], Loads(*(field[rows] for field in self.loads)))
+
+    def blocks(self, rows: int) -> Iterator["LoadTable"]:
+        """Tables of whole sequences, with `rows` steps or, for a longer sequence, more."""
+        ends, start = np.append(self.first[1:], len(self.steps)), 0
+        while start < len(self.first):
+            stop = max(start + 1, int(np.searchsorted(ends, self.first[start] + rows, side="right")))
+            part = slice(self.first[start], ends[stop - 1])
+            loads = Loads(*(field[part] for field in self.loads))
+            yield LoadTable(self.names[start:stop], self.first[start:stop] - part.start, self.steps[part], loads)
+            start = stop
+
+
 def column_names(manipulator: Manipulator) -> list[str]:
     """Load columns that a table of steps may have, without those in kilograms."""
     cables = [f"cable_{name}_n" for name in manipulator.cable_names]
@@ -36,25 +75,27 @@ def column_names(manipulator: Manipulator) -> list[str]:
     return [*cables, "tip_x_n", "tip_y_n", *slips, *disks]
 
 
-def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loads:
-    """Loads of the rows of `frame`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
+def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
+    """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
+    rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
 
     def column(name: str, absent: float) -> np.ndarray:
-        if name not in frame:
-            return np.full(len(frame), absent)
-        return np.nan_to_num(numbers(frame[name]).to_numpy(), nan=absent)
+        if name not in table:
+            return np.full(rows, absent)
+        cells = table[name]
+        return np.nan_to_num(cells if isinstance(cells, np.ndarray) else numbers(cells).to_numpy(), nan=absent)
 
     def tension(name: str) -> np.ndarray:
         newtons = column(f"cable_{name}_n", 0.0) + manipulator.gravity_m_s2 * column(f"cable_{name}_kg", 0.0)
         return np.maximum(newtons, 0.0)
 
     names, disks = manipulator.cable_names, range(1, manipulator.plates + 1)
-    force = np.zeros((len(frame), manipulator.plates, 2))
+    force = np.zeros((rows, manipulator.plates, 2))
     for k in disks:
         for a, axis in enumerate("xy"):
-            if f"disk{k}_{axis}_n" in frame:
+            if f"disk{k}_{axis}_n" in table:
                 force[:, k - 1, a] = column(f"disk{k}_{axis}_n", 0.0)
-    stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((len(frame), 0))  # noqa: E731
+    stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((rows, 0))  # noqa: E731
     return loads(
         chain,
         stack([tension(name) for name in names]),
@@ -64,7 +105,7 @@ def loads_of(manipulator: Manipulator, chain: Chain, frame: pd.DataFrame) -> Loa
     )
 
 
-def cable_columns(manipulator: Manipulator, frame: pd.DataFrame) -> list[str]:
+def cable_columns(manipulator: Manipulator, frame: Container[str]) -> list[str]:
     """The columns of a table of steps that hold tensions, in newtons or kilograms."""
     names = (f"cable_{name}_{unit}" for name in manipulator.cable_names for unit in ("n", "kg"))
     return [name for name in names if name in frame]
@@ -101,6 +142,41 @@ def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
     return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
+def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(c,) whether each of `c` tables of steps has problems, which `step_problems` then tells.
+
+    Parameters
+    ----------
+    columns : (c, s) numbers of each load, by its name.
+    """
+    names, count = cable_columns(manipulator, columns), len(next(iter(columns.values())))
+    twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
+    if twice or not columns.keys() <= set(_columns(manipulator)):
+        return np.ones(count, bool)
+    bad = [~np.isfinite(values).all(1) for values in columns.values()]
+    bad += [_no_slip(values).any(1) for name, values in columns.items() if name.startswith("slip_")]
+    newtons = [_newtons(manipulator, name, columns[name]) for name in names]
+    if newtons:
+        largest = np.max([column.max(1) for column in newtons], axis=0)[:, None]
+        bad += [_pushes(column, largest).any(1) for column in newtons]
+    return np.any(bad, axis=0)
+
+
+def _no_slip(values: Any) -> Any:
+    """Whether declared slips are other than drawn in, none or paid out."""
+    return (values != -1) & (values != 0) & (values != 1)
+
+
+def _newtons(manipulator: Manipulator, name: str, values: Any) -> Any:
+    """Values of a column of tensions, N."""
+    return values * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1)
+
+
+def _pushes(newtons: Any, largest: Any) -> Any:
+    """Whether tensions are too far below zero, next to the largest one of their table."""
+    return newtons < -REST_NOISE * np.maximum(largest, 0.0)
+
+
 def _columns(manipulator: Manipulator) -> list[str]:
     return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
 
@@ -125,7 +201,7 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
     problems, read = number_problems(values, place), numbers(values)
     if name.startswith("slip_"):
-        wrong = ~read.isin([-1, 0, 1]) & read.abs().lt(np.inf)
+        wrong = np.isfinite(read) & _no_slip(read)
         what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
     else:
         wrong, what = is_empty(values), "empty; write 0 for no load"
@@ -137,34 +213,56 @@ def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
 def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
     """Tensions too far below zero."""
     names = cable_columns(manipulator, frame)
-    newtons = {name: numbers(frame[name]) * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1) for name in names}
+    newtons = {name: _newtons(manipulator, name, numbers(frame[name])) for name in names}
     largest = max((column.max() for column in newtons.values()), default=0.0)
     for name, column in newtons.items():
-        if (pushes := column < -REST_NOISE * max(largest, 0.0)).any():
+        if (pushes := _pushes(column, largest)).any():
             lowest = numbers(frame[name])[column.idxmin()]
             what = f"row {column.idxmin() + 1} is {lowest:g}: a cable cannot push; tensions are at least 0"
             yield Problem(f"{where} column {name}", what + others(pushes))
 
 
-def sequences_of(
-    manipulator: Manipulator, steps: pd.DataFrame | str | Path, where: str = "steps"
-) -> list[LoadSequence]:
-    """The sequences of a table of steps (or of the file that holds it), in order of appearance, sorted by step.
+def load_steps(
+    manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
+) -> LoadTable:
+    """A table of steps (or the file that holds it), its sequences in order of appearance, sorted by step.
 
     Raises
     ------
     SpecError
         With every problem of the table.
     """
-    if not isinstance(steps, pd.DataFrame):
+    if isinstance(steps, str | Path):
         steps, where = read_table(steps), str(steps)
+    elif isinstance(steps, Mapping):
+        steps = _frame(steps, where)
     steps = steps.reset_index(drop=True)
     if problems := step_problems(manipulator, steps, where):
         raise SpecError(*problems)
     if steps.empty:
         raise SpecError(Problem(where, "holds no steps"))
-    chain, sequences = manipulator.chain(), []
-    for name, rows in with_keys(steps).groupby("sequence", sort=False):
-        rows = rows.sort_values("step", kind="stable")
-        sequences.append(LoadSequence(str(name), rows["step"].to_numpy(), loads_of(manipulator, chain, rows)))
-    return sequences
+    steps = with_keys(steps)
+    number, (codes, names) = steps["step"].to_numpy(), pd.factorize(steps["sequence"])
+    order = np.lexsort((number, codes))
+    loads = loads_of(manipulator, manipulator.chain(), steps)
+    return LoadTable(
+        np.asarray(names, object),
+        np.searchsorted(codes[order], np.arange(len(names))),
+        number[order],
+        Loads(*(field[order] for field in loads)),
+    )
+
+
+def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
+    """Columns of one length as a table; a single value stands in every row."""
+    try:
+        return pd.DataFrame(dict(columns))
+    except ValueError as error:
+        raise SpecError(Problem(where, f"is no table of steps: {error}")) from None
+
+
+def sequences_of(
+    manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
+) -> list[LoadSequence]:
+    """The sequences of a table of steps; see :func:`load_steps`."""
+    return list(load_steps(manipulator, steps, where).sequences())

@@ -26,8 +26,12 @@ def write_whole(path: Path, content: bytes) -> Path:
 
 
 @contextlib.contextmanager
-def replaced(path: Path) -> Iterator[Path]:
+def replaced(path: Path, lasting: bool = True) -> Iterator[Path]:
     """A temporary file beside `path` that takes its place when the context is left without an error.
+
+    Parameters
+    ----------
+    lasting : wait until the disk knows the file by its name.
 
     Raises
     ------
@@ -39,7 +43,8 @@ def replaced(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         os.replace(temporary, path)
-        _sync_folder(path.parent)
+        if lasting:
+            _sync_folder(path.parent)
     except OSError as error:
         raise EngineError(Problem(str(path), f"cannot be written: {_words(error)}")) from error
     finally:

@@ -1,103 +1,225 @@
-"""Parts that make a run resumable: the tables of every chunk of its cases, kept under what they were computed from.
+"""What is computed already, case by case: a case is known by the hash of its content, whatever study asks for it.
 
-Parts live in `results/<study>/.parts/<hash>/`, one level below every `*.parquet` glob over a study's results.
+A part holds some cases: rows of numbers under their keys, and rows of states.  What a column depends on beside its case
+(a metric's settings, the program) is the item that the column belongs to; a case may have some items and lack others.
+Parts live in `<study>/.parts/`, one level below every glob over a study's results.
 """
 
 import contextlib
+import hashlib
+import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from prb3r.runs.store import ROW_GROUP, read_arrow, typed_schema, whole_table
+from prb3r.runs.files import replaced
+from prb3r.runs.sealed import read_sealed, write_sealed
 
-PART = b"prb3r part"
-"""Key of the file metadata that says what a part was computed from."""
+FOLDER = ".parts"
+CASES, STATES = "cases", "states"
+ITEM, KEY, COUNT = b"item", " key", " states"
+"""Item of a column (metadata of its field); columns of the cases' keys and of their numbers of states."""
+KEY_BYTES = 16
 
-
-def readable(path: Path, key: bytes) -> bool:
-    """Whether `path` is a whole part that was computed from what `key` stands for."""
-    try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            same = (file.schema_arrow.metadata or {}).get(PART) == key
-            if same:
-                for _ in file.iter_batches(ROW_GROUP):
-                    pass
-            return same
-    except (pa.ArrowException, OSError):
-        return False
+Columns = dict[str, np.ndarray]
+"""Columns of a table by their names, all of one length."""
 
 
 @dataclass(frozen=True)
-class Parts:
-    """The parts of one run: for every chunk of cases, one file for each kind of table."""
+class Kept:
+    """Where rows are kept: (n,) part, -1 where a row is in none, and (n,) row of the part's cases."""
 
-    folder: Path
-    """Of the study's results."""
-    spec_hash: str
-    """Of the spec as resolved."""
-    kinds: Sequence[str] = ("cases", "states")
+    part: np.ndarray
+    row: np.ndarray
 
     @property
-    def home(self) -> Path:
-        """The folder of these parts."""
-        return self.folder / ".parts" / self.spec_hash[:12]
+    def known(self) -> np.ndarray:
+        """(n,) whether a row is kept."""
+        return self.part >= 0
 
-    def path(self, chunk: int, kind: str) -> Path:
-        """The file of a kind of table of a chunk."""
-        return self.home / f"{chunk:06d}.{kind}.parquet"
 
-    def has(self, chunk: int, key: str) -> bool:
-        """Whether a chunk with the content `key` (such as a hash of its cases) is stored whole."""
-        return all(readable(self.path(chunk, kind), self._key(key)) for kind in self.kinds)
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Some cases as they are kept."""
 
-    def save(self, chunk: int, key: str, tables: Mapping[str, pa.Table]) -> None:
-        """Store a chunk's tables; columns without any value get their type from other chunks later."""
-        for kind in self.kinds:
-            data = tables[kind]
-            data = data.replace_schema_metadata({**(data.schema.metadata or {}), PART: self._key(key)})
-            with whole_table(self.path(chunk, kind), data.schema) as writer:
-                writer.write_table(data.combine_chunks())
+    path: Path
+    """Of the table of cases."""
+    cases: pa.Table
 
-    def load(self, chunk: int, kind: str) -> pa.Table:
-        """A table of a stored chunk, without the key it was stored under.
+    @cached_property
+    def items(self) -> set[str]:
+        """What is kept of its cases."""
+        metadata = [self.cases.schema.metadata, *(field.metadata for field in self.cases.schema)]
+        return {known[ITEM].decode() for known in metadata if known and ITEM in known}
 
-        Raises
-        ------
-        SpecError
-            If it is not there or is damaged.
+    @cached_property
+    def states(self) -> pa.Table | None:
+        """The table of states; None if there is none, or if it is damaged."""
+        return read_sealed(self.path.with_suffix(f".{STATES}"), f"{STATES} {self.path.stem}")
+
+    def has(self, item: str) -> bool:
+        """Whether an item of its cases is kept whole."""
+        of_states = (self.cases.schema.metadata or {}).get(ITEM) == item.encode()
+        return item in self.items and (not of_states or self.states is not None)
+
+    @cached_property
+    def keys(self) -> list[bytes]:
+        """Keys of its cases."""
+        return self.cases[KEY].to_pylist()
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """(cases,) row of the states where those of each case end."""
+        return np.cumsum(self.cases[COUNT].to_numpy())
+
+    def column(self, name: str) -> np.ndarray:
+        """A column of its cases."""
+        return self.cases[name].to_numpy()
+
+    def state_column(self, name: str) -> np.ndarray:
+        """A column of their states."""
+        return np.zeros(0) if self.states is None else self.states[name].to_numpy()
+
+
+class Parts:
+    """The parts in the folder of a study, and those that are added.
+
+    Parameters
+    ----------
+    folder : of the study's results.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.home = folder / FOLDER
+        self.parts = list(_stored(self.home))
+
+    def place(self, item: str, keys: Sequence[bytes]) -> Kept:
+        """Where an item of the cases with these keys is kept."""
+        rows: dict[bytes, tuple[int, int]] = {}
+        for number, part in enumerate(self.parts):
+            if part.has(item):
+                rows.update(zip(part.keys, ((number, row) for row in range(len(part.keys))), strict=True))
+        places = np.array([rows.get(key, (-1, -1)) for key in keys], np.int64).reshape(-1, 2)
+        return Kept(places[:, 0], places[:, 1])
+
+    def add(self, keys: Sequence[bytes], cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
+        """Keep some cases.
+
+        Parameters
+        ----------
+        cases : their columns.
+        items : item of each of these columns.
         """
-        data = read_arrow(self.path(chunk, kind))
-        return data.replace_schema_metadata({k: v for k, v in data.schema.metadata.items() if k != PART})
+        count = np.zeros(len(keys), np.int64) if states is None else states.count
+        arrays = [pa.array(keys, pa.binary(KEY_BYTES)), pa.array(count), *(pa.array(cases[name]) for name in items)]
+        fields = [pa.field(KEY, arrays[0].type), pa.field(COUNT, arrays[1].type)]
+        fields += [
+            pa.field(name, array.type, metadata={ITEM: item})
+            for array, (name, item) in zip(arrays[2:], items.items(), strict=True)
+        ]
+        name = _name(keys, [*items.values(), *([states.item] if states else [])])
+        path, table = self.home / f"{name}.{CASES}", pa.table(arrays, pa.schema(fields))
+        if states is not None:
+            table = table.replace_schema_metadata({ITEM: states.item})
+            kept = pa.table({name: pa.array(values) for name, values in states.columns.items()})
+            write_sealed(path.with_suffix(f".{STATES}"), f"{STATES} {name}", kept)
+        write_sealed(path, f"{CASES} {name}", table)
+        self.parts.append(Part(path, table))
 
-    def assemble(self, chunks: Sequence[int]) -> dict[str, Path]:
-        """Join stored chunks, in the given order, into the study's tables; the paths by kind."""
-        return {kind: self.join(chunks, kind) for kind in self.kinds}
+    def adopt(self, lacking: Mapping[str, Collection[bytes]]) -> None:
+        """Copy the parts of other studies beside this one that have something of what is lacking.
+
+        Parameters
+        ----------
+        lacking : keys of the cases that lack each item.
+        """
+        for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
+            for part in _stored(home) if home != self.home else ():
+                if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
+                    for path in (part.path.with_suffix(f".{STATES}"), part.path):
+                        with contextlib.suppress(FileNotFoundError), replaced(self.home / path.name) as copy:
+                            shutil.copyfile(path, copy)
+                    self.parts.append(Part(self.home / part.path.name, part.cases))
 
     def discard(self) -> None:
-        """Remove the parts, and the folder of parts if no other run left any."""
-        shutil.rmtree(self.home, ignore_errors=True)
-        with contextlib.suppress(OSError):
-            self.home.parent.rmdir()
+        """Remove all parts."""
+        with contextlib.suppress(FileNotFoundError):
+            shutil.rmtree(self.home)
+        self.parts = []
 
-    def join(self, chunks: Sequence[int], kind: str) -> Path:
-        """Row groups are cut at fixed rows, so that the bytes depend on the rows alone."""
-        path = self.folder / f"{kind}.parquet"
-        schemas = [pq.read_schema(self.path(chunk, kind)) for chunk in chunks]
-        metadata = {name: text for name, text in schemas[0].metadata.items() if name != PART}
-        schema = typed_schema(pa.unify_schemas(schemas, promote_options="permissive")).with_metadata(metadata)
-        with whole_table(path, schema) as writer:
-            rest = schema.empty_table()
-            for chunk in chunks:
-                rest = pa.concat_tables([rest, self.load(chunk, kind).cast(schema)])
-                while len(rest) >= ROW_GROUP:
-                    writer.write_table(rest.slice(0, ROW_GROUP).combine_chunks(), row_group_size=ROW_GROUP)
-                    rest = rest.slice(ROW_GROUP)
-            writer.write_table(rest.combine_chunks(), row_group_size=ROW_GROUP)
-        return path
+    def clear(self, outdated: Callable[[str], bool]) -> None:
+        """Remove the parts all of whose items are outdated, and what interrupted runs have left."""
+        for part in self.parts:
+            if all(outdated(item) for item in part.items):
+                for kind in (STATES, CASES):
+                    part.path.with_suffix(f".{kind}").unlink(missing_ok=True)
+        for left in self.home.glob("*.tmp"):
+            left.unlink(missing_ok=True)
 
-    def _key(self, key: str) -> bytes:
-        return f"{self.spec_hash}:{key}".encode()
+
+@dataclass(frozen=True)
+class States:
+    """Rows of states of some cases, one case after the other."""
+
+    item: str
+    count: np.ndarray
+    """(cases,) rows of each."""
+    columns: Columns
+
+
+def gathered(parts: Parts, place: Kept, name: str) -> np.ndarray:
+    """A column of cases that are all kept."""
+    out: np.ndarray | None = None
+    for number in present(place.part):
+        rows, values = place.part == number, parts.parts[number].column(name)
+        out = np.empty(len(rows), values.dtype) if out is None else out
+        out[rows] = values[place.row[rows]]
+    return np.zeros(0) if out is None else out
+
+
+def present(part: np.ndarray) -> np.ndarray:
+    """The numbers that occur among those of parts, ascending."""
+    return np.flatnonzero(np.bincount(part))
+
+
+def state_counts(parts: Parts, place: Kept) -> np.ndarray:
+    """(n,) number of states of cases that are all kept."""
+    return _states(parts, place)[0]
+
+
+def rows_of_states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of every state of some cases in their order: the index of its case, its part and its row of the states there."""
+    count, begin = _states(parts, place)
+    case = np.repeat(np.arange(len(count)), count)
+    within = np.arange(len(case)) - np.repeat(np.cumsum(count) - count, count)
+    return case, place.part[case], begin[case] + within
+
+
+def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
+    """Of every case, the number of its states and the row of the first among those of its part."""
+    count, begin = np.zeros(len(place.part), np.int64), np.zeros(len(place.part), np.int64)
+    for number in present(place.part):
+        rows, ends = place.part == number, parts.parts[number].ends
+        at = place.row[rows]
+        count[rows] = np.diff(ends, prepend=0)[at]
+        begin[rows] = ends[at] - count[rows]
+    return count, begin
+
+
+def _stored(home: Path) -> Iterator[Part]:
+    """The whole parts in a folder."""
+    for path in sorted(home.glob(f"*.{CASES}")):
+        cases = read_sealed(path, f"{CASES} {path.stem}")
+        if cases is not None:
+            yield Part(path, cases)
+
+
+def _name(keys: Iterable[bytes], items: Iterable[str]) -> str:
+    """Of a part: the same for the same content."""
+    text = json.dumps(sorted(items)).encode()
+    return hashlib.blake2b(b"".join(keys) + text, digest_size=8).hexdigest()

@@ -9,7 +9,8 @@ import numpy as np
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.steps import loads_of
-from prb3r.study.cases import Case, steps_frame
+from prb3r.study.cases import Case
+from prb3r.study.loads import steps_frame
 
 TIMED_EQUILIBRIA = 2000
 REPEATS = 5

@@ -1,56 +1,30 @@
 """Run a study: cases to workers, parts to tables, everything that varies to the manifest.
 
-A run resumes by content: parts are kept under the hash of what they were computed from (cases, metrics, what is
-kept, and the program text of the engine), so an unchanged study is a no-op and an interrupted one goes on.
+A run resumes by case: what is computed is kept under what it was computed from (the case, the metric, what is kept of
+its states, and the program text of the engine), so that only what is new is computed, in an unchanged study nothing.
 """
 
-import json
 import time
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from prb3r.quantities import Quantity
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts
-from prb3r.runs.provenance import environment, fingerprint, read_manifest, write_manifest
-from prb3r.runs.store import arrow_table, content_hash, read_arrow, write_arrow
+from prb3r.runs.parts import Columns, Parts, States
+from prb3r.runs.provenance import environment, read_manifest, write_manifest
+from prb3r.runs.store import arrow_table, read_arrow, write_arrow
 from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.cases import Case, resolve
-from prb3r.study.columns import check_columns, described
+from prb3r.study.cases import Family
 from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
-from prb3r.study.spec import Study, load_study
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_row, solve_chunk
-
-
-class Progress(Protocol):
-    """Something that hears how a run of a study goes."""
-
-    def begin(self, name: str, cases: int, done: int) -> None:
-        """A study starts with `done` of its `cases` stored by an earlier run."""
-
-    def advance(self, cases: int, failed: int) -> None:
-        """So many more cases are stored, `failed` of them without a converged equilibrium."""
-
-    def end(self) -> None:
-        """The study is over, whether or not it got to its end."""
-
-
-class Silent:
-    """A listener that tells nobody."""
-
-    def begin(self, name: str, cases: int, done: int) -> None: ...
-
-    def advance(self, cases: int, failed: int) -> None: ...
-
-    def end(self) -> None: ...
+from prb3r.study.plan import Plan, Progress, Silent, plan_study
+from prb3r.study.tables import cases_frame, write_states
+from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
 
 
 @dataclass(frozen=True)
@@ -61,52 +35,6 @@ class Options:
     workers: Workers = field(default_factory=Workers)
     fresh: bool = False
     """Compute everything anew."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A study as resolved: what will be computed and where it goes."""
-
-    path: Path
-    study: Study
-    cases: list[Case]
-    folder: Path
-
-    @cached_property
-    def chunks(self) -> list[Chunk]:
-        """Bounds depend on the spec alone, never on the workers."""
-        study, size = self.study, self.study.chunk
-        cables = tuple(self.cases[0].manipulator().cable_names)
-        disks = tuple(study.state_disks) if study.state_disks is not None else None
-        metrics = tuple(study.metric)
-        return [
-            Chunk(tuple(self.cases[start : start + size]), metrics, study.states, disks, cables)
-            for start in range(0, len(self.cases), size)
-        ]
-
-    @cached_property
-    def key(self) -> str:
-        """Hash of everything that the tables depend on."""
-        return content_hash([fingerprint(), [self.chunk_key(chunk) for chunk in self.chunks]])
-
-    def chunk_key(self, chunk: Chunk) -> str:
-        """Hash of all that the tables of a chunk depend on, but for the program."""
-        metrics = [metric.model_dump() for metric in chunk.metrics]
-        cases = [[case.number, case.factors, case.settings] for case in chunk.cases]
-        return content_hash([cases, metrics, chunk.states, chunk.state_disks])
-
-    @property
-    def columns(self) -> set[str]:
-        """All columns of cases and states that plots and comparisons may name."""
-        fixed = set(blank_row(self.cases[0], tuple(self.study.metric), "", ""))
-        compared = {comparison.name for comparison in self.study.comparison}
-        cables = {f"cable_{name}_n" for name in self.chunks[0].cables}
-        return fixed | compared | (cables | {"step"} if self.study.states != "none" else set())
-
-    @property
-    def quantities(self) -> list[Quantity]:
-        """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
-        return described(self.study)
 
 
 @dataclass(frozen=True)
@@ -135,21 +63,6 @@ class Result:
         return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
-def plan_study(path: str | Path, output: str | Path = "results") -> Plan:
-    """Read and resolve a study.
-
-    Raises
-    ------
-    SpecError
-        With every problem of the study file, its manipulator and its cases.
-    """
-    study = load_study(path)
-    cases = resolve(path, study)
-    plan = Plan(Path(path), study, cases, Path(output) / study.name)
-    check_columns(plan.path, study, plan.columns, plan.quantities)
-    return plan
-
-
 def run_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
     """Run one study file; tables and manifest are in `<output>/<name>` when it returns.
 
@@ -161,7 +74,7 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
         If workers or disk fail; what is already computed stays and the next run goes on from there.
     """
     options, progress = options or Options(), progress or Silent()
-    return execute(plan_study(path, options.output), options, progress)
+    return execute(plan_study(path, options.output, progress), options, progress)
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
@@ -169,102 +82,127 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     started = time.perf_counter()
     ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
-    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = Parts(plan.folder, plan.key, kinds)
+    parts = Parts(plan.folder)
     if options.fresh:
         parts.discard()
-    keys = {number: plan.chunk_key(chunk) for number, chunk in enumerate(plan.chunks)}
-    todo = {number: chunk for number, chunk in enumerate(plan.chunks) if not parts.has(number, keys[number])}
-    waiting = sum(len(chunk.cases) for chunk in todo.values())
-    provenance = {"study": plan.study.name, "key": plan.key, "engine": fingerprint()}
-    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
-
-    def keep(number: int, pieces: list[Piece]) -> None:
-        tables, failed = tables_of(pieces, plan, provenance)
-        parts.save(number, keys[number], tables)
-        progress.advance(len(plan.chunks[number].cases), failed)
-
-    try:
-        run_tasks(solve_chunk, todo, keep, options.workers, split=Chunk.single)
-    finally:
-        progress.end()
-    numbers = sorted(keys)
-    if "states" in kinds:
-        parts.join(numbers, "states")
+    else:
+        adopt(plan, parts)
+    computed = compute(plan, parts, options.workers, progress)
+    provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}
+    if plan.states_item:
+        write_states(plan, parts, plan.folder / "states.parquet", provenance)
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    cases = pd.concat([parts.load(number, "cases").to_pandas() for number in numbers], ignore_index=True)
-    cases = with_comparisons(cases, plan.study, straight_lengths(plan.cases))
+    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
+    lengths = straight_lengths(plan.cases.families) if relative else {}
+    cases = with_comparisons(cases_frame(plan, parts), plan.study, lengths)
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
     write_arrow(arrow_table(columns, plan.quantities, provenance), plan.folder / "cases.parquet")
+    parts.clear(lambda item: not item.startswith(plan.engine))
     manifest = {
         "study": plan.study.model_dump(exclude_none=True, by_alias=True),
         "manipulator": plan.cases[0].settings["manipulator"],
         "key": plan.key,
-        "engine": fingerprint(),
+        "engine": plan.engine,
         "cases": len(plan.cases),
         "outcomes": cases["outcome"].value_counts().to_dict(),
         "fits": fitted_lines(cases, plan.study),
         **environment(plan.path),
     }
-    if waiting or before is None or before.get("key") != plan.key:
-        manifest["run"] = {"cases_computed": waiting, "seconds": round(time.perf_counter() - started, 3)}
-        manifest["timing"] = timing(plan.cases) if plan.study.timing else []
+    if computed or before is None or before.get("key") != plan.key:
+        manifest["run"] = {"cases_computed": computed, "seconds": round(time.perf_counter() - started, 3)}
+        manifest["timing"] = timing(plan.cases[:]) if plan.study.timing else []
     else:
         manifest |= {name: before[name] for name in ("run", "timing") if name in before}
     manifest["changed"] = changes(before, manifest) if before else []
     write_manifest(plan.folder, manifest)
-    return Result(plan, cases, manifest, waiting)
+    return Result(plan, cases, manifest, computed)
 
 
-def tables_of(pieces: list[Piece], plan: Plan, provenance: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
-    """A chunk's tables and how many of its cases have no converged equilibrium."""
-    metrics, rows, states = tuple(plan.study.metric), [], []
+def adopt(plan: Plan, parts: Parts) -> None:
+    """Take what other studies in the same folder have computed of the cases."""
+    missing = plan.missing(parts)
+    lacking = zip(plan.items, missing.T, strict=True)
+    if missing.any():
+        parts.adopt({item: {plan.keys[number] for number in np.flatnonzero(lacks)} for item, lacks in lacking})
+
+
+def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
+    """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
+    missing = plan.missing(parts)
+    chunks, waiting = plan.chunks(missing), int(missing.any(1).sum())
+    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
+
+    def keep(number: int, pieces: list[Piece]) -> None:
+        chunk = chunks[number]
+        cases, states = computed_columns(pieces, chunk)
+        keep_chunk(plan, parts, chunk, cases, states)
+        failed = cases["outcome"] != "converged"
+        for metric in chunk.metrics:
+            failed |= cases[reason_column(metric)] != ""
+        progress.advance(len(failed), int(failed.sum()))
+
+    try:
+        run_tasks(solve_chunk, dict(enumerate(chunks)), keep, workers, split=Chunk.single)
+    finally:
+        progress.end()
+    return waiting
+
+
+def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Columns | None]:
+    """Columns of a chunk's cases and, if they are kept, of their states, from the pieces that it was computed in."""
+    cases, states = [], []
     for piece in pieces:
         if piece.fate == "done":
-            rows += piece.value[0]
-            states += piece.value[1]
+            cases.append(piece.value[0])
+            states.append(piece.value[1])
         else:
             outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
-            rows += [blank_row(case, metrics, outcome, piece.reason) for case in piece.task.cases]
-    columns = {name: [row[name] for row in rows] for name in rows[0]}
-    tables = {"cases": arrow_table(columns, plan.quantities, provenance)}
-    if plan.study.states != "none":
-        tables["states"] = arrow_table(_stacked(states, plan), plan.quantities, provenance)
-    return tables, sum(row["outcome"] != "converged" for row in rows)
+            cases.append(blank_columns(piece.task.numbers, chunk.metrics, outcome, piece.reason))
+    return _stacked(cases), _stacked(states) if states and chunk.states != "none" else None
 
 
-def _stacked(states: list[dict], plan: Plan) -> dict[str, Any]:
-    names = ["case_id", "step", "disk", "x_m", "y_m", "angle_rad", *(f"cable_{c}_n" for c in plan.chunks[0].cables)]
-    empty = {name: np.zeros(0, np.int64 if name in ("case_id", "step", "disk") else float) for name in names}
-    return {name: np.concatenate([empty[name], *(state[name] for state in states)]) for name in names}
+def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
+    """Add the items that a chunk was computed for to the parts."""
+    numbers, names = cases["case_id"], {}
+    if plan.items[0] in chunk.items:
+        outcome = blank_columns(numbers[:0], (), "", "")
+        names = {name: plan.items[0] for name in outcome if name != "case_id"}
+    for metric, item in plan.metric_items:
+        if item in chunk.items:
+            columns = [*(quantity.name for quantity in metric.quantities()), reason_column(metric)]
+            names |= dict.fromkeys(columns, item)
+    kept = None
+    if chunk.states != "none" and plan.states_item:
+        states = states or {"case_id": np.zeros(0, np.int64)}
+        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
+        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
+    parts.add([plan.keys[number] for number in numbers], cases, names, kept)
 
 
-def straight_lengths(cases: list[Case]) -> dict[int, float]:
+def _stacked(tables: Sequence[Columns]) -> Columns:
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+
+
+def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
     """Straight length of the manipulator of every case, m, by number of the case."""
-    known: dict[str, float] = {}
-    lengths = {}
-    for case in cases:
-        text = json.dumps(case.settings["manipulator"], sort_keys=True)
-        if text not in known:
-            known[text] = case.manipulator().chain().length
-        lengths[case.number] = known[text]
+    lengths: dict[int, float] = {}
+    for family in families:
+        lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
     return lengths
 
 
 def forecast(plan: Plan) -> tuple[float, int]:
     """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
-    kinds = ("cases",) if plan.study.states == "none" else ("cases", "states")
-    parts = Parts(plan.folder, plan.key, kinds)
-    waiting = [c for n, c in enumerate(plan.chunks) if not parts.has(n, plan.chunk_key(c))]
-    cases = [single for chunk in waiting for single in chunk.single()]
-    if not cases:
+    missing = plan.missing(Parts(plan.folder))
+    chunks, count = plan.chunks(missing), int(missing.any(1).sum())
+    if not count:
         return 0.0, len(plan.cases)
+    cases = [chunk.single()[0] for chunk in chunks[:: max(1, len(chunks) // 3)][:4]]
     solve_chunk(cases[0])  # compiles
-    sample = cases[:: max(1, len(cases) // 3)][:4]
     begin = time.perf_counter()
-    for single in sample:
-        solve_chunk(single)
-    return (time.perf_counter() - begin) / len(sample) * len(cases), len(plan.cases) - len(cases)
+    for case in cases:
+        solve_chunk(case)
+    return (time.perf_counter() - begin) / len(cases) * count, len(plan.cases) - count

@@ -227,8 +227,8 @@ class Study(Strict):
     states: Literal["none", "final", "path"] = "final"
     state_disks: list[Annotated[int, Field(ge=0)]] | None = None
     """Only these disks are kept in the table of states."""
-    chunk: Annotated[int, Field(ge=1)] = 32
-    """Cases in one task of a worker."""
+    chunk: Annotated[int, Field(ge=1)] | None = None
+    """Cases in one task of a worker; absent: 32, or more of them in a large study."""
     broken: list[str] = []
     initial: dict[str, float] = {}
     """Loads applied first, ramped from rest."""

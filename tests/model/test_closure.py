@@ -12,8 +12,8 @@ from prb3r.model.laws.moment_law import influences, time_within
 from prb3r.model.laws.self_consistent import MAX_PASSES, NOT_CLOSED, equilibria_of
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import solve as solve_steps
-from prb3r.study.cases import Case
-from prb3r.study.work import outcome_columns, solve_case
+from prb3r.study.cases import Family
+from prb3r.study.work import outcome_columns, solve_cases
 
 RIGIDITY, ARC = 0.24, 0.014
 PLATE = {"plates": 4, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": RIGIDITY}
@@ -164,11 +164,16 @@ def test_solve_and_studies_know_the_law(tmp_path):
     expected = state(rig, (20, 0), (40, 0))
     assert table["y_m"].to_numpy() == pytest.approx(expected.y.ravel(), abs=1e-12)
     settings = {"manipulator": rig.model_dump(exclude_none=True), "broken": [], "initial": {}, "cloud": {}}
-    solved = solve_case(Case(0, {}, settings | {"step": steps}))
+
+    def solved_case():
+        family = Family(np.zeros(1, int), settings | {"step": steps})
+        return solve_cases(family, family.manipulator(), family.manipulator().chain())
+
+    solved = solved_case()
     assert solved.states.y == pytest.approx(expected.y, abs=1e-12)
     settings["manipulator"]["effect"][0]["terms"] = [term("bend", 40.0)]
-    row = outcome_columns(solve_case(Case(0, {}, settings | {"step": steps})))
-    assert (row["outcome"], row["reason"]) == ("no equilibrium", NOT_CLOSED)
+    row = outcome_columns(solved_case())
+    assert (row["outcome"][0], row["reason"][0]) == ("no equilibrium", NOT_CLOSED)
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,18 @@
 """Tables say what they hold, appear whole or not at all, and do not remember how they were computed."""
 
-import itertools
 import os
 import subprocess
 import sys
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
 from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
-from prb3r.runs import parts, store
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts
+from prb3r.runs.parts import Parts, States, gathered, rows_of_states
+from prb3r.runs.sealed import read_sealed, write_sealed
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
@@ -41,15 +39,6 @@ def rows(first, last):
     }
 
 
-def assembled(folder, bounds, order=1, again=()):
-    kept = Parts(folder, content_hash(SPEC))
-    pairs = list(enumerate(itertools.pairwise(bounds)))
-    for chunk, span in [*pairs[::order], *(pairs[index] for index in again)]:
-        kept.save(chunk, content_hash(span), rows(*span))
-    paths = kept.assemble(range(len(pairs)))
-    return {kind: path.read_bytes() for kind, path in paths.items()}
-
-
 def test_every_field_has_unit_and_description_and_the_file_its_provenance(tmp_path):
     write_arrow(rows(0, 9)["cases"], tmp_path / "cases.parquet")
     data = read_arrow(tmp_path / "cases.parquet")
@@ -61,10 +50,10 @@ def test_every_field_has_unit_and_description_and_the_file_its_provenance(tmp_pa
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_pandas_polars_and_duckdb_read_the_same_and_never_see_the_parts(tmp_path):
+def test_pandas_polars_and_duckdb_read_the_same(tmp_path):
     duckdb, pandas, polars = (pytest.importorskip(name) for name in ("duckdb", "pandas", "polars"))
-    assembled(tmp_path, [0, 10, 20])
     path = tmp_path / "cases.parquet"
+    write_arrow(rows(0, 20)["cases"], path)
     expected = read_arrow(path)["gain"].to_numpy()
     np.testing.assert_array_equal(pandas.read_parquet(path)["gain"].to_numpy(), expected)
     np.testing.assert_array_equal(polars.read_parquet(path)["gain"].to_numpy(), expected)
@@ -72,37 +61,83 @@ def test_pandas_polars_and_duckdb_read_the_same_and_never_see_the_parts(tmp_path
     assert (count, total) == (20, pytest.approx(np.nansum(expected)))
 
 
-def test_bytes_depend_on_rows_alone(tmp_path, monkeypatch):
-    for module in (store, parts):
-        monkeypatch.setattr(module, "ROW_GROUP", 16)
-    straight = assembled(tmp_path / "a", [0, 10, 20, 50])
-    backwards_and_repeated = assembled(tmp_path / "b", [0, 10, 20, 50], order=-1, again=[1])
-    otherwise_cut = assembled(tmp_path / "c", [0, 1, 37, 50])
-    assert straight == backwards_and_repeated == otherwise_cut
-    assert pq.ParquetFile(tmp_path / "a" / "states.parquet").metadata.num_row_groups == 10
-    for kind, whole in rows(0, 50).items():
-        if kind == "cases":
-            write_arrow(whole, tmp_path / "whole.parquet")
-            assert (tmp_path / "whole.parquet").read_bytes() == straight[kind]
+TABLE = pa.table({"x_m": np.linspace(0, 1, 1000), "reason": ["", "no equilibrium"] * 500})
 
 
-def test_a_part_is_reused_only_if_whole_and_of_the_same_cases(tmp_path):
-    kept, key = Parts(tmp_path, content_hash(SPEC)), content_hash([0, 10])
-    assert not kept.has(0, key)
-    kept.save(0, key, rows(0, 10))
-    assert kept.has(0, key)
-    assert not kept.has(0, content_hash([0, 11]))
-    assert not Parts(tmp_path, content_hash({})).has(0, key)
-    assert kept.load(0, "cases").equals(rows(0, 10)["cases"], check_metadata=True)
-    victim = kept.path(0, "states")
-    good = victim.read_bytes()
-    column = pq.read_metadata(victim).row_group(0).column(1)
-    last = column.data_page_offset + column.total_compressed_size - 1
-    for damaged in (b"", good[: len(good) // 2], good[:last] + bytes([good[last] ^ 1]) + good[last + 1 :]):
-        victim.write_bytes(damaged)
-        assert not kept.has(0, key)
+def test_what_is_read_back_is_what_was_written_or_nothing(tmp_path):
+    path = tmp_path / "a.cases"
+    write_sealed(path, "cases a", TABLE)
+    good = path.read_bytes()
+    assert read_sealed(path, "cases a").to_pydict() == TABLE.to_pydict()
+    assert read_sealed(path, "states a") is None
+    assert read_sealed(tmp_path / "b.cases", "cases b") is None
+    rng = np.random.default_rng(3)
+    flips = [*range(80), *rng.integers(0, len(good), 200), *range(len(good) - 100, len(good))]
+    for place in flips:
+        flipped = bytearray(good)
+        flipped[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(flipped)
+        assert read_sealed(path, "cases a") is None, place
+    for cut in (0, 1, 63, 64, 65, len(good) // 2, len(good) - 1):
+        path.write_bytes(good[:cut])
+        assert read_sealed(path, "cases a") is None
+    path.write_bytes(good + b"x")
+    assert read_sealed(path, "cases a") is None
+
+
+def cases(*numbers):
+    keys = [number.to_bytes(16, "big") for number in numbers]
+    values = np.array(numbers, float)
+    count = np.array(numbers) % 3
+    states = States("states", count, {"x_m": np.repeat(values, count) + np.arange(count.sum()) % 1})
+    return keys, {"gain": values / 7, "reason": np.array([f"r{n}" for n in numbers], object)}, states
+
+
+ITEMS = {"gain": "metric", "reason": "metric"}
+
+
+def test_cases_are_known_by_their_keys_whatever_they_were_computed_along_with(tmp_path):
+    kept = Parts(tmp_path)
+    for numbers in ((5, 1, 4), (2, 3)):
+        keys, columns, states = cases(*numbers)
+        kept.add(keys, columns, ITEMS, states)
+    again = Parts(tmp_path)
+    keys, expected, _ = cases(1, 2, 3, 4, 5)
+    assert not again.place("another", keys).known.any()
+    assert again.place("metric", [*keys, bytes(16)]).known.tolist() == [True] * 5 + [False]
+    place = again.place("metric", keys)
+    assert gathered(again, place, "gain").tolist() == expected["gain"].tolist()
+    assert gathered(again, place, "reason").tolist() == expected["reason"].tolist()
+    case, part, row = rows_of_states(again, again.place("states", keys))
+    assert case.tolist() == [0, 1, 1, 3, 4, 4]
+    assert [again.parts[p].state_column("x_m")[r] for p, r in zip(part, row, strict=True)] == [1, 2, 2, 4, 5, 5]
+
+
+def test_a_damaged_or_exchanged_part_is_no_part(tmp_path):
+    kept = Parts(tmp_path)
+    for numbers in ((1, 2), (3, 4)):
+        keys, columns, states = cases(*numbers)
+        kept.add(keys, columns, ITEMS, states)
+    keys, _, _ = cases(1, 2, 3, 4)
+    first, second = sorted(kept.home.glob("*.cases"))
+    first.write_bytes(second.read_bytes())
+    assert Parts(tmp_path).place("metric", keys).known.sum() == 2
+    second.with_suffix(".states").write_bytes(second.read_bytes())
+    assert Parts(tmp_path).place("metric", keys).known.sum() == 2
+    assert not Parts(tmp_path).place("states", keys).known.any()
     kept.discard()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_no_program_asks_for_any_more_is_cleared_away(tmp_path):
+    kept = Parts(tmp_path)
+    for item, number in (("old", 1), ("new", 2)):
+        keys, columns, _ = cases(number)
+        kept.add(keys, columns, dict.fromkeys(columns, item), None)
+    (kept.home / "x.cases.12.tmp").write_text("")
+    kept.clear(lambda item: item == "old")
+    assert len(list(kept.home.iterdir())) == 1
+    assert Parts(tmp_path).place("new", cases(2)[0]).known.all()
 
 
 def test_hash_follows_content_not_order_and_refuses_nan():

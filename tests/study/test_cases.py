@@ -9,8 +9,8 @@ import pytest
 import tomli_w
 
 from prb3r.errors import SpecError
-from prb3r.study.cases import resolve
-from prb3r.study.run import plan_study
+from prb3r.study.plan import plan_study
+from prb3r.study.resolve import resolve
 from prb3r.study.spec import load_study
 
 ROOT = Path(__file__).parents[2]
@@ -135,7 +135,7 @@ def test_an_astronomic_grid_is_refused_without_being_made(study):
 
 
 def test_a_step_keeps_what_it_does_not_name(study):
-    from prb3r.study.cases import steps_frame
+    from prb3r.study.loads import steps_frame
 
     frame = steps_frame({"initial": {"cable_3_kg": 5.0}, "step": [{"cable_1_n": 2.0, "slip_3": 1}, {"cable_3_n": 1.0}]})
     assert frame.to_dict("records") == [

@@ -8,10 +8,11 @@ import pytest
 
 from prb3r.present.study.comparison import advice_on
 from prb3r.present.study.publish import publish
-from prb3r.study.cases import count_cases
+from prb3r.study.axes import count_cases
 from prb3r.study.designs import read_designs
-from prb3r.study.run import Options, Workers, plan_study, run_study
-from prb3r.study.work import solve_chunk
+from prb3r.study.plan import plan_study
+from prb3r.study.run import Options, Workers, run_study
+from prb3r.study.work import Chunk, solve_chunk
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -20,24 +21,26 @@ def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
     """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process."""
     from prb3r.study.compare import with_comparisons
     from prb3r.study.run import straight_lengths
+    from prb3r.study.tables import labelled
 
     plan = plan_study(STUDIES / f"{name}.toml")
     metrics = tuple(
         metric.model_copy(update={"count": cloud}) if cloud and metric.kind == "workspace" else metric
         for metric in plan.study.metric
     )
-    cases = []
-    for case in plan.cases:
-        if all(np.any([_same(case.factors[factor], value) for value in values]) for factor, values in keep.items()):
-            if cloud and case.settings["cloud"]:
-                case.settings["cloud"]["count"] = cloud
-            cases.append(case)
-    assert cases
-    chunk = plan.chunks[0]
-    rows, _ = solve_chunk(type(chunk)(tuple(cases), metrics, "none", None, chunk.cables))
-    frame = pd.DataFrame(rows)
+    chosen = [
+        case.number
+        for case in plan.cases
+        if all(np.any([_same(case.factors[factor], value) for value in values]) for factor, values in keep.items())
+    ]
+    families = [part for number in chosen for part in plan.cases.between(number, number + 1)]
+    assert families
+    for family in families if cloud else ():
+        family.settings["cloud"]["count"] = cloud
+    columns, _ = solve_chunk(Chunk(tuple(families), metrics, "none", None, plan.cables))
+    frame = labelled(plan.cases, pd.DataFrame(columns))
     assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()
-    return with_comparisons(frame, plan.study, straight_lengths(cases))
+    return with_comparisons(frame, plan.study, straight_lengths(families))
 
 
 def _same(a, b) -> bool:
@@ -153,7 +156,7 @@ def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies()
     assert all(plan.study.name == name for name, plan in plans.items())
     assert all(count_cases(plan.study) == len(plan.cases) for plan in plans.values())
     for name in ("workspace", "broken-cables"):
-        assert all(case.settings["cloud"]["count"] >= 100_000 for case in plans[name].cases)
+        assert all(family.settings["cloud"]["count"] >= 100_000 for family in plans[name].cases.families)
 
 
 def test_loading_order_history_moves_the_tip_less_than_full_reversal():

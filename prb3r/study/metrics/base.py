@@ -1,11 +1,11 @@
-"""What a metric is, and the solved case that it measures."""
+"""What a metric is, and the solved cases that it measures."""
 
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -24,17 +24,52 @@ DiskNumber = Annotated[int, Field(ge=0)] | Literal["tip"]
 
 @dataclass(frozen=True)
 class Solved:
-    """A case with its equilibria.
+    """Cases of one manipulator with their equilibria: `c` cases of `s` load steps each, one case after the other.
 
-    `initial` tells whether the first load step is the initial configuration (else the case starts from rest).
+    `initial` tells whether the first load step is the initial configuration (else a case starts from rest).
     """
 
     manipulator: Manipulator
     chain: Chain
     loads: Loads
+    """`c s` steps."""
     states: Equilibria
+    """Of `c s` steps."""
     initial: bool = False
     cloud: bool = False
+    """Whether the steps of a case are independent loads."""
+    count: int = 1
+    """`c`."""
+
+    @property
+    def steps(self) -> int:
+        """Load steps of a case."""
+        return self.loads.steps // self.count
+
+    @property
+    def begins(self) -> np.ndarray:
+        """(c,) row of the first step of each case."""
+        return np.arange(self.count) * self.steps
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(c,) row of the last step of each case."""
+        return self.begins + self.steps - 1
+
+    def by_case(self, values: np.ndarray) -> np.ndarray:
+        """(c, s, ...) what is known of every step."""
+        return values.reshape(self.count, self.steps, *values.shape[1:])
+
+    def part(self, cases: np.ndarray) -> "Solved":
+        """The cases where a mask (c,) holds."""
+        if cases.all():
+            return self
+        rows, known = np.repeat(cases, self.steps), {}
+        for field in dataclasses.fields(Equilibria):
+            values = getattr(self.states, field.name)
+            known[field.name] = values[rows] if values is not None and len(values) else values
+        loads = Loads(*(values[rows] for values in self.loads))
+        return dataclasses.replace(self, loads=loads, states=Equilibria(**known), count=int(cases.sum()))
 
     def at(self, disk: DiskNumber) -> int:
         """Number of a disk.
@@ -55,15 +90,28 @@ class Solved:
 
     @cached_property
     def last(self) -> Loads:
-        """The loads of the last step, as one step."""
-        return Loads(*(field[-1:] for field in self.loads))
+        """The loads of the last step of each case, `c` steps."""
+        return Loads(*(field[self.ends] for field in self.loads))
 
     def continued(self, *further: Loads) -> Equilibria:
-        """Equilibria of further load steps, each reached from the last one of the case."""
-        paths = [Loads(*(np.concatenate(pair) for pair in zip(self.last, step, strict=True))) for step in further]
-        ends = [equilibria_of(self.chain, path, number=np.ones(2)) for path in paths]
+        """Equilibria of further load steps of all cases, each reached from the last step of its case.
+
+        Parameters
+        ----------
+        further : `c` steps each.
+
+        Returns
+        -------
+        Those of the first loads for all cases, then those of the second, and so on.
+        """
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
-        last = {name: np.concatenate([getattr(end, name)[-1:] for end in ends]) for name in names}
+        from_rest = np.arange(2 * self.count) % 2 == 0
+        ends = []
+        for loads in further:
+            pairs = (np.stack(pair, axis=1) for pair in zip(self.last, loads, strict=True))
+            path = Loads(*(pair.reshape(-1, *pair.shape[2:]) for pair in pairs))
+            ends.append(equilibria_of(self.chain, path, from_rest=from_rest, number=np.ones(path.steps)))
+        last = {name: np.concatenate([getattr(end, name)[1::2] for end in ends]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
 
@@ -71,14 +119,16 @@ class Metric(Strict, ABC):
     """A metric; `kind` names it in a study file."""
 
     kind: str
+    together: ClassVar[bool] = False
+    """Whether it takes many cases at once; else it is asked about one after the other."""
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
         """What its columns are, in their order."""
 
     @abstractmethod
-    def values(self, case: Solved) -> Sequence[float]:
-        """Its numbers, in the order of the columns; NaN where a load has no equilibrium."""
+    def values(self, cases: Solved) -> Sequence[np.ndarray | float]:
+        """Its columns in their order: (c,) numbers, or one number for all; NaN where a load has no equilibrium."""
 
 
 def column_stem(disk: DiskNumber) -> str:

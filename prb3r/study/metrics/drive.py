@@ -1,7 +1,7 @@
 """Tensions that bring a segment to a given bend."""
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -19,6 +19,7 @@ class DriveTension(Metric):
     """Tension of one cable alone that bends a segment by a given angle; NaN where `up_to_n` does not."""
 
     kind: Literal["drive-tension"]
+    together: ClassVar[bool] = True
     cable: str
     segment: Annotated[int, Field(ge=1)]
     bend_rad: Positive
@@ -29,8 +30,8 @@ class DriveTension(Metric):
         meaning = f"tension of cable {self.cable} alone that bends segment {self.segment} by {angle}"
         return [Quantity("drive_tension_n", "T", "N", meaning)]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        return [drive_tension(case.manipulator, case.chain, self.cable, self.segment, self.bend_rad, self.up_to_n)]
+    def values(self, cases: Solved) -> Sequence[float]:
+        return [drive_tension(cases.manipulator, cases.chain, self.cable, self.segment, self.bend_rad, self.up_to_n)]
 
 
 def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float) -> float:

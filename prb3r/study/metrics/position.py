@@ -1,7 +1,7 @@
 """Where disks are and how far they lie from simpler shapes."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ class Position(Metric):
     """Where a disk is and how it is turned at the last load step."""
 
     kind: Literal["position"]
+    together: ClassVar[bool] = True
     disk: DiskNumber = "tip"
 
     def quantities(self) -> list[Quantity]:
@@ -28,15 +29,16 @@ class Position(Metric):
             Quantity(f"{stem}_angle_rad", "θ", "rad", f"absolute angle of {disk}"),
         ]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        disk, states = case.at(self.disk), case.states
-        return states.x[-1, disk], states.y[-1, disk], states.angle[-1, disk]
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        disk, states, ends = cases.at(self.disk), cases.states, cases.ends
+        return states.x[ends, disk], states.y[ends, disk], states.angle[ends, disk]
 
 
 class Shift(Metric):
     """How far a disk moves and turns from the initial configuration to the last step."""
 
     kind: Literal["shift"]
+    together: ClassVar[bool] = True
     disk: DiskNumber
 
     def quantities(self) -> list[Quantity]:
@@ -46,14 +48,14 @@ class Shift(Metric):
             Quantity(f"{stem}_turn_rad", "Δθ", "rad", f"angle {disk} turns from the initial configuration"),
         ]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        disk, states = case.at(self.disk), case.states
-        if case.initial:
-            x, y, angle = states.x[0, disk], states.y[0, disk], states.angle[0, disk]
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        disk, states, ends = cases.at(self.disk), cases.states, cases.ends
+        if cases.initial:
+            x, y, angle = (values[cases.begins, disk] for values in (states.x, states.y, states.angle))
         else:
-            straight = pose(case.chain, case.chain.rest)
+            straight = pose(cases.chain, cases.chain.rest)
             x, y, angle = straight.x[disk], straight.y[disk], straight.angle[disk]
-        return np.hypot(states.x[-1, disk] - x, states.y[-1, disk] - y), states.angle[-1, disk] - angle
+        return np.hypot(states.x[ends, disk] - x, states.y[ends, disk] - y), states.angle[ends, disk] - angle
 
 
 class CurvatureError(Metric):

@@ -1,7 +1,7 @@
 """How disks answer to a little more load, to other friction and to a cable that is let go and drawn in again."""
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -15,6 +15,7 @@ class Coupling(Metric):
     """How a newton more on a cable that drives an outer segment moves and turns an inner disk."""
 
     kind: Literal["coupling"]
+    together: ClassVar[bool] = True
     cable: str
     disk: DiskNumber
     load_n: Positive = 1.0
@@ -26,45 +27,50 @@ class Coupling(Metric):
             Quantity("coupling_rad_per_n", "", "rad/N", f"turn of {disk} per newton added to cable {self.cable}"),
         ]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        disk, more = case.at(self.disk), case.last.tension.copy()
-        more[0, case.cable(self.cable)] += self.load_n
-        pulled, states = case.continued(case.last._replace(tension=more)), case.states
-        shift = np.hypot(pulled.x[0, disk] - states.x[-1, disk], pulled.y[0, disk] - states.y[-1, disk])
-        return shift / self.load_n, abs(pulled.angle[0, disk] - states.angle[-1, disk]) / self.load_n
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        disk, more = cases.at(self.disk), cases.last.tension.copy()
+        more[:, cases.cable(self.cable)] += self.load_n
+        pulled, states, ends = cases.continued(cases.last._replace(tension=more)), cases.states, cases.ends
+        shift = np.hypot(pulled.x[:, disk] - states.x[ends, disk], pulled.y[:, disk] - states.y[ends, disk])
+        return shift / self.load_n, np.abs(pulled.angle[:, disk] - states.angle[ends, disk]) / self.load_n
 
 
 class TipCompliance(Metric):
     """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
 
     kind: Literal["tip-compliance"]
+    together: ClassVar[bool] = True
     load_n: Positive = 0.05
 
     def quantities(self) -> list[Quantity]:
         return [Quantity("tip_compliance_m_per_n", "", "m/N", "largest shift of the tip disk per newton of tip force")]
 
-    def values(self, case: Solved) -> Sequence[float]:
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
         pushes = self.load_n * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]], float)
-        pushed = case.continued(*(case.last._replace(tip=case.last.tip + push) for push in pushes))
-        moved = np.array([pushed.x[:, -1], pushed.y[:, -1]])
-        compliance = (moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n)
-        return [float(np.linalg.norm(compliance, 2)) if np.isfinite(compliance).all() else np.nan]
+        pushed = cases.continued(*(cases.last._replace(tip=cases.last.tip + push) for push in pushes))
+        moved = np.array([pushed.x[:, -1], pushed.y[:, -1]]).reshape(2, 4, cases.count)
+        compliance = np.moveaxis((moved[:, ::2] - moved[:, 1::2]) / (2 * self.load_n), -1, 0)
+        known, largest = np.isfinite(compliance).all((1, 2)), np.full(cases.count, np.nan)
+        largest[known] = np.linalg.norm(compliance[known], 2, axis=(1, 2))
+        return [largest]
 
 
 class FrictionDirection(Metric):
     """How far a disk moves when all friction reverses at the same tensions: cables paid out instead of drawn in."""
 
     kind: Literal["friction-direction"]
+    together: ClassVar[bool] = True
     disk: DiskNumber = "tip"
 
     def quantities(self) -> list[Quantity]:
         meaning = f"distance of {disk_in_words(self.disk)} between all cables drawn in and all paid out"
         return [Quantity("friction_direction_shift_m", "", "m", meaning)]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        disk, ones = case.at(self.disk), np.ones_like(case.last.slip)
-        reversed_states = case.continued(case.last._replace(slip=-ones), case.last._replace(slip=ones))
-        return [np.hypot(*np.diff([reversed_states.x[:, disk], reversed_states.y[:, disk]]).ravel())]
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        disk, ones = cases.at(self.disk), np.ones_like(cases.last.slip)
+        states = cases.continued(cases.last._replace(slip=-ones), cases.last._replace(slip=ones))
+        drawn, paid = np.split(np.array([states.x[:, disk], states.y[:, disk]]), 2, axis=1)
+        return [np.hypot(*(paid - drawn))]
 
 
 class Loop(Metric):

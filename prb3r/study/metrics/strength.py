@@ -18,6 +18,7 @@ class Safety(Metric):
     """Highest strain and stress of a plate over all load steps, and the safety factor against yield."""
 
     kind: Literal["safety"]
+    together: ClassVar[bool] = True
 
     def quantities(self) -> list[Quantity]:
         return [
@@ -26,26 +27,37 @@ class Safety(Metric):
             Quantity("safety_factor", "S", "1", "yield stress over the highest bending stress"),
         ]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        strain = peak_strain(case.states, case.manipulator.bending_stiffness, case.manipulator.outer_fibre)
-        peak = float(np.nanmax(strain)) if np.isfinite(strain).any() else np.nan
-        stress = peak * case.manipulator.youngs_modulus_pa
-        return peak, stress, (case.manipulator.yield_stress_pa or np.nan) / stress if stress else np.inf
+    def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        strain = peak_strain(cases.states, cases.manipulator.bending_stiffness, cases.manipulator.outer_fibre)
+        peak = largest(cases.by_case(strain).reshape(cases.count, -1))
+        stress = peak * cases.manipulator.youngs_modulus_pa
+        with np.errstate(divide="ignore"):
+            safety = np.where(stress == 0, np.inf, (cases.manipulator.yield_stress_pa or np.nan) / stress)
+        return peak, stress, safety
+
+
+def largest(values: np.ndarray) -> np.ndarray:
+    """(c,) largest number of each row, NaN where there is none."""
+    numbers = np.where(np.isnan(values), -np.inf, values).max(1)
+    return np.where(np.isneginf(numbers), np.nan, numbers)
 
 
 class Stability(Metric):
     """Lowest eigenvalue of the tangent over all load steps, relative to that of the unloaded manipulator."""
 
     kind: Literal["stability"]
+    together: ClassVar[bool] = True
     about: ClassVar[str] = "lowest eigenvalue of the tangent over all load steps, relative to the unloaded one"
 
     def quantities(self) -> list[Quantity]:
         return [Quantity("stability_margin", "", "1", self.about)]
 
-    def values(self, case: Solved) -> Sequence[float]:
-        rest = equilibria_of(case.chain, Loads(*(np.zeros_like(field) for field in case.last)), eigenvalue=True)
-        loaded, unloaded = case.states.lowest_eigenvalue, rest.lowest_eigenvalue
-        return [float(np.nanmin(loaded) / unloaded[0]) if loaded is not None and unloaded is not None else np.nan]
+    def values(self, cases: Solved) -> Sequence[np.ndarray | float]:
+        rest = equilibria_of(cases.chain, Loads(*(np.zeros_like(field[:1]) for field in cases.last)), eigenvalue=True)
+        loaded, unloaded = cases.states.lowest_eigenvalue, rest.lowest_eigenvalue
+        if loaded is None or unloaded is None:
+            return [np.nan]
+        return [-largest(-cases.by_case(loaded)) / unloaded[0]]
 
 
 class LimitLoad(Metric):

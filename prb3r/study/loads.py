@@ -1,0 +1,65 @@
+"""Initial loads, steps and sweep of a case, or of many cases that differ in the values of their loads, as columns."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.study.axes import short
+from prb3r.study.tree import Tree
+
+_short_of_many = np.vectorize(short, otypes=[float])
+
+
+def load_columns(settings: Tree, count: int) -> dict[str, np.ndarray]:
+    """(count, s) values of each load in `s` steps; a load of the settings is a number or holds (count,) of them."""
+    rows = load_rows(settings)
+    columns = {}
+    for name in dict.fromkeys(name for row in rows for name in row):
+        columns[name] = np.full((count, len(rows)), _absent(name))
+        for step, row in enumerate(rows):
+            if name in row:
+                columns[name][:, step] = row[name]
+    return columns
+
+
+def steps_frame(settings: Tree) -> pd.DataFrame:
+    """The steps of a single case as a table."""
+    rows = load_rows(settings)
+    return pd.DataFrame(rows).fillna({name: _absent(name) for row in rows for name in row})
+
+
+def load_rows(settings: Tree) -> list[dict[str, Any]]:
+    """Initial loads, steps and sweep, a row each, which keeps what it does not name from the row before."""
+    rows: list[dict[str, Any]] = []
+    steps = ([settings["initial"]] if settings["initial"] else []) + settings["step"]
+    for step in [*steps, *_swept(settings.get("sweep"), steps)]:
+        replaced = {in_other_unit(name) for name in step}
+        before = rows[-1] if rows else {}
+        rows.append({name: value for name, value in before.items() if name not in replaced} | step)
+    return rows
+
+
+def in_other_unit(name: str) -> str:
+    """The column that gives the same load in kilograms instead of newtons, or the reverse; nothing for others."""
+    pairs = (("_n", "_kg"), ("_kg", "_n"))
+    return next((name.removesuffix(ending) + other for ending, other in pairs if name.endswith(ending)), "")
+
+
+def _absent(name: str) -> float:
+    return -1.0 if name.startswith("slip_") else 0.0
+
+
+def _swept(sweep: Tree | None, before: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """The steps of a sweep, which begins where the steps before it have left its column."""
+    if not sweep:
+        return
+    column, value = sweep["column"], 0.0
+    for step in before:
+        value = step.get(column, value)
+    for turn in sweep["turns"]:
+        for share in np.arange(1, sweep["count"] + 1) / sweep["count"]:
+            at = value + share * (turn - value)
+            yield {column: _short_of_many(at) if np.ndim(at) else short(at)}
+        value = turn

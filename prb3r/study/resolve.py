@@ -1,0 +1,145 @@
+"""A study file to its cases, or to all that is wrong with them."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.model.files.toml import read_toml
+from prb3r.model.files.toml_lines import dotted
+from prb3r.model.files.validation import validate
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.steps import refused, step_problems
+from prb3r.study.axes import count_cases
+from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
+from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
+from prb3r.study.spec import MAX_CASES, Cloud, LoadSweep, Study
+from prb3r.study.tree import Tree, with_value
+
+MAX_PROBLEMS = 20
+"""Problems of cases that are listed; more of them only say the same again."""
+MAX_TOLD = 200
+"""Cases of a family that are asked what is wrong with their loads."""
+
+
+def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lambda cases: None) -> Cases:
+    """All cases of a study file; `advance` hears how many more of them are in order.
+
+    Raises
+    ------
+    SpecError
+        With every problem, by factor and case.
+    """
+    path = Path(path)
+    count = count_cases(study)
+    if count > MAX_CASES:
+        what = f"the factors make {count:.3g} cases, at most {MAX_CASES:,} are run; sample them or split the study"
+        raise SpecError(Problem(f"{path} factor", what))
+    manipulator = read_toml(path.parent / study.manipulator, Manipulator)
+    families: list[Family] = []
+    first: dict[str, int] = {}
+    checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
+    try:
+        base = _base(study, manipulator)
+        for family, wrong in unchecked_cases(base, study):
+            families.append(family)
+            for row, what in [(0, what) for what in wrong] or _problems(family, checked):
+                first[what] = min(first.get(what, count), int(family.numbers[row]))
+            advance(len(family))
+            if len(first) >= MAX_PROBLEMS:
+                break
+    except (KeyError, TypeError, ValueError) as error:
+        raise SpecError(Problem(str(path), str(error.args[0]))) from None
+    labels = label_columns(study)
+    if first:
+        of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
+        told = sorted(first, key=lambda what: first[what])
+        raise SpecError(*(Problem(f"{path} ({of[first[what]] or 'the only case'})", what) for what in told))
+    return Cases(labels, tuple(families))
+
+
+def _base(study: Study, manipulator: Manipulator) -> Tree:
+    """The settings that all cases begin with.
+
+    Raises
+    ------
+    KeyError
+        If a path of the study's own settings leads nowhere.
+    """
+    settings: Tree = {
+        "manipulator": manipulator.model_dump(exclude_none=True),
+        "broken": list(study.broken),
+        "initial": dict(study.initial),
+        "step": [dict(step) for step in study.step],
+        "sweep": study.sweep.model_dump() if study.sweep else {},
+        "cloud": study.cloud.model_dump(exclude_none=True) if study.cloud else {},
+    }
+    if study.model is not None:
+        settings["manipulator"]["model"] = study.model
+    for target, value in study.set.items():
+        settings = with_value(settings, target, value)
+    return settings
+
+
+def _problems(family: Family, checked: dict) -> Iterator[tuple[int, str]]:
+    """What is wrong with cases whose factors are set, with the row of the case."""
+    settings = family.settings
+    part = settings["manipulator"]
+    if id(part) not in checked:  # trees share what they have in common
+        checked.clear()
+        manipulator, wrong = validate(part, Manipulator)
+        checked[id(part)] = part, manipulator, [f"manipulator {dotted(keys)} {what}" for keys, what in wrong]
+    _, manipulator, problems = checked[id(part)]
+    if manipulator is None or problems:
+        yield from ((0, what) for what in problems)
+        return
+    problems = list(_structure_problems(settings, manipulator))
+    yield from ((0, what) for what in problems)
+    if problems or settings["cloud"]:
+        return
+    if _plain_numbers(settings):
+        rows = np.flatnonzero(refused(manipulator, load_columns(settings, len(family))))
+    else:
+        rows = np.zeros(1, int)
+    for row in rows[:MAX_TOLD].tolist():
+        frame = steps_frame(family.settings_of(row))
+        yield from ((row, problem.what) for problem in step_problems(manipulator, frame, "", keys=()))
+
+
+def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
+    """What is wrong with all cases of a family: shapes of its parts, cables, cloud and sweep."""
+    lists = {"broken": isinstance(settings["broken"], list), "step": isinstance(settings["step"], list)}
+    tables = {"initial": settings["initial"], "sweep": settings["sweep"], "cloud": settings["cloud"]}
+    tables |= {f"step.{k}": step for k, step in enumerate(settings["step"], 1)} if lists["step"] else {}
+    wrong = [f"{name} must be a list" for name, good in lists.items() if not good]
+    wrong += [f"{name} must be a table of loads" for name, part in tables.items() if not isinstance(part, dict)]
+    if wrong:
+        yield from wrong
+        return
+    for name in settings["broken"]:
+        if name not in manipulator.cable_names:
+            yield f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
+    if settings["cloud"]:
+        yield from _cloud_problems(settings["cloud"], manipulator)
+    elif not settings["initial"] and not settings["step"] and not settings["sweep"]:
+        yield "no loads: give [[step]], [initial], [sweep] or [cloud]"
+    elif settings["sweep"]:
+        sweep, invalid = validate(settings["sweep"], LoadSweep)
+        yield from (f"sweep {dotted(keys)} {what}" for keys, what in invalid)
+        other = in_other_unit(sweep.column) if sweep else ""
+        if sweep and other and any(other in step for step in [settings["initial"], *settings["step"]]):
+            yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
+
+
+def _cloud_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
+    cloud, wrong = validate(settings, Cloud)
+    yield from (f"cloud {dotted(keys)} {what}" for keys, what in wrong)
+    for name in cloud.tension_n if cloud and not wrong else ():
+        if name not in manipulator.cable_names:
+            yield f"cloud drives cable {name!r}, which does not exist{did_you_mean(name, manipulator.cable_names)}"
+
+
+def _plain_numbers(settings: Tree) -> bool:
+    values = [value for step in load_rows(settings) for value in step.values()]
+    return all(isinstance(value, float | int | np.ndarray) and not isinstance(value, bool) for value in values)

@@ -1,0 +1,79 @@
+"""From parts to the tables of a study: every case in its order, whatever run or study it was computed in."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.runs import store
+from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
+from prb3r.runs.store import arrow_table, whole_table
+from prb3r.study.cases import Cases
+from prb3r.study.plan import Plan
+from prb3r.study.work import CASE_FAILED, blank_columns, reason_column, state_columns
+
+
+def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
+    """The table of cases, without comparisons."""
+    known = parts.place(plan.items[0], plan.keys)
+    blank = blank_columns(np.zeros(0, np.int64), (), "", "")
+    columns = {name: gathered(parts, known, name) for name in blank if name != "case_id"}
+    for metric, item in plan.metric_items:
+        place = parts.place(item, plan.keys)
+        columns |= {quantity.name: gathered(parts, place, quantity.name) for quantity in metric.quantities()}
+        reason = gathered(parts, place, reason_column(metric))
+        columns["outcome"][reason != ""] = CASE_FAILED
+        columns["reason"] = np.where(reason != "", reason, columns["reason"])
+    return labelled(plan.cases, pd.DataFrame({"case_id": np.arange(len(plan.cases)), **columns}))
+
+
+def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
+    """Computed columns with those that tell a case from the others: number, factors, broken cables."""
+    broken = np.empty(len(cases), object)
+    for family in cases.families:
+        broken[family.numbers] = ",".join(family.settings["broken"])
+    rows = computed["case_id"].to_numpy()
+    labels = {name: pd.Series(values[rows].tolist()) for name, values in cases.factors.items()}
+    measured = {name: computed[name].to_numpy() for name in computed if name != "case_id"}
+    return pd.DataFrame({"case_id": rows, **labels, "broken_cables": broken[rows], **measured})
+
+
+def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, Any]) -> None:
+    """Write the table of states.
+
+    Row groups are cut at fixed rows, so that the bytes depend on the rows alone.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take it.
+    """
+    place = parts.place(plan.items[-1], plan.keys)
+    ends = np.cumsum(state_counts(parts, place))
+    empty = arrow_table(state_columns(plan.cables), plan.quantities, provenance)
+    with whole_table(path, empty.schema) as writer:
+        for start in range(0, max(int(ends[-1]), 1), store.ROW_GROUP):
+            stop = min(start + store.ROW_GROUP, int(ends[-1]))
+            group = arrow_table(_states(plan, parts, place, ends, slice(start, stop)), plan.quantities, provenance)
+            writer.write_table(group.cast(empty.schema), row_group_size=store.ROW_GROUP)
+
+
+def _states(plan: Plan, parts: Parts, place: Kept, ends: np.ndarray, rows: slice) -> dict[str, np.ndarray]:
+    """Some rows of the table of states; those of a case end at its `ends`."""
+    first = int(np.searchsorted(ends, rows.start, side="right"))
+    last = int(np.searchsorted(ends, rows.stop, side="left")) + 1
+    before = int(ends[first - 1]) if first else 0
+    case, part, row = rows_of_states(parts, Kept(place.part[first:last], place.row[first:last]))
+    cut = slice(rows.start - before, rows.stop - before)
+    case, part, row = case[cut] + first, part[cut], row[cut]
+    columns = state_columns(plan.cables) | {"case_id": case}
+    for name, empty in columns.items():
+        if name == "case_id":
+            continue
+        columns[name] = values = np.empty(len(case), empty.dtype)
+        for number in present(part):
+            here = part == number
+            values[here] = parts.parts[number].state_column(name)[row[here]]
+    return columns

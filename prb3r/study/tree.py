@@ -1,0 +1,79 @@
+"""The plain tree of settings of a case, and the paths by which factors reach into it.
+
+Trees share what they have in common: a changed tree holds new containers along the path and the old ones elsewhere, so
+that a great many cases take little more room than what tells them apart.
+"""
+
+from typing import Any
+
+from prb3r.errors import did_you_mean
+
+Tree = dict[str, Any]
+LOAD_PARTS = ("initial", "step", "sweep", "cloud", "broken")
+"""Parts of a case beside its manipulator; every other path leads into the manipulator."""
+
+
+def with_value(settings: Tree, path: str, value: Any) -> Tree:
+    """The settings with `value` at `path`.
+
+    Raises
+    ------
+    KeyError
+        If the path leads nowhere.
+    """
+    return _replaced(settings, _parts(path), value, path)
+
+
+def value_at(settings: Tree, path: str) -> Any:
+    """The value at `path`.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    *before, last = _parts(path)
+    tree: Any = settings
+    for part in before:
+        tree = _inner(tree, part, path)
+    container, key = _enter(tree, last, path)
+    if isinstance(container, dict) and key not in container:
+        raise KeyError(f"path {path!r} has no value to take a ratio of")
+    return container[key]
+
+
+def _parts(path: str) -> list[str]:
+    parts = path.removeprefix("manipulator.").split(".")
+    return parts if parts[0] in LOAD_PARTS else ["manipulator", *parts]
+
+
+def _replaced(tree: Any, parts: list[str], value: Any, path: str) -> Any:
+    container, key = _enter(tree, parts[0], path)
+    new = _replaced(_inner(tree, parts[0], path), parts[1:], value, path) if len(parts) > 1 else value
+    if isinstance(container, dict):
+        return container | {key: new}
+    return [*container[:key], new, *container[key + 1 :]]
+
+
+def _inner(tree: Any, part: str, path: str) -> Any:
+    """What a path leads through."""
+    container, key = _enter(tree, part, path)
+    if isinstance(container, dict) and key not in container:
+        raise KeyError(f"path {path!r}: there is no {part!r}{did_you_mean(part, container)}")
+    return container[key]
+
+
+def _enter(tree: Any, part: str, path: str) -> tuple[Any, Any]:
+    """Container and key for a part of a path: segments and steps by number from 1, cables by name."""
+    if isinstance(tree, dict):
+        return tree, part
+    if not isinstance(tree, list):
+        raise KeyError(f"path {path!r} leads into a plain value at {part!r}")
+    if tree and isinstance(tree[0], dict) and "ends_at_segment" in tree[0]:
+        names = [cable["name"] for cable in tree]
+        if part not in names:
+            raise KeyError(f"path {path!r}: there is no cable {part!r}{did_you_mean(part, names)}")
+        return tree, names.index(part)
+    if not part.isdigit() or not 1 <= int(part) <= len(tree):
+        raise KeyError(f"path {path!r}: {part!r} is not a number from 1 to {len(tree)}")
+    return tree, int(part) - 1
