@@ -64,6 +64,14 @@ class Settings:
     """New sets that are fitted in full around each fit.  Choice, for time."""
     proposal_reach: float = 3.0
     """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
+    costly_proposals: int = 1
+    """The same where a prediction is slow."""
+    costly_price: float = 2.0
+    """Expansions that one counts for where a prediction is slow.  Choice, for time."""
+    costly_kept: int = 4
+    """Models that are refitted under a new covariance where a prediction is slow.  Choice, for time."""
+    costly_shortlist: int = 3
+    """Replacements of an effect that are fitted in full where a prediction is slow.  Choice, for time."""
     costly_gain: float = 2.0
     """Rise in linearised ln evidence from which on an effect is fitted that makes every prediction slow.  Choice."""
     useful_reach: float = 15.0

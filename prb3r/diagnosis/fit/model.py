@@ -204,6 +204,11 @@ class Fit:
         return int(self.model.predict.recording.readings.count + known - len(self.p))
 
     @property
+    def costly(self) -> bool:
+        """Whether a prediction is slow, as states follow the load path where else each stands alone."""
+        return self.solved.chain.presliding > 0
+
+    @property
     def balanced(self) -> bool:
         """Whether all steps are in equilibrium."""
         return bool(np.isfinite(self.solved.readings).all())

@@ -4,7 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from prb3r.diagnosis.checks.heldout import Unseen
+from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, profile
@@ -80,7 +83,10 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
 
 
 def _estimates(fitted: Fit, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
-    """The parameters of effect `number` of a model and, where it is `sure` enough for intervals, their profiles."""
+    """The parameters of effect `number` of a model and, where it is `sure` enough for intervals, their profiles.
+
+    Where a prediction is slow intervals are linearised, without profiles.
+    """
     model, hypotheses = fitted.model, fitted.model.hypotheses
     friction = model.friction(fitted.p)
     first = len(model.varied) + sum(len(hypothesis.free) for hypothesis in hypotheses[:number])
@@ -88,7 +94,12 @@ def _estimates(fitted: Fit, number: int, *, sure: bool) -> tuple[dict[str, Estim
     for k, free in enumerate(hypotheses[number].free, first):
         value = free.value(fitted.p[k], friction)
         estimates[free.name] = Estimate(value)
-        if sure and fitted.reduced < model.settings.far_from_one:
+        if sure and fitted.costly:
+            reach = NORMAL_REACH * float(np.sqrt(fitted.covariance[k, k]))
+            bounds = (bound[k] for bound in model.bounds(fitted.p))
+            ends = (max(fitted.p[k] - reach, next(bounds)), min(fitted.p[k] + reach, next(bounds)))
+            estimates[free.name] = Estimate(value, *sorted(free.value(end, friction) for end in ends))
+        elif sure and fitted.reduced < model.settings.far_from_one:
             curve = profiles[free.name] = profile(fitted, k)
             low, high = sorted(free.value(end, friction) for end in (curve.low, curve.high))
             estimates[free.name] = Estimate(value, low, high)

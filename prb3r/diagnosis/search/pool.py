@@ -74,10 +74,12 @@ class Pool:
 
     def explore(self, most: int) -> None:
         """Expand models, the best first, until those within reach of the best have been."""
-        for _ in range(most):
+        spent = 0.0
+        while spent < most:
             fresh = next((effects for effects in self.ranked if self._promising(effects)), None)
             if fresh is None:
                 break
+            spent += self.settings.costly_price if self.fits[fresh].costly else 1.0
             self.expand(fresh)
 
     def _promising(self, effects: Effects) -> bool:
@@ -94,7 +96,8 @@ class Pool:
         linear, present = linear_model(fitted, self.search.library, self.search.log_odds)
         sets = best_sets(linear, [frozenset(), present], settings.beam, len(present) + settings.most_new)
         base, tasks = linear.evidence(present), []
-        for proposal in worth_fitting(sets, len(present), settings.proposals):
+        count = settings.costly_proposals if fitted.costly else settings.proposals
+        for proposal in worth_fitting(sets, len(present), count):
             hypotheses, start = beginning(fitted, linear, sorted(proposal.chosen))
             costly = any(SUSPECTS[hypothesis.kind].costly for hypothesis in set(hypotheses) - effects)
             least = base + settings.costly_gain if costly else base - settings.proposal_reach
@@ -112,7 +115,8 @@ class Pool:
     def under(self, noise: Noise) -> "Pool":
         """The models worth it, and that without effects, refitted under another covariance."""
         least = self.evidence[self.ranked[0]] - self.settings.useful_reach
-        kept = [effects for effects in self.ranked if self.evidence[effects] >= least][: self.settings.kept_models]
+        most = self.settings.costly_kept if self.best.costly else self.settings.kept_models
+        kept = [effects for effects in self.ranked if self.evidence[effects] >= least][:most]
         chosen = dict.fromkeys([*kept, frozenset()])
         tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
         return Pool(self.search, self.settings, self.search.apply(_fitted, tasks))

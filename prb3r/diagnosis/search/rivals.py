@@ -69,12 +69,13 @@ def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | No
     settings, library = base.model.settings, [hypothesis for hypothesis in search.library if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
     rise = linear.additions(present)
+    most = settings.costly_shortlist if base.costly else settings.shortlist
     tasks: list[tuple[Fit, tuple[Hypothesis, ...], np.ndarray]] = []
     tried = dict[Hypothesis, int]()
     for k in np.argsort(-rise).tolist():
         hypothesis = linear.columns[k].hypothesis
         costly = SUSPECTS[hypothesis.kind].costly and rise[k] < settings.costly_share * rise.max()
-        if rise[k] < least or len(tasks) == settings.shortlist or costly or tried.get(hypothesis, 0) == PROBES_FITTED:
+        if rise[k] < least or len(tasks) == most or costly or tried.get(hypothesis, 0) == PROBES_FITTED:
             continue
         tried[hypothesis] = tried.get(hypothesis, 0) + 1
         tasks.append((base, *beginning(base, linear, [*sorted(present), k])))
