@@ -126,6 +126,10 @@ class Settings:
     """Steps of a fit."""
     patience: int = 10
     """Steps after which a fit that is of no use yet is given up.  Choice, for time."""
+    most_restarts: int = 4
+    """How often the fit of the chosen model is begun again where it has not converged.  Choice, for time."""
+    idle_gain: float = 0.05
+    """Fall of chi-square that beginning again must bring: odds of less than 1.03."""
     small_gain: float = 1e-5
     """Fall of chi-square that is not worth a step."""
     small_share: float = 1e-6

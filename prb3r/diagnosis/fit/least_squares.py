@@ -7,6 +7,7 @@ save a third of all load paths.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -81,6 +82,23 @@ def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: floa
     if not exact:
         jacobian = model.jacobian(here.p, here.solved)
     return Fit(model, here.p, here.residual, jacobian, here.solved, converged)
+
+
+def polished(fitted: Fit) -> Fit:
+    """The fit begun again where it ended, until it converges or beginning again brings nothing that counts.
+
+    At a kink, as where disks just touch, steps may promise for ever what they do not bring.
+    """
+    settings = fitted.model.settings
+    for _ in range(settings.most_restarts):
+        if fitted.converged:
+            break
+        again = fit(fitted.model, fitted.p)
+        if again is None or again.chi2 > fitted.chi2:
+            break
+        idle = fitted.chi2 - again.chi2 < settings.idle_gain
+        fitted = replace(again, converged=again.converged or idle)
+    return fitted
 
 
 def _step(jacobian: np.ndarray, gradient: np.ndarray, held: np.ndarray, damping: float) -> np.ndarray:

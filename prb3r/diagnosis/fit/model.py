@@ -190,7 +190,7 @@ class Fit:
     """(r + p, p) of the residuals."""
     solved: Solution
     converged: bool = True
-    """Whether no step promises a fall of chi-square that counts."""
+    """Whether no step promises, or begun again brings, a fall of chi-square that counts."""
 
     @property
     def chi2(self) -> float:

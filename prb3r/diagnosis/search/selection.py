@@ -8,6 +8,7 @@ from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
@@ -78,7 +79,7 @@ def choose(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
         doubts, around = replace(doubts, level=estimate.level), frozenset(best.model.hypotheses)
         pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions
     survivors = pool.survivors()
-    chosen = simplest(survivors, settings.simpler_reach)
+    chosen = polished(simplest(survivors, settings.simpler_reach))
     return Choice(
         calibrated=pool.fits[Effects()],
         fitted=chosen,
