@@ -18,7 +18,7 @@ from prb3r.model.files.validation import validate
 
 MOST_NESTED = 20
 """Levels of tables and lists; a manipulator with effects has five."""
-LARGEST = 2**24
+MOST_BYTES = 2**24
 """Bytes of a file."""
 _Model = TypeVar("_Model", bound=BaseModel)
 
@@ -103,7 +103,7 @@ def _longest_line(text: str) -> int:
 def _text(path: Path) -> str:
     """The text of a file; every way in which it cannot be had is a SpecError."""
     try:
-        if (what := refusal_of_place(path, LARGEST)) is not None:
+        if (what := refusal_of_place(path, MOST_BYTES)) is not None:
             raise SpecError(Problem(str(path), what))
         return path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
