@@ -1,5 +1,6 @@
 """Say what a file is and whether it is in order."""
 
+import os
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
@@ -35,7 +36,7 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     Prb3rError
         With every problem of the file.
     """
-    if not path.exists():
+    if not os.path.exists(path):
         raise SpecError(Problem(str(path), "no such file or folder"))
     if path.is_dir():
         return _check_recording(path)
@@ -67,8 +68,8 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
 
 def _keys(path: Path) -> set[str]:
     try:
-        return set(tomllib.loads(path.read_text()))
-    except (OSError, ValueError):
+        return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()
+    except (OSError, ValueError, RecursionError):
         return set()  # the strict reader says what is wrong
 
 

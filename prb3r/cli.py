@@ -1,8 +1,12 @@
 """The command line: the only place that prints.  Progress goes to stderr, one closing summary to stdout."""
 
+import contextlib
 import json
 import os
+import signal
 import sys
+import threading
+from collections.abc import Iterator
 from enum import IntEnum
 from functools import partial
 from pathlib import Path
@@ -30,7 +34,8 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context):
         """Run a command; its errors become messages on stderr and its exit code."""
         try:
-            return super().invoke(ctx)
+            with _stoppable():
+                return super().invoke(ctx)
         except Prb3rError as error:
             for problem in error.problems:
                 click.echo(f"prb3r: {problem}", err=True)
@@ -53,6 +58,28 @@ class Commands(click.Group):
             ctx.exit(ExitCode.INTERNAL)
 
 
+@contextlib.contextmanager
+def _stoppable() -> Iterator[None]:
+    """SIGTERM and SIGHUP interrupt as SIGINT does, from the beginning on; under `nohup` SIGHUP stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    heard = [
+        number for number in (getattr(signal, name) for name in names) if signal.getsignal(number) != signal.SIG_IGN
+    ]
+    before = {number: signal.signal(number, stop) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 def main() -> None:
@@ -60,7 +87,7 @@ def main() -> None:
 
 
 def _existing(_ctx, _param, paths):
-    problems = [Problem(str(path), "no such file or folder") for path in paths if not Path(path).exists()]
+    problems = [Problem(str(path), "no such file or folder") for path in paths if not os.path.exists(path)]
     if problems:
         raise SpecError(*problems)
     return paths
@@ -83,7 +110,7 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
     from prb3r.progress import reporter
     from prb3r.runs.tasks import Workers
     from prb3r.study.plan import plan_study
-    from prb3r.study.run import Options, execute
+    from prb3r.study.run import Options, execute, writing
 
     plans = []
     problems: list[Problem] = []
@@ -109,8 +136,9 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
     options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
     with reporter() as progress:
         for plan in plans:
-            result = execute(plan, options, progress)
-            files = publish(result)
+            with writing(plan):
+                result = execute(plan, options, progress)
+                files = publish(result)
             for change in result.manifest["changed"]:
                 click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
             failed += result.failed

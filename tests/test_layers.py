@@ -14,7 +14,7 @@ ORDER = {
     "bench progress check cli",
     "model": "files laws effects manipulator steps",
     "inverse": "target pull search reach",
-    "runs": "files store sealed parts provenance tasks backends engine journal",
+    "runs": "files secret store sealed parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes spec axes tree loads cases resolve columns compare work plan tables manifest "
     "run designs decide advice",
     "recording": "recording findings units steps markers reading writing plausibility",

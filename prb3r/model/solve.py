@@ -7,10 +7,12 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
+from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.effects import observed
+from prb3r.model.files.validation import validate
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, ModelName
 from prb3r.model.steps import LoadTable, load_steps
@@ -54,7 +56,10 @@ def solve(
         With every problem of the table.
     """
     if model is not None:
-        manipulator = Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"model": model})
+        changed, wrong = validate(manipulator.model_dump(exclude_none=True) | {"model": model}, Manipulator)
+        if changed is None or wrong:
+            raise SpecError(*(Problem(f"{manipulator.name} as {model}", what) for _, what in wrong))
+        manipulator = changed
     table, chain = load_steps(manipulator, steps), manipulator.chain()
     size = 1 if chain.closure else BLOCK  # moments that follow the state are found for all sequences of a call together
     blocks = [_solved(manipulator, chain, block, also) for block in table.blocks(size)]

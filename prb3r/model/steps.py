@@ -11,7 +11,17 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.model.files.cells import count, is_empty, key_problems, number_problems, numbers, others, rows_of, with_keys
+from prb3r.model.files.cells import (
+    count,
+    is_empty,
+    key_problems,
+    number_problems,
+    numbers,
+    others,
+    rows_of,
+    too_large,
+    with_keys,
+)
 from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
 
@@ -153,7 +163,7 @@ def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.n
     twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
     if twice or not columns.keys() <= set(_columns(manipulator)):
         return np.ones(count, bool)
-    bad = [~np.isfinite(values).all(1) for values in columns.values()]
+    bad = [(np.isnan(values) | too_large(values)).any(1) for values in columns.values()]
     bad += [_no_slip(values).any(1) for name, values in columns.items() if name.startswith("slip_")]
     newtons = [_newtons(manipulator, name, columns[name]) for name in names]
     if newtons:

@@ -158,6 +158,11 @@ def pretty(unit: str) -> str:
     return label(Quantity("u", "", unit, "")).removeprefix("u").strip().removeprefix("(").removesuffix(")")
 
 
+def literal(text: str) -> str:
+    """A user's words as a figure shows them: no sign among them begins a formula."""
+    return text.replace("$", r"\$")
+
+
 def digits(value: float) -> str:
     """Four significant digits, thousands apart, a real minus: `1,234`, `0.05678`, `−3.2e−07`."""
     if not math.isfinite(value):

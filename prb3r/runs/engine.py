@@ -45,7 +45,8 @@ def run_tasks(
     EngineError
         If there are no workers or none are left.
     KeyboardInterrupt
-        On SIGINT or SIGTERM, after the `on_result` under way, with the workers gone.  A second signal does not wait.
+        On SIGINT, SIGTERM or SIGHUP, after the `on_result` under way, with the workers gone.  A second one does not
+        wait.
     """
     numbered = dict(tasks if isinstance(tasks, Mapping) else enumerate(tasks))
     if workers.backend not in BACKENDS:
@@ -112,9 +113,16 @@ class _Run:
             self.on_result(job.number, self.pieces.pop(job.number))
 
 
+def stopping_signals() -> list[int]:
+    """Signals that ask a run to stop: SIGINT, SIGTERM and, unless it is ignored as under `nohup`, SIGHUP."""
+    hangup = [getattr(signal, name) for name in ("SIGHUP",) if hasattr(signal, name)]
+    heard = [number for number in hangup if signal.getsignal(number) != signal.SIG_IGN]
+    return [signal.SIGINT, signal.SIGTERM, *heard]
+
+
 @contextlib.contextmanager
 def _interrupts(events: SimpleQueue) -> Iterator[None]:
-    """SIGINT and SIGTERM as events, so that they come between deliveries."""
+    """Signals to stop as events, so that they come between deliveries."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -126,7 +134,7 @@ def _interrupts(events: SimpleQueue) -> Iterator[None]:
         asked.append(number)
         events.put(KeyboardInterrupt())
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, ask) for number in stopping_signals()}
     try:
         yield
     finally:

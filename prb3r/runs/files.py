@@ -3,11 +3,17 @@
 import contextlib
 import errno
 import os
+import secrets
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from prb3r.errors import EngineError, Problem, SpecError
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""Flag for opening files: not through a link."""
+LOCK = ".lock"
+"""The file that the writer into a folder holds; it stays there, empty."""
 
 
 def write_whole(path: Path, content: bytes) -> Path:
@@ -38,9 +44,10 @@ def replaced(path: Path, lasting: bool = True) -> Iterator[Path]:
     EngineError
         If the disk is full or the folder does not take it.
     """
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(6)}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         yield temporary
         os.replace(temporary, path)
         if lasting:
@@ -50,6 +57,53 @@ def replaced(path: Path, lasting: bool = True) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+@contextlib.contextmanager
+def sole_writer(folder: Path) -> Iterator[None]:
+    """Keep `folder` to this process, until the context is left or the process is gone, however it went.
+
+    Raises
+    ------
+    EngineError
+        If another process writes into it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # no such locks on this system
+        yield
+        return
+    with _lock_file(folder / LOCK) as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            number = os.read(lock, 20).decode("ascii", "replace").strip()
+            whose = f" (process {number})" if number.isdigit() else ""
+            what = f"another run{whose} is writing there; wait for its end or stop it"
+            raise EngineError(Problem(str(folder), what)) from None
+        os.truncate(lock, 0)
+        os.write(lock, f"{os.getpid()}\n".encode())
+        yield
+        os.truncate(lock, 0)
+
+
+@contextlib.contextmanager
+def _lock_file(path: Path) -> Iterator[int]:
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
+    except OSError as error:
+        raise EngineError(Problem(str(path), f"cannot be written: {_words(error)}")) from None
+    try:
+        yield handle
+    finally:
+        os.close(handle)
+
+
+def clear_left_over(folder: Path) -> None:
+    """Remove the temporary files that writers which were killed have left in a folder of one writer."""
+    for path in folder.glob("*.tmp"):
+        with contextlib.suppress(OSError):
+            path.unlink()
 
 
 def _sync_folder(folder: Path) -> None:

@@ -1,5 +1,7 @@
 """Results on disk as they come: a run that was interrupted goes on where it stopped."""
 
+import hmac
+import os
 import pickle
 import time
 import zlib
@@ -10,8 +12,12 @@ from typing import Any, BinaryIO, TypeVar
 
 from prb3r.errors import EngineError, Problem
 from prb3r.runs.engine import run_tasks
+from prb3r.runs.files import NO_LINK
+from prb3r.runs.secret import user_secret
 from prb3r.runs.tasks import Piece, Workers
 
+CODE = 32
+"""Bytes of the code of an entry."""
 TOLD_EVERY_S = 20.0
 """How often a stage says how far it is."""
 _Result = TypeVar("_Result")
@@ -19,6 +25,9 @@ _Result = TypeVar("_Result")
 
 class Journal:
     """Values by stage and number, appended to one file.
+
+    Every entry carries a code that is made with a key of the user: what others have written is not read, as reading
+    values may run what they say.
 
     Parameters
     ----------
@@ -32,17 +41,18 @@ class Journal:
     """
 
     def __init__(self, path: Path | None, key: str = "") -> None:
-        self._path, self._begin = path, time.monotonic()
+        self._path, self._begin, self._secret = path, time.monotonic(), b""
         self._spent, self._values = 0.0, dict[str, dict[int, Any]]()
         if path is None:
             return
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with open(path, "r+b" if path.exists() else "w+b") as file:
-                if _entry(file) != key:
+            self._secret = user_secret()
+            with open(os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600), "r+b") as file:
+                if self._entry(file) != key:
                     file.truncate(0)
                     file.seek(0)
-                    _write(file, key)
+                    self._write(file, key)
                 self._read(file)
         except OSError as error:
             raise EngineError(Problem(str(path), f"cannot be written: {error.strerror}")) from None
@@ -60,7 +70,7 @@ class Journal:
         """Keep the value of task `number` of a stage: it is on disk when this returns."""
         if self._path:
             with open(self._path, "ab") as file:
-                _write(file, (stage, number, value, self.seconds))
+                self._write(file, (stage, number, value, self.seconds))
 
     def discard(self) -> None:
         """Remove the file: nothing is left to go on from."""
@@ -70,11 +80,26 @@ class Journal:
     def _read(self, file: BinaryIO) -> None:
         """All whole entries; what an interruption tore is cut off."""
         whole = file.tell()
-        while (entry := _entry(file)) is not None:
+        while (entry := self._entry(file)) is not None:
             stage, number, value, self._spent = entry
             self._values.setdefault(stage, {})[number] = value
             whole = file.tell()
         file.truncate(whole)
+
+    def _entry(self, file: BinaryIO) -> Any:
+        """The next entry; None where there is no whole one of this user."""
+        size, code = int.from_bytes(file.read(8), "big"), file.read(CODE)
+        content = file.read(size) if 0 < size < 2**40 else b""
+        if not content or not hmac.compare_digest(code, self._code(content)):
+            return None
+        return pickle.loads(zlib.decompress(content))
+
+    def _write(self, file: BinaryIO, entry: Any) -> None:
+        content = zlib.compress(pickle.dumps(entry))
+        file.write(len(content).to_bytes(8, "big") + self._code(content) + content)
+
+    def _code(self, content: bytes) -> bytes:
+        return hmac.digest(self._secret, content, "sha256")
 
 
 @dataclass(frozen=True)
@@ -110,15 +135,3 @@ class Stages:
 
         run_tasks(function, {k: task for k, task in enumerate(tasks) if k not in out}, keep, Workers(jobs=self.jobs))
         return [out[k] for k in range(len(tasks))]
-
-
-def _entry(file: BinaryIO) -> Any:
-    """The next entry; None where there is no whole one."""
-    size = int.from_bytes(file.read(8), "big")
-    content = file.read(size) if 0 < size < 2**40 else b""
-    return pickle.loads(zlib.decompress(content)) if content and len(content) == size else None
-
-
-def _write(file: BinaryIO, entry: Any) -> None:
-    content = zlib.compress(pickle.dumps(entry))
-    file.write(len(content).to_bytes(8, "big") + content)

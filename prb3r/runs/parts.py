@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from prb3r.runs.files import replaced
+from prb3r.runs.files import clear_left_over, replaced
 from prb3r.runs.sealed import read_sealed, write_sealed
 
 FOLDER = ".parts"
@@ -158,8 +158,7 @@ class Parts:
             if all(outdated(item) for item in part.items):
                 for kind in (STATES, CASES):
                     part.path.with_suffix(f".{kind}").unlink(missing_ok=True)
-        for left in self.home.glob("*.tmp"):
-            left.unlink(missing_ok=True)
+        clear_left_over(self.home)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,8 @@ from prb3r.runs.files import write_whole
 
 MANIFEST = "manifest.json"
 PACKAGE = Path(__file__).parents[1]
+KINDS = {"study": dict, "manipulator": dict, "run": dict, "timing": list, "key": str, "engine": str, "file": str}
+"""What later runs read of a manifest."""
 STUDY_ROOMS = ("mechanics", "model", "runs", "study")
 """Rooms of the package whose text decides what is in the tables of a study."""
 PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
@@ -57,12 +59,17 @@ def text_hash(*folders: Path) -> str:
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest of an earlier run; None if there is none or it is damaged."""
+    """The manifest of an earlier run; None if there is none or it is damaged.
+
+    Parts of another kind than a run writes are left out.
+    """
     try:
-        manifest = json.loads((folder / MANIFEST).read_text())
-    except (OSError, ValueError):
+        manifest = json.loads((folder / MANIFEST).read_bytes())
+    except (OSError, ValueError, RecursionError):
         return None
-    return manifest if isinstance(manifest, dict) else None
+    if not isinstance(manifest, dict):
+        return None
+    return {name: part for name, part in manifest.items() if isinstance(part, KINDS.get(name, object))}
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:

@@ -9,6 +9,17 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
 from prb3r.study.spec import CaseComparison, Factor, Plot, Study
 
+FIXED_COLUMNS = (
+    "case_id",
+    "broken_cables",
+    "outcome",
+    "reason",
+    "iterations",
+    "residual_n_m",
+    "lowest_eigenvalue_n_m_per_rad",
+)
+"""Columns of the cases of every study, beside its factors, metrics and comparisons."""
+
 
 def described(study: Study) -> list[Quantity]:
     """What the columns of a study mean beyond the nomenclature: its factors, metrics and comparisons."""
@@ -62,6 +73,21 @@ def _named(study: Study) -> Iterator[tuple[str, str | None]]:
         yield from ((place, name) for name in (criterion.metric, *criterion.where))
 
 
+def _twice(study: Study) -> Iterator[tuple[str, str]]:
+    """Columns of cases that would have one name, with their place in the spec."""
+    metrics = [quantity.name for metric in study.metric for quantity in metric.quantities()]
+    for name in sorted({name for name in metrics if metrics.count(name) > 1}):
+        yield "metric", f"two metrics give the column {name!r}"
+    taken = dict.fromkeys(FIXED_COLUMNS, "a column of every study") | dict.fromkeys(metrics, "a column of a metric")
+    for factor in study.factor:
+        if factor.name in taken:
+            yield f"factor {factor.name}", f"is the name of {taken[factor.name]}; choose another one"
+    taken |= {factor.name: "a factor" for factor in study.factor}
+    for comparison in study.comparison:
+        if comparison.name in taken:
+            yield f"comparison {comparison.name}", f"is the name of {taken[comparison.name]}; choose another one"
+
+
 def disk_of(column: str, tip: int) -> int:
     """The disk that a column of positions, such as `disk7_y_m` or `tip_y_m`, is about; -1 for any other column."""
     match = re.fullmatch(r"(?:disk(\d+)|tip)_(?:x_m|y_m|angle_rad)", column)
@@ -91,11 +117,7 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
     SpecError
         With all of them.
     """
-    names = [quantity.name for metric in study.metric for quantity in metric.quantities()]
-    problems = [
-        Problem(f"{path} metric", f"two metrics give the column {name!r}")
-        for name in sorted({name for name in names if names.count(name) > 1})
-    ]
+    problems = [Problem(f"{path} {place}", what) for place, what in _twice(study)]
     for place, name in _named(study):
         if name is not None and name not in columns:
             problems.append(Problem(f"{path} {place}", f"there is no column {name!r}{did_you_mean(name, columns)}"))

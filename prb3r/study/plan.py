@@ -14,11 +14,11 @@ from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import content_hash
 from prb3r.study.axes import count_cases
 from prb3r.study.cases import Cases, Family
-from prb3r.study.columns import check_columns, described
+from prb3r.study.columns import FIXED_COLUMNS, check_columns, described
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
 from prb3r.study.spec import MAX_CASES, Study, load_study
-from prb3r.study.work import Chunk, blank_columns
+from prb3r.study.work import Chunk
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
 """Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
@@ -131,7 +131,7 @@ class Plan:
     @property
     def columns(self) -> set[str]:
         """All columns of cases and states that plots and comparisons may name."""
-        fixed = {*blank_columns(np.zeros(0, np.int64), (), "", ""), *self.cases.factors, "broken_cables"}
+        fixed = {*FIXED_COLUMNS, *self.cases.factors}
         fixed |= {quantity.name for metric in self.study.metric for quantity in metric.quantities()}
         compared = {comparison.name for comparison in self.study.comparison}
         states = {f"cable_{name}_n" for name in self.cables} | {"step"}

@@ -44,7 +44,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
         base = _base(study, manipulator)
         for family, wrong in unchecked_cases(base, study):
             families.append(family)
-            for row, what in [(0, what) for what in wrong] or _problems(family, checked):
+            for row, what in [(0, what) for what in wrong] or _problems(family, study, checked):
                 first[what] = min(first.get(what, count), int(family.numbers[row]))
             advance(len(family))
             if len(first) >= MAX_PROBLEMS:
@@ -82,7 +82,7 @@ def _base(study: Study, manipulator: Manipulator) -> Tree:
     return settings
 
 
-def _problems(family: Family, checked: dict) -> Iterator[tuple[int, str]]:
+def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, str]]:
     """What is wrong with cases whose factors are set, with the row of the case."""
     settings = family.settings
     part = settings["manipulator"]
@@ -94,7 +94,7 @@ def _problems(family: Family, checked: dict) -> Iterator[tuple[int, str]]:
     if manipulator is None or problems:
         yield from ((0, what) for what in problems)
         return
-    problems = list(_structure_problems(settings, manipulator))
+    problems = [*_structure_problems(settings, manipulator), *_asked_problems(study, settings, manipulator)]
     yield from ((0, what) for what in problems)
     if problems or settings["cloud"]:
         return
@@ -130,6 +130,15 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
         other = in_other_unit(sweep.column) if sweep else ""
         if sweep and other and any(other in step for step in [settings["initial"], *settings["step"]]):
             yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
+
+
+def _asked_problems(study: Study, settings: Tree, manipulator: Manipulator) -> Iterator[str]:
+    """What is asked for and cannot be had of a manipulator and its kind of loads."""
+    for metric in study.metric:
+        yield from (f"metric {metric.kind}: {what}" for what in metric.problems(manipulator, bool(settings["cloud"])))
+    for disk in study.state_disks or ():
+        if disk > manipulator.plates:
+            yield f"state_disks: there is no disk {disk}, the tip is disk {manipulator.plates}"
 
 
 def _cloud_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:

@@ -4,8 +4,11 @@ A run resumes by case: what is computed is kept under what it was computed from 
 its states, and the program text of the engine), so that only what is new is computed, in an unchanged study nothing.
 """
 
+import contextlib
+import os
 import time
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +16,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.errors import Problem, SpecError
 from prb3r.runs.engine import run_tasks
-from prb3r.runs.files import ensure_writable
+from prb3r.runs.files import clear_left_over, ensure_writable, sole_writer
 from prb3r.runs.parts import Columns, Parts, States
 from prb3r.runs.provenance import environment, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, read_arrow, write_arrow
@@ -74,13 +78,46 @@ def run_study(path: str | Path, options: Options | None = None, progress: Progre
         If workers or disk fail; what is already computed stays and the next run goes on from there.
     """
     options, progress = options or Options(), progress or Silent()
-    return execute(plan_study(path, options.output, progress), options, progress)
+    plan = plan_study(path, options.output, progress)
+    with writing(plan):
+        return execute(plan, options, progress)
+
+
+@contextlib.contextmanager
+def writing(plan: Plan) -> Iterator[None]:
+    """Keep the folder of a study to this process.
+
+    Raises
+    ------
+    SpecError
+        If nothing can be written there, or if it holds the results of another study file of the same name.
+    EngineError
+        If another process is writing there.
+    """
+    ensure_writable(plan.folder)
+    with sole_writer(plan.folder):
+        clear_left_over(plan.folder)
+        refuse_other_spec(plan)
+        yield
+
+
+def refuse_other_spec(plan: Plan) -> None:
+    """Raise SpecError if the folder holds the results of another study file that has the same name still."""
+    before = read_manifest(plan.folder) or {}
+    if not isinstance(before.get("file"), str):
+        return
+    other = plan.folder / before["file"]
+    with contextlib.suppress(OSError, ValueError):
+        if not other.samefile(plan.path) and tomllib.loads(other.read_text("utf-8-sig")).get("name") == plan.study.name:
+            what = (
+                f"{other.resolve()} is named {plan.study.name!r} too, and its results are in {plan.folder}; rename one"
+            )
+            raise SpecError(Problem(str(plan.path), what))
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
-    """Run a resolved study; see :func:`run_study`."""
+    """Run a resolved study in a folder that is kept to this process; see :func:`run_study`."""
     started = time.perf_counter()
-    ensure_writable(plan.folder)
     before = read_manifest(plan.folder)
     parts = Parts(plan.folder)
     if options.fresh:
@@ -109,6 +146,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         "cases": len(plan.cases),
         "outcomes": cases["outcome"].value_counts().to_dict(),
         "fits": fitted_lines(cases, plan.study),
+        "file": os.path.relpath(plan.path, plan.folder),
         **environment(plan.path),
     }
     if computed or before is None or before.get("key") != plan.key:

@@ -16,7 +16,6 @@ from prb3r.study.cases import Family
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.metrics.base import Metric, Solved
 from prb3r.study.metrics.drive import drive_tension
-from prb3r.study.metrics.reach import Workspace
 from prb3r.study.spec import Cloud
 from prb3r.study.workspace import cloud_loads
 
@@ -170,7 +169,6 @@ def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metr
         names = [quantity.name for quantity in metric.quantities()]
         for rows, cases in _asked(metric, solved, good):
             try:
-                _check_metric(metric, solved)
                 for name, values in zip(names, metric.values(cases), strict=True):
                     columns[name][rows] = values
             except FAILURES as error:
@@ -185,13 +183,6 @@ def _asked(metric: Metric, solved: Solved, good: np.ndarray) -> Iterator[tuple[n
         return
     for row in np.flatnonzero(good):
         yield np.array([row]), solved.part(np.arange(solved.count) == row)
-
-
-def _check_metric(metric: Metric, solved: Solved) -> None:
-    if solved.cloud and not isinstance(metric, Workspace):
-        raise ValueError("needs load steps, this case is a cloud of loads")
-    if not solved.cloud and isinstance(metric, Workspace) and metric.tension_n is None:
-        raise ValueError("needs tension_n, as the study has no cloud of loads")
 
 
 def outcome_columns(solved: Solved) -> Columns:

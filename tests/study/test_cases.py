@@ -21,6 +21,12 @@ BASE = {
     "step": [{"cable_1_n": 10.0}],
     "metric": [{"kind": "position"}],
 }
+MU = {"name": "mu", "path": "friction.coefficient", "values": [0.1]}
+COUPLING = {"kind": "coupling", "cable": "1", "disk": 7}
+
+
+def setting(path, value):
+    return {"name": "level", "level": [{"label": "a", "set": {path: value}}]}
 
 
 @pytest.fixture
@@ -120,6 +126,27 @@ def test_all_problems_are_told_at_once_with_their_lines(tmp_path):
         ({"manipulator": "nowhere.toml"}, "no such file"),
         ({"metric": [{"kind": "position"}, {"kind": "position"}]}, "two metrics give the column 'tip_x_m'"),
         ({"fit": [{"x": "mu", "y": "tip_x_m"}]}, "there is no column 'mu'"),
+        ({"factor": [MU | {"name": "case_id"}]}, "factor case_id: is the name of a column of every study"),
+        ({"factor": [MU | {"name": "outcome"}]}, "factor outcome: is the name of a column of every study"),
+        ({"factor": [MU | {"name": "tip_x_m"}]}, "factor tip_x_m: is the name of a column of a metric"),
+        ({"factor": [setting("step", 5)]}, "step must be a list"),
+        ({"factor": [setting("step", [5])]}, "step.1 must be a table of loads"),
+        ({"factor": [setting("initial", 5)]}, "initial must be a table of loads"),
+        ({"factor": [setting("broken", 5)]}, "broken must be a list"),
+        ({"factor": [setting("broken", [[1]])]}, "there is no cable [1] to break"),
+        ({"factor": [setting("step.1.cable_1_n", "much")]}, "holds 'much', not a number"),
+        ({"set": {"step": 5}}, "step must be a list"),
+        ({"set": {"segment": 5}}, "manipulator segment must be a list, not 5"),
+        (
+            {"factor": [{"name": "f_n", "path": "step.1.cable_1_n", "values": [int("9" * 400)]}]},
+            "write a finite number",
+        ),
+        ({"metric": [{"kind": "position", "disk": 99}]}, "metric position: there is no disk 99, the tip is disk 14"),
+        ({"metric": [{"kind": "changing-point", "cable": "9"}]}, "metric changing-point: there is no cable '9'"),
+        ({"metric": [COUPLING | {"disk": 20}]}, "metric coupling: there is no disk 20"),
+        ({"metric": [{"kind": "workspace"}]}, "metric workspace: needs tension_n, as there is no cloud of loads"),
+        ({"step": [], "cloud": {"count": 16, "tension_n": {"1": 5.0}}}, "metric position: needs load steps"),
+        ({"state_disks": [0, 15]}, "state_disks: there is no disk 15, the tip is disk 14"),
     ],
 )
 def test_what_is_wrong_is_said(study, changes, said):

@@ -3,11 +3,15 @@
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from numbers import Real
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem
+
+LARGEST = 1e100
+"""Magnitude of a number in a table: beyond it products overflow, and nothing mechanical is so large."""
 
 
 def _plain(values: pd.Series) -> bool:
@@ -20,8 +24,15 @@ def numbers(values: pd.Series) -> pd.Series:
         return values
     if not _plain(values):
         text = values.map(lambda cell: isinstance(cell, str | Real | Decimal) and not isinstance(cell, bool))
-        values = pd.to_numeric(values.astype(object).where(text.astype(bool)), errors="coerce")
+        values = pd.to_numeric(values.astype(object).where(text.astype(bool)).map(_bounded), errors="coerce")
     return values.astype(float)
+
+
+def _bounded(cell: object) -> object:
+    """A cell as it is; infinity for a whole number that no float can hold."""
+    if isinstance(cell, int) and abs(cell) > LARGEST:
+        return np.inf if cell > 0 else -np.inf
+    return cell
 
 
 def is_empty(values: pd.Series) -> pd.Series:
@@ -40,12 +51,17 @@ def number_problems(values: pd.Series, place: str) -> list[Problem]:
         comma = isinstance(first, str) and pd.notna(pd.to_numeric(first.replace(",", "."), errors="coerce"))
         remedy = "; write a decimal point" if comma else ""
         problems.append(
-            Problem(place, f"row {strange.idxmax() + 1} holds {first!r}, not a number{remedy}{others(strange)}")
+            Problem(place, f"row {strange.idxmax() + 1} holds {_shown(first)}, not a number{remedy}{others(strange)}")
         )
-    infinite = read.abs() == np.inf
-    if infinite.any():
-        problems.append(Problem(place, f"row {infinite.idxmax() + 1} is infinite{others(infinite)}"))
+    for wrong, what in ((read.abs() == np.inf, "infinite"), (too_large(read) & (read.abs() < np.inf), "too large")):
+        if wrong.any():
+            problems.append(Problem(place, f"row {wrong.idxmax() + 1} is {what}{others(wrong)}"))
     return problems
+
+
+def too_large(values: Any) -> Any:
+    """Whether numbers are beyond all that can be computed with."""
+    return abs(values) > LARGEST
 
 
 def key_problems(frame: pd.DataFrame, where: str, keys: Sequence[str]) -> list[Problem]:
@@ -71,7 +87,7 @@ def with_keys(frame: pd.DataFrame) -> pd.DataFrame:
     names, step = frame["sequence"], numbers(frame["step"])
     if pd.api.types.is_float_dtype(names) and (names % 1 == 0).all():
         names = names.astype(int)
-    whole = bool((step % 1 == 0).all())
+    whole = bool((step % 1 == 0).all() and (step.abs() < 2**53).all())
     return frame.assign(sequence=names.map(str).astype(object), step=step.astype(int) if whole else step)
 
 
@@ -96,6 +112,12 @@ def ranges(values: Iterable[int], most: int = 6) -> str:
 def count(number: int, what: str) -> str:
     """A number with its noun, in the plural where it needs one: `1 row`, `3 rows`."""
     return f"{number} {what}{'s' * (number != 1)}"
+
+
+def _shown(cell: object) -> str:
+    """A cell in a message, cut where it is long."""
+    text = repr(cell)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def others(which: pd.Series) -> str:

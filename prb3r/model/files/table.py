@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
+from prb3r.model.files.place import refusal_of_place
 
 TABLE_SUFFIXES = (".csv", ".parquet")
 EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "None")
@@ -30,6 +31,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
     """
     path = _table_path(path)
     try:
+        if (what := refusal_of_place(path)) is not None:
+            raise SpecError(Problem(str(path), what))
         return _read(path)
     except FileNotFoundError:
         raise SpecError(Problem(str(path), "no such file")) from None
@@ -39,8 +42,10 @@ def read_table(path: str | Path) -> pd.DataFrame:
         raise SpecError(Problem(str(path), "is empty")) from None
     except pd.errors.ParserWarning:
         raise SpecError(Problem(str(path), "rows have more cells than the header has names")) from None
-    except (ValueError, OSError) as error:  # pandas and pyarrow raise both for damaged files
-        raise SpecError(Problem(str(path), f"is not a readable table: {str(error).splitlines()[0]}")) from None
+    except (ValueError, OSError, OverflowError) as error:  # pandas and pyarrow raise both for damaged files
+        raise SpecError(Problem(str(path), f"is not a readable table: {str(error).partition(chr(10))[0]}")) from None
+    except (TypeError, LookupError, AttributeError):
+        raise SpecError(Problem(str(path), "is not a readable table: what pandas wrote about it is damaged")) from None
 
 
 def _read(path: Path) -> pd.DataFrame:

@@ -4,7 +4,7 @@ Models are pydantic models with `extra="forbid"`.
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,9 +12,14 @@ import tomli_w
 from pydantic import BaseModel
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.model.files.place import refusal_of_place
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
 
+MOST_NESTED = 20
+"""Levels of tables and lists; a manipulator with effects has five."""
+MOST_BYTES = 2**24
+"""Bytes of a file."""
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
@@ -34,9 +39,15 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
     text = _text(Path(path))
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        if _deeper(data, MOST_NESTED):
+            raise RecursionError
+    except RecursionError:
+        raise SpecError(Problem(str(path), f"tables and lists are nested more than {MOST_NESTED} deep")) from None
+    except ValueError as error:
         what, _, place = str(error).removesuffix(")").partition(" (at line ")
         line = int(place.partition(",")[0] or text.count("\n") + 1)
+        if not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no number of thousands of digits
+            what, line = "a number has too many digits", _longest_line(text)
         what = what.removesuffix(" (at end of document")
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
     instance, wrong = validate(data, model, context)
@@ -70,9 +81,30 @@ def _present(value: Any) -> Any:
     return [_present(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
+def _deeper(data: Any, most: int) -> bool:
+    """Whether plain data is nested more than so deep."""
+    level = [data]
+    for _ in range(most):
+        level = [inner for part in level for inner in _inner(part)]
+        if not level:
+            return False
+    return True
+
+
+def _inner(part: Any) -> Iterable[Any]:
+    return part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+
+
+def _longest_line(text: str) -> int:
+    lines = text.split("\n")
+    return max(range(len(lines)), key=lambda number: len(lines[number])) + 1
+
+
 def _text(path: Path) -> str:
     """The text of a file; every way in which it cannot be had is a SpecError."""
     try:
+        if (what := refusal_of_place(path, MOST_BYTES)) is not None:
+            raise SpecError(Problem(str(path), what))
         return path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
         others = [other.name for other in path.parent.glob("*.toml")] if path.parent.is_dir() else []

@@ -32,7 +32,7 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
     except ValidationError as invalid:
         errors += _quiet_conversions(invalid.errors(include_url=False), data)
     infinite = dict(_infinite(data))
-    wrong = {keys: [f"{value} is not allowed; write a finite number"] for keys, value in infinite.items()}
+    wrong = {keys: [f"{_shown(value)} is not allowed; write a finite number"] for keys, value in infinite.items()}
     places = [(_within(error["loc"], data, error["type"]), error) for error in errors]
     deepest = [keys for keys, error in places if len(keys) < len(error["loc"])]
     for keys, error in places:
@@ -54,10 +54,17 @@ def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
 
 
 def _infinite(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, float]]:
-    if isinstance(value, float) and not math.isfinite(value):
+    if isinstance(value, float | int) and not _finite(value):
         yield keys, value
     for key, inner in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
         yield from _infinite(inner, (*keys, key))
+
+
+def _finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
 
 
 def _within(loc: Keys, data: Any, kind: str) -> Keys:
@@ -130,5 +137,5 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
 def _shown(value: Any) -> str:
     if isinstance(value, dict):
         return "a table"
-    text = json.dumps(value, default=str, ensure_ascii=False)
+    text = str(value) if isinstance(value, float) else json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= 60 else f"{text[:57]}..."

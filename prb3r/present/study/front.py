@@ -68,7 +68,7 @@ def decision_figure(decision: Decision) -> Figure:
     handles = []
     for k in [k for k in order if looks[k] is not OTHERS]:
         mark, look = "" if decision.feasible[k] else " (out)", looks[k]
-        handles.append(_handle(look, decision.designs[k] + mark))
+        handles.append(_handle(look, style.literal(decision.designs[k]) + mark))
     if len(handles) < len(order):
         handles.append(_handle(OTHERS, "others"))
     beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
@@ -113,7 +113,7 @@ def front_figure(decision: Decision) -> Figure:
     axes.plot(x[edge], y[edge], color=style.QUIET, lw=0.9, ls=(0, (4, 2)), label="Pareto front of these two")
     for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
-        label = None if look is OTHERS else decision.designs[k]
+        label = None if look is OTHERS else style.literal(decision.designs[k])
         axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=label)
     for setter, j, s in zip((axes.set_xlabel, axes.set_ylabel), columns, shown, strict=True):
         preference = decision.preferences[j]

@@ -102,7 +102,7 @@ def _published(plot: Plot) -> dict[str, dict[str, Any]]:
     labels = dict.fromkeys(point.label for point in plot.mark)
     common = {"color": style.INK, "ls": "", "mfc": "white", "mew": 0.9, "ms": 5.2, "zorder": 4}
     marks = itertools.cycle(style.OPEN_MARKERS)
-    return {text: {**common, "marker": next(marks), "label": text} for text in labels}
+    return {text: {**common, "marker": next(marks), "label": style.literal(text)} for text in labels}
 
 
 def _fits(sheet: Sheet, x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:

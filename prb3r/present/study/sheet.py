@@ -101,11 +101,12 @@ class Sheet:
         if column == COLUMN:
             return self.quantity(value).title
         if column == "broken_cables":
-            return f"cable{'s' * (',' in value)} {value} broken" if value else "all cables intact"
+            return f"cable{'s' * (',' in value)} {style.literal(value)} broken" if value else "all cables intact"
         if isinstance(value, (str, bool)):
             others = [str(other) for other in self.rows[column].unique()]
             numbered = any(other[:1].isdigit() for other in others) and max(map(len, others)) < 10
-            return f"{self.quantity(column).title}: {value}" if numbered else str(value) or "none"
+            words = style.literal(str(value))
+            return f"{self.quantity(column).title}: {words}" if numbered else words or "none"
         quantity, unit = self.quantity(column), self.shown(column)
         if not quantity.symbol:
             return f"{quantity.title} {style.with_unit(value * unit.factor, unit.unit)}"

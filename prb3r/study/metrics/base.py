@@ -2,7 +2,7 @@
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar, Literal
@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -121,10 +122,31 @@ class Metric(Strict, ABC):
     kind: str
     together: ClassVar[bool] = False
     """Whether it takes many cases at once; else it is asked about one after the other."""
+    of_clouds: ClassVar[bool] = False
+    """Whether it can be had of a cloud of loads."""
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
         """What its columns are, in their order."""
+
+    def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
+        """What keeps it from being had on a manipulator, by the names of its fields: disks, segments, cables.
+
+        Parameters
+        ----------
+        cloud : whether the loads are a cloud instead of steps.
+        """
+        disk, segment = getattr(self, "disk", "tip"), getattr(self, "segment", 1)
+        if isinstance(disk, int) and disk > manipulator.plates:
+            yield f"there is no disk {disk}, the tip is disk {manipulator.plates}"
+        if segment > len(manipulator.segment):
+            yield f"there is no segment {segment}, only {len(manipulator.segment)}"
+        named = [self.cable] if hasattr(self, "cable") else list(getattr(self, "tension_n", None) or ())
+        for name in named:
+            if name not in manipulator.cable_names:
+                yield f"there is no cable {name!r}{did_you_mean(name, manipulator.cable_names)}"
+        if cloud and not self.of_clouds:
+            yield "needs load steps, the loads are a cloud"
 
     @abstractmethod
     def values(self, cases: Solved) -> Sequence[np.ndarray | float]:

@@ -1,7 +1,7 @@
 """What the tip can reach."""
 
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Sequence
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -9,6 +9,7 @@ from pydantic import Field
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.files.numbers import Positive
 from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved
 from prb3r.study.workspace import area, cloud_loads
@@ -21,6 +22,7 @@ class Workspace(Metric):
     """
 
     kind: Literal["workspace"]
+    of_clouds: ClassVar[bool] = True
     cell: Positive = 0.01
     """Side of a cell, of the straight length."""
     count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
@@ -35,6 +37,11 @@ class Workspace(Metric):
             ),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
         ]
+
+    def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
+        yield from super().problems(manipulator, cloud)
+        if not cloud and self.tension_n is None:
+            yield "needs tension_n, as there is no cloud of loads"
 
     def values(self, case: Solved) -> Sequence[float]:
         states = case.states
