@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from prb3r.diagnosis.result.design_prediction import predict
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
     from prb3r.front import diagnose
     from prb3r.inverse.reach import reach
@@ -23,6 +24,7 @@ _WHERE = {
     "run_study": "prb3r.study.run",
     "load_recording": "prb3r.recording.reading",
     "diagnose": "prb3r.front",
+    "predict": "prb3r.diagnosis.result.design_prediction",
     "Prb3rError": "prb3r.errors",
     "SpecError": "prb3r.errors",
     "RecordingError": "prb3r.errors",
@@ -37,6 +39,7 @@ __all__ = [
     "diagnose",
     "load_manipulator",
     "load_recording",
+    "predict",
     "reach",
     "run_study",
     "sensitivities",

@@ -291,6 +291,33 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     ctx.exit(ExitCode.SOME_FAILED if diagnosis.verdict in ("unexplained", "set-up") else ExitCode.DONE)
 
 
+@main.command("predict")
+@click.argument("diagnosis", metavar="DIAGNOSIS")
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.argument("steps", metavar="[STEPS]", required=False)
+@click.option("-o", "--output", metavar="FILE", help="A .toml or, with STEPS, a .csv or .parquet, instead of stdout.")
+@click.option("--seed", default=0, show_default=True, help="Of the draws behind the bands.")
+def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
+    """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands."""
+    from prb3r.diagnosis.result.design_prediction import predict
+    from prb3r.model.files.table import write_table
+    from prb3r.runs.files import ensure_writable, write_whole
+
+    if output and steps is None and Path(output).suffix != ".toml":
+        raise SpecError(Problem(output, "without STEPS a manipulator is written: a .toml file"))
+    learnt = predict(diagnosis, manipulator, steps, seed=seed)
+    if output and learnt.positions is not None:
+        write_table(learnt.positions, output)
+    elif output:
+        ensure_writable(Path(output).parent)
+        write_whole(Path(output), learnt.to_toml().encode())
+    else:
+        text = learnt.to_toml() if learnt.positions is None else learnt.positions.to_csv(index=False)
+        click.echo(text, nl=False)
+    for remark in (*(f"left behind: {reason}" for reason in learnt.left_behind), *learnt.remarks):
+        click.echo(f"prb3r: {remark}", err=True)
+
+
 @main.command("check")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 def check_command(files) -> None:

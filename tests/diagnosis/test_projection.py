@@ -24,7 +24,7 @@ from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {
     "": "schema verdict noise calibration effects models alternatives tolerances checks setup remarks mismatch closure "
-    "heldout next_experiment settings",
+    "heldout next_experiment posterior settings",
     "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained scale scale_low scale_high common "
     "reach",
     "calibration": "youngs_modulus_pa friction_coefficient frame",

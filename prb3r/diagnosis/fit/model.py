@@ -4,6 +4,7 @@ Residuals are whitened with the full covariance and followed by one row for each
 squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -18,6 +19,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction
+from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind
 
 FRAME = ("rotation", "x", "y")
@@ -83,15 +85,8 @@ class Model:
 
     def friction(self, p: np.ndarray) -> float:
         """Friction coefficient of all holes that no effect singles out: calibrated, or that of `cable_friction`."""
-        manipulator = self.predict.recording.manipulator
-        coefficient = manipulator.friction.coefficient * float(np.exp(self.constants(p).log_friction))
-        for effect in manipulator.effect:
-            if isinstance(effect, CableFriction) and not effect.cables:
-                coefficient = effect.coefficient
-        for hypothesis, share in zip(self.hypotheses, self.shares(p), strict=True):
-            if hypothesis.kind == RUBBING and not hypothesis.place:
-                coefficient = hypothesis.free[0].value(share[0])
-        return coefficient
+        manipulator, scale = self.predict.recording.manipulator, float(np.exp(self.constants(p).log_friction))
+        return friction_beside(manipulator, scale, zip(self.hypotheses, self.shares(p), strict=True))
 
     def shares(self, p: np.ndarray) -> list[np.ndarray]:
         """The part of `p` that belongs to each hypothesis."""
@@ -243,6 +238,24 @@ class Fit:
     def basis(self) -> np.ndarray:
         """(r + p, k) orthonormal basis of what the parameters can explain."""
         return basis_of(self.jacobian)
+
+
+def friction_beside(manipulator: Manipulator, scale: float, pairs: Iterable[tuple[Hypothesis, np.ndarray]]) -> float:
+    """Friction coefficient of all holes that no effect singles out.
+
+    Parameters
+    ----------
+    scale : factor on the nominal coefficient.
+    pairs : hypotheses, each with its free parameters.
+    """
+    coefficient = manipulator.friction.coefficient * scale
+    for effect in manipulator.effect:
+        if isinstance(effect, CableFriction) and not effect.cables:
+            coefficient = effect.coefficient
+    for hypothesis, share in pairs:
+        if hypothesis.kind == RUBBING and not hypothesis.place:
+            coefficient = hypothesis.free[0].value(share[0])
+    return coefficient
 
 
 def basis_of(jacobian: np.ndarray) -> np.ndarray:

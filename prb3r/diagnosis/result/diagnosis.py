@@ -16,6 +16,7 @@ from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.evidence.constants_by_part import Clue
 from prb3r.diagnosis.fit.prediction import Constants
+from prb3r.diagnosis.result.posterior import Posterior
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.model.effects.base import Effect
@@ -224,6 +225,8 @@ class Diagnosis:
     noise: NoiseFound
     models: tuple[SurvivingModel, ...]
     """Most probable first."""
+    posterior: Posterior
+    """Parameters of all of them and how sure they are, to predict from."""
     alternatives: tuple[tuple[str, ...], ...]
     """Kinds of surviving models that lack something named, with a probability that counts."""
     tolerances: tuple[ToleranceFound, ...]

@@ -164,6 +164,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for proposal in proposed(diagnosis.experiments)
         ],
     }
+    record["posterior"] = diagnosis.posterior.model_dump(exclude_none=True)
     if diagnosis.settings:
         record["settings"] = diagnosis.settings
     return _plain(record)

@@ -30,6 +30,7 @@ from prb3r.diagnosis.result.diagnosis import (
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
@@ -67,6 +68,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         ),
         noise=_noise(investigation),
         models=investigation.models,
+        posterior=posterior_of(investigation.choice),
         alternatives=tuple(tuple(sorted(kinds)) for kinds in investigation.choice.alternatives),
         tolerances=_tolerances(investigation.tolerances),
         checks=investigation.checks,

@@ -5,6 +5,7 @@ on Young's modulus, the friction coefficient, and the effects whose record in th
 named with its reason.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from prb3r.diagnosis.fit.model import FRAME, Model
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
@@ -42,32 +43,40 @@ def same_geometry(one: Manipulator, other: Manipulator) -> bool:
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found; before and after, as on held-out sequences."""
     one, other = diagnosis.nominal, recording.manipulator
-    alike = same_geometry(one, other)
-    carried, left = [], []
-    for effect in diagnosis.explained.effects:
-        moved = effect if alike else SUSPECTS[effect.kind].transfer(effect, one, other)
-        if isinstance(moved, str):
-            left.append(moved)
+    carried, left = carried_effects(diagnosis.explained.effects, one, other)
+    predict, settings = predictor(recording), Settings(**diagnosis.settings)
+    after = predict.solve(carried_constants(diagnosis.explained.constants, one, other), carried)
+    noise = noise_under(predict, after, settings)
+    calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, one, other), [])
+    explained = _in_frame(predict, noise, after.constants, carried)
+    return Carried(compared(predict, noise, calibrated, explained), same_geometry(one, other), carried, left)
+
+
+def carried_effects(
+    effects: Iterable[Effect], here: Manipulator, there: Manipulator
+) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+    """The effects of one manipulator as they act on another, and the reason for every one that is left behind."""
+    alike, carried, left = same_geometry(here, there), list[Effect](), list[str]()
+    for effect in effects:
+        moved = effect if alike else SUSPECTS[effect.kind].transfer(effect, here, there)
+        problems = () if isinstance(moved, str) else tuple(moved.problems(there))
+        if isinstance(moved, str) or problems:
+            left.append(moved if isinstance(moved, str) else "; ".join(problems))
         else:
             carried.append(moved)
-    predict, settings = predictor(recording), Settings(**diagnosis.settings)
-    after = predict.solve(_constants(predict, diagnosis.explained, one, other), carried)
-    noise = noise_under(predict, after, settings)
-    calibrated = _in_frame(predict, noise, _constants(predict, diagnosis.calibrated, one, other), [])
-    explained = _in_frame(predict, noise, after.constants, carried)
-    return Carried(compared(predict, noise, calibrated, explained), alike, tuple(carried), tuple(left))
+    return tuple(carried), tuple(left)
 
 
-def _constants(predict: Predictor, fitted: FittedModel, one: Manipulator, other: Manipulator) -> Constants:
-    """Calibrated constants as factors on the other manipulator's nominal ones; the frame not yet."""
-    stiffness = fitted.constants.log_stiffness + np.log(one.youngs_modulus_pa / other.youngs_modulus_pa)
+def carried_constants(constants: Constants, here: Manipulator, there: Manipulator) -> Constants:
+    """Constants calibrated `here` as factors on the nominal ones `there`; the frame not yet."""
+    stiffness = constants.log_stiffness + np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)
     friction = 0.0
-    if one.friction.coefficient > 0 and other.friction.coefficient > 0:
-        friction = fitted.constants.log_friction + np.log(one.friction.coefficient / other.friction.coefficient)
+    if here.friction.coefficient > 0 and there.friction.coefficient > 0:
+        friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)
     return Constants(log_stiffness=float(stiffness), log_friction=float(friction))
 
 
-def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: list[Effect]) -> np.ndarray:
+def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
     """(r,) readings with these constants and effects, in the frame that fits the recording best under its prior."""
     model = Model(predict, noise, tuple(given(effect) for effect in effects))
     start = np.array([getattr(constants, name) for name in model.varied])

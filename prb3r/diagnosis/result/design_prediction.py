@@ -1,0 +1,143 @@
+"""What was learnt from one manipulator, on another design: its file, and its positions with 95 % bands.
+
+A band holds what the recording leaves open: which model, and its parameters.  How exactly the new design is made is not
+in it, nor is what the diagnosis could not explain.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+
+from prb3r.diagnosis.confidence import TAIL
+from prb3r.diagnosis.result.posterior import Drawn, Posterior
+from prb3r.diagnosis.result.tell import adjusted
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
+from prb3r.errors import Problem, SpecError
+from prb3r.model.files.toml import toml_text
+from prb3r.model.manipulator import Manipulator, load_manipulator
+from prb3r.model.solve import solve
+
+DRAWS = 120
+"""Solved for a band: its ends at 2.5 % are then the third draw from either end."""
+COORDINATES = ("x_m", "y_m", "angle_rad")
+
+
+@dataclass(frozen=True, eq=False)
+class DesignPrediction:
+    """What a diagnosis says of a design."""
+
+    manipulator: Manipulator
+    """The design with all that carries over."""
+    left_behind: tuple[str, ...]
+    """What does not, each with its reason."""
+    remarks: tuple[str, ...]
+    """What the bands do not hold."""
+    positions: pd.DataFrame | None
+    """`sequence, step, disk` and for x_m, y_m and angle_rad the value with the ends of its band; NaN without an
+    equilibrium.  None where no steps were given."""
+
+    def to_toml(self) -> str:
+        """The file of the design, with what was left behind as comments."""
+        comments = ["prb3r predict: what a diagnosis teaches, on this design"]
+        comments += [f"left behind: {reason}" for reason in self.left_behind]
+        plain = self.manipulator.model_dump(exclude_none=True)
+        lines = [f"# {comment}\n" for comment in comments]
+        return "".join(lines) + toml_text({key: value for key, value in plain.items() if value != []})
+
+
+def predict(
+    diagnosis: str | Path,
+    manipulator: Manipulator | str | Path,
+    steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> DesignPrediction:
+    """What a diagnosis teaches about another design, or about the same one.
+
+    Parameters
+    ----------
+    diagnosis : the folder that `prb3r diagnose` wrote, or its diagnosis.json.
+    manipulator : the design, or its file.
+    steps : a table of steps as for `solve`, if positions are wanted.
+    draws : models and parameters that are solved for the bands.
+    seed : of these draws; the same seed, the same bands.
+
+    Raises
+    ------
+    SpecError
+        With what is wrong with a file, or if `draws` are too few for a band.
+    """
+    if draws < 1 / TAIL:
+        raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
+    posterior, verdict = read_posterior(diagnosis)
+    design = manipulator if isinstance(manipulator, Manipulator) else load_manipulator(manipulator)
+    central, left = _carried(posterior.named, posterior.manipulator, design)
+    if steps is None:
+        return DesignPrediction(central, left, (), None)
+    remarks = ["tolerances of the design are not in the bands"]
+    if verdict == "unexplained":
+        remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
+    positions = solve(central, steps)
+    drawn = [_carried(draw, posterior.manipulator, design)[0] for draw in posterior.draws(draws, seed)]
+    spread = np.stack([solve(one, steps)[list(COORDINATES)].to_numpy() for one in drawn])
+    lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
+    if lost > 0:
+        remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
+    return DesignPrediction(central, left, tuple(remarks), _banded(positions, spread))
+
+
+def read_posterior(diagnosis: str | Path) -> tuple[Posterior, str]:
+    """What a diagnosis knows, from its folder or its diagnosis.json, and its verdict.
+
+    Raises
+    ------
+    SpecError
+        If there is no such file, or if it is not a diagnosis that says how sure it is.
+    """
+    path = Path(diagnosis)
+    path = path / "diagnosis.json" if path.is_dir() else path
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return Posterior.model_validate(record["posterior"]), record["verdict"]
+    except FileNotFoundError:
+        what = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
+    except OSError as error:
+        what = f"cannot be read: {str(error.strerror).lower()}"
+    except UnicodeDecodeError:
+        what = "is not UTF-8 text"
+    except json.JSONDecodeError as error:
+        what = f"line {error.lineno}: not valid JSON: {error.msg}"
+    except (KeyError, TypeError):
+        what = "holds no posterior: diagnose the recording again with this version"
+    except ValidationError as error:
+        first = error.errors()[0]
+        what = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
+    raise SpecError(Problem(str(path), what))
+
+
+def _carried(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
+    """The design with what carries over, and what does not."""
+    effects, left = carried_effects(drawn.effects, here, there)
+    if here.friction.coefficient > 0 and there.friction.coefficient == 0:
+        left = (*left, "friction: the design states none")
+    return adjusted(there, carried_constants(drawn.constants, here, there), effects), left
+
+
+def _banded(positions: pd.DataFrame, spread: np.ndarray) -> pd.DataFrame:
+    """Central positions and, of draws (d, rows, 3), the band of every coordinate."""
+    table = positions[["sequence", "step", "disk"]].copy()
+    known = ~np.isnan(spread).all(0)
+    for k, name in enumerate(COORDINATES):
+        stem, unit = name.rsplit("_", 1)
+        ends = np.full((2, len(table)), np.nan)
+        rows = known[:, k]
+        ends[:, rows] = np.nanquantile(spread[:, rows, k], [TAIL, 1 - TAIL], axis=0, method="weibull")
+        table[name], table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"] = positions[name], *ends
+    return table

@@ -1,0 +1,168 @@
+"""What a diagnosis knows of a manipulator and how surely: the surviving models, their parameters and covariances.
+
+It stands in `diagnosis.json`, and parameters can be drawn from it without the recording.  The camera's frame is left
+out, as it belongs to the set-up: of a normal distribution that is the marginal of all else.
+"""
+
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.fit.model import friction_beside
+from prb3r.diagnosis.fit.prediction import Constants
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.model.effects import AnyEffect
+from prb3r.model.effects.base import Effect
+from prb3r.model.manipulator import Manipulator, Strict
+
+FILE_NAMES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
+"""What the constants of the manipulator are called in files."""
+
+
+class Drawn(NamedTuple):
+    """One possible state of things."""
+
+    constants: Constants
+    """Frame left out."""
+    effects: tuple[Effect, ...]
+
+
+class FreeParameter(Strict):
+    """A parameter of a model by its `u`: value = null exp(u) if `log`, else null + scale u, within low and high."""
+
+    name: str
+    """A constant, or `effect.<number>.<parameter>`, numbers as in `effects`."""
+    u: float
+    null: float
+    scale: float
+    log: bool
+    above: bool
+    """Whether the value is what the friction coefficient is exceeded by."""
+    low: float
+    high: float
+
+    @property
+    def free(self) -> Free:
+        """The parameter as a fit has it."""
+        name = self.name.rpartition(".")[2]
+        return Free(name, self.null, self.low, self.high, self.scale, self.log, self.above)
+
+
+class ModelPosterior(Strict):
+    """A surviving model and the normal distribution of its parameters."""
+
+    probability: float
+    named: bool
+    """Whether it is the model whose effects the diagnosis names."""
+    constants: dict[str, float]
+    """Best values, in file units."""
+    effects: list[AnyEffect]
+    """With the best values."""
+    free: list[FreeParameter]
+    covariance: list[list[float]]
+    """(f, f) of the `u` of `free`."""
+
+    @cached_property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """The effects with what is free of them."""
+        out = []
+        for number, effect in enumerate(self.effects, 1):
+            free = tuple(part.free for part in self.free if part.name.startswith(f"effect.{number}."))
+            plain = effect.model_dump(exclude={"kind", *(part.name for part in free)}, exclude_none=True)
+            place = tuple((key, tuple(value) if isinstance(value, list) else value) for key, value in plain.items())
+            out.append(Hypothesis(effect.kind, place, free))
+        return tuple(out)
+
+    @property
+    def best(self) -> np.ndarray:
+        """(f,) the `u` of `free`."""
+        return np.array([part.u for part in self.free])
+
+    def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:
+        """Constants and effects for the parameters `u` (f,), each within its bounds."""
+        first = len(self.free) - sum(len(hypothesis.free) for hypothesis in self.hypotheses)
+        names = {file_name: name for name, file_name in FILE_NAMES.items()}
+        fitted = {
+            names[part.name]: float(np.log(part.free.value(size) / part.null))
+            for part, size in zip(self.free[:first], u, strict=False)
+        }
+        constants = Constants(**fitted)
+        ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
+        pairs = list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
+        friction = friction_beside(nominal, float(np.exp(constants.log_friction)), pairs)
+        return Drawn(constants, tuple(hypothesis.effect(share, friction) for hypothesis, share in pairs))
+
+    def draw(self, rng: np.random.Generator, nominal: Manipulator) -> Drawn:
+        """Constants and effects at random, as the recording leaves them."""
+        u = rng.multivariate_normal(self.best, np.array(self.covariance), method="eigh") if self.free else self.best
+        return self.at(u, nominal)
+
+
+class Posterior(Strict):
+    """What is known after a recording."""
+
+    manipulator: Manipulator
+    """Nominal."""
+    models: list[ModelPosterior]
+    """Most probable first; probabilities add up to one."""
+
+    @property
+    def named(self) -> Drawn:
+        """Best constants and effects of the model that the diagnosis names."""
+        chosen = next((model for model in self.models if model.named), self.models[0])
+        return chosen.at(chosen.best, self.manipulator)
+
+    def draws(self, count: int, seed: int) -> list[Drawn]:
+        """So many draws: a model by its probability, then its parameters."""
+        rng = np.random.default_rng(seed)
+        shares = np.array([model.probability for model in self.models])
+        chosen = rng.choice(len(self.models), count, p=shares / shares.sum())
+        return [self.models[k].draw(rng, self.manipulator) for k in chosen]
+
+
+def posterior_of(choice: Choice) -> Posterior:
+    """What the surviving models of a choice say."""
+    nominal = choice.fitted.model.predict.recording.manipulator
+    models = [_model_posterior(survivor, survivor.fitted is choice.fitted) for survivor in choice.survivors]
+    return Posterior(manipulator=nominal, models=models)
+
+
+def _model_posterior(survivor: Survivor, named: bool) -> ModelPosterior:
+    fitted = survivor.fitted
+    model, nominal = fitted.model, fitted.model.predict.recording.manipulator
+    values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
+    far = float(np.exp(model.settings.farthest))
+    frees = {
+        k: Free(FILE_NAMES[name], values[name], values[name] / far, values[name] * far, log=True)
+        for k, name in enumerate(model.varied)
+        if name in FILE_NAMES
+    }
+    own = [(n, free) for n, hypothesis in enumerate(model.hypotheses, 1) for free in hypothesis.free]
+    frees |= {k: free._replace(name=f"effect.{n}.{free.name}") for k, (n, free) in enumerate(own, len(model.varied))}
+    kept = list(frees)
+    return ModelPosterior(
+        probability=survivor.probability,
+        named=named,
+        constants={
+            FILE_NAMES[name]: float(value * np.exp(getattr(fitted.constants, name))) for name, value in values.items()
+        },
+        effects=list(fitted.effects),
+        free=[
+            FreeParameter(
+                name=free.name,
+                u=float(fitted.p[k]),
+                null=free.null,
+                scale=free.scale,
+                log=free.log,
+                above=free.above,
+                low=free.low,
+                high=free.high,
+            )
+            for k, free in frees.items()
+        ],
+        covariance=fitted.covariance[np.ix_(kept, kept)].tolist(),
+    )

@@ -1,0 +1,105 @@
+"""What was learnt carries over: bands that hold the truth of the rig, and files that run."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, steps_of
+
+from prb3r import SpecError, load_manipulator, predict, solve
+from prb3r.cli import main
+from prb3r.diagnosis.result.files import write_record
+from prb3r.model.files.toml import toml_text
+from prb3r.model.manipulator import Manipulator
+from prb3r.proof.rig.simulate import simulate
+
+STEPS = pd.DataFrame([row for name in PROGRAM for row in steps_of(name)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("learnt")
+    write_record(diagnosed(), folder)
+    (folder / "same.toml").write_text(toml_text(manipulator()))
+    longer = manipulator()
+    longer["segment"] = [segment | {"plates": 4} for segment in longer["segment"]]
+    (folder / "longer.toml").write_text(toml_text(longer))
+    STEPS.to_csv(folder / "steps.csv", index=False)
+    return folder
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["predict", *map(str, arguments)])
+
+
+def test_bands_hold_the_truth_of_the_same_rig_and_are_narrow(folder):
+    table = predict(folder, folder / "same.toml", folder / "steps.csv").positions
+    true = manipulator(E * 1.05, MU * 0.9, [WEAK])
+    states = [simulate(true, steps_of(name)) for name in PROGRAM]
+    beyond = table["disk"] > 0
+    for name, field in (("x_m", "x"), ("y_m", "y"), ("angle_rad", "angle")):
+        stem, unit = name.rsplit("_", 1)
+        low, high = table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"]
+        truth = np.concatenate([getattr(state, field).ravel() for state in states])
+        held = (low <= truth) & (truth <= high)
+        assert held[beyond].mean() > 0.85, name
+        assert (high - low).max() < {"m": 2e-3, "rad": 0.03}[unit], name
+        assert table[name][beyond].between(low[beyond], high[beyond]).all(), name
+
+
+def test_another_number_of_plates_carries_material_and_leaves_the_fault_behind(folder):
+    result = run(folder, folder / "longer.toml", "-o", folder / "learnt.toml")
+    assert result.exit_code == 0, result.output
+    assert "# left behind: weakened_plate: is a fault of one part of this rig" in (folder / "learnt.toml").read_text()
+    learnt, constants = load_manipulator(folder / "learnt.toml"), diagnosed().constants
+    assert learnt.plates == 8
+    assert not learnt.effect
+    assert learnt.youngs_modulus_pa == pytest.approx(constants["youngs_modulus_pa"].explained)
+    assert learnt.friction.coefficient == pytest.approx(constants["friction_coefficient"].explained)
+    assert (solve(learnt, STEPS)["outcome"] == "converged").all()
+
+
+def test_plates_of_known_bending_stiffness_get_the_same_factor(folder):
+    plain = manipulator()
+    for segment in plain["segment"]:
+        del segment["width_m"], segment["thickness_m"]
+        segment["bending_stiffness_n_m2"] = 0.2
+    learnt = predict(folder, Manipulator.model_validate(plain)).manipulator
+    factor = diagnosed().constants["youngs_modulus_pa"].explained / E
+    assert [segment.bending_stiffness_n_m2 for segment in learnt.segment] == pytest.approx([0.2 * factor] * 2)
+
+
+def test_the_same_design_gets_everything_and_runs_as_predicted(folder):
+    learnt = predict(folder / "diagnosis.json", folder / "same.toml", STEPS)
+    explained = load_manipulator(folder / "explained.toml")
+    assert learnt.left_behind == ()
+    assert [effect.kind for effect in learnt.manipulator.effect] == ["weakened_plate"]
+    np.testing.assert_allclose(learnt.positions["x_m"], solve(explained, STEPS)["x_m"], atol=1e-9)
+    again = predict(folder, folder / "same.toml", STEPS)
+    pd.testing.assert_frame_equal(learnt.positions, again.positions)
+
+
+def test_the_command_writes_the_table_and_says_what_bands_leave_out(folder):
+    result = run(folder, folder / "same.toml", folder / "steps.csv", "-o", folder / "predicted.csv")
+    assert result.exit_code == 0, result.output
+    assert "tolerances of the design are not in the bands" in result.output
+    columns = "sequence step disk x_m x_low_m x_high_m y_m y_low_m y_high_m angle_rad angle_low_rad angle_high_rad"
+    assert list(pd.read_csv(folder / "predicted.csv")) == columns.split()
+
+
+def test_what_cannot_be_used_is_refused(folder, tmp_path):
+    (tmp_path / "diagnosis.json").write_text("{")
+    assert "not valid JSON" in (result := run(tmp_path, folder / "same.toml")).output
+    assert result.exit_code == 2
+    record = json.loads((folder / "diagnosis.json").read_text())
+    del record["posterior"]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    assert "diagnose the recording again" in (result := run(tmp_path, folder / "same.toml")).output
+    assert result.exit_code == 2
+    assert "no such file" in (result := run(tmp_path / "nowhere", folder / "same.toml")).output
+    assert result.exit_code == 2
+    assert run(folder, folder / "same.toml", "-o", tmp_path / "learnt.csv").exit_code == 2
+    with pytest.raises(SpecError, match="at least 40"):
+        predict(folder, folder / "same.toml", STEPS, draws=10)
