@@ -63,9 +63,8 @@ def test_another_number_of_plates_carries_material_and_leaves_the_fault_behind(f
 
 def test_plates_of_known_bending_stiffness_get_the_same_factor(folder):
     plain = manipulator()
-    for segment in plain["segment"]:
-        del segment["width_m"], segment["thickness_m"]
-        segment["bending_stiffness_n_m2"] = 0.2
+    known = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": 0.2}
+    plain["segment"] = [known, known]
     learnt = predict(folder, Manipulator.model_validate(plain)).manipulator
     factor = diagnosed().constants["youngs_modulus_pa"].explained / E
     assert [segment.bending_stiffness_n_m2 for segment in learnt.segment] == pytest.approx([0.2 * factor] * 2)
