@@ -10,7 +10,8 @@ from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.parameter import Parameter, changed, changed_loads, parameter_at
+from prb3r.model.parameter import Parameter, changed_loads, parameter_at
+from prb3r.model.paths import with_value
 from prb3r.model.steps import LoadSequence, sequences_of
 
 
@@ -23,7 +24,7 @@ def sensitivities(
     ----------
     steps : as for `solve`.
     parameters : paths such as `youngs_modulus_pa`, `segment.1.thickness_m`, `cable.2.offset_m`, `effect.1.factor`,
-        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added); see `prb3r.model.parameter`.
+        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added).
 
     Returns
     -------
@@ -69,7 +70,7 @@ def _directions(
     def problem(parameter: Parameter, value: float):
         if not parameter.keys:
             return chain, changed_loads(manipulator, chain, sequence.loads, sequence.steps, parameter.path, value)
-        other = changed(manipulator, parameter.keys, value)
+        other = with_value(manipulator, parameter.keys, value)  # unchecked: a derivative may look past a bound
         if parameter.keys == ("gravity_m_s2",):  # turns kilograms into newtons
             return chain, sequences_of(other, steps)[index].loads
         return other.chain(), sequence.loads

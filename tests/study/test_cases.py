@@ -102,7 +102,7 @@ def test_all_problems_are_told_at_once_with_their_lines(tmp_path):
     )
     text = refusal(path)
     assert f"{path}:4 stats: unknown key 'stats'; did you mean 'states'?" in text
-    assert f"{path}:9 factor[0].values[1]: nan is not allowed" in text
+    assert f"{path}:9 factor.mu.values.2: nan is not allowed" in text
     assert "did you mean 'position'?" in text
     assert "a plot of lines needs x and y" in text
     assert len(text.splitlines()) == 4
