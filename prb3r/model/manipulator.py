@@ -215,5 +215,11 @@ def load_manipulator(path: str | Path) -> Manipulator:
     ------
     SpecError
         With every problem of the file and its line.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.load_manipulator("studies/manipulators/two-segment.toml").plates
+    14
     """
     return read_toml(path, Manipulator)

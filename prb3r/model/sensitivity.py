@@ -8,6 +8,7 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
+from prb3r.model.given import of_given
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.parameter import Parameter, changed_loads, parameter_at
@@ -15,6 +16,7 @@ from prb3r.model.paths import with_value
 from prb3r.model.steps import LoadSequence, sequences_of
 
 
+@of_given
 def sensitivities(
     manipulator: Manipulator, steps: pd.DataFrame | str | Path, parameters: Iterable[str]
 ) -> pd.DataFrame:
@@ -35,6 +37,14 @@ def sensitivities(
     ------
     SpecError
         With every problem of the table and of the parameters.
+
+    Examples
+    --------
+    >>> import pandas as pd, prb3r
+    >>> steps = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
+    >>> table = prb3r.sensitivities("studies/manipulators/two-segment.toml", steps, ["cable_1_n"])
+    >>> bool(table["dangle_rad"].iloc[-1] > 0)
+    True
     """
     known, problems = [], []
     for path in parameters:

@@ -65,7 +65,7 @@ def test_a_forward_solve_of_the_answer_meets_the_target(manipulator, disk, wante
     assert answer.table.loc[0, ["x_m", "y_m", "angle_rad"]].tolist() == pytest.approx(list(place.values()), abs=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_pull_of_a_hundred_thousand_gets_there_with_less(seed):
     rng = np.random.default_rng(seed)
     chain = FREE.chain()
@@ -113,7 +113,7 @@ def test_what_is_out_of_reach_is_told_with_the_nearest_point():
     distance = answer.table["distance_m"][0]
     assert np.hypot(*(comes_to(FREE, answer, 6)[-1, :2] - target)) == pytest.approx(distance)
     rng = np.random.default_rng(1)
-    tension = np.maximum(rng.uniform(-1, 1, (20_000, 4)), 0) * natural_limits(FREE.chain())
+    tension = np.maximum(rng.uniform(-1, 1, (4_000, 4)), 0) * natural_limits(FREE.chain())
     assert distance <= np.nanmin(np.hypot(*(bent(FREE, tension)[:, -1, :2] - target).T)) + 1e-9
 
 

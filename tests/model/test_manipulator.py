@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from prb3r.check import check_file
 from prb3r.errors import SpecError
 from prb3r.model.manipulator import Manipulator, load_manipulator
 
@@ -81,6 +82,11 @@ def test_an_empty_file_is_called_that(tmp_path):
     (tmp_path / "m.toml").write_text("# nothing yet\n")
     with pytest.raises(SpecError, match="is empty; a manipulator begins with 'name', 'youngs_modulus_pa'"):
         load_manipulator(tmp_path / "m.toml")
+    with pytest.raises(SpecError, match="is empty: no manipulator, study or recording"):
+        check_file(tmp_path / "m.toml")
+    (tmp_path / "m.toml").write_text('name = "x"\n')
+    with pytest.raises(SpecError, match="says nothing of a manipulator"):
+        check_file(tmp_path / "m.toml")
 
 
 @pytest.mark.parametrize(

@@ -178,3 +178,18 @@ def test_the_shipped_manipulator_is_the_papers():
     assert 187e9 * data["segment"][0]["width_m"] * data["segment"][0]["thickness_m"] ** 3 / 12 == pytest.approx(
         187e9 * 1.28e-12
     )  # Table 3
+
+
+@pytest.mark.parametrize("changes", [{}, {"cloud": {"count": 16, "tension_n": {"1": 50.0}}, "step": []}])
+def test_workspaces_that_would_be_empty_are_refused(study, changes):
+    if changes:
+        changes = changes | {"states": "final", "metric": [{"kind": "workspace"}]}
+    path = study(plot=[{"name": "reach", "kind": "workspace"}], **changes)
+    assert "plot reach: a plot of a workspace needs [cloud] and states = 'path'" in refusal(path)
+
+
+def test_a_second_plot_of_one_name_is_told_at_its_line(study):
+    plot = {"name": "reach", "kind": "lines", "x": "tip_x_m", "y": ["tip_y_m"]}
+    path = study(plot=[plot, plot])
+    number = [k for k, line in enumerate(path.read_text().split("\n"), 1) if "reach" in line][1]
+    assert f"{path}:{number} plot.reach.name: two plots are named 'reach'" in refusal(path)

@@ -139,16 +139,33 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
 
 
 def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
-    """Least, median and greatest value of each column; cases compared with themselves do not count."""
-    rows = []
+    """Least, median and greatest value of each column, apart for each alternative; not of cases against themselves."""
+    parts, rows = list(_alternatives(source)), []
     for column in columns:
         base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
-        others = source.cases.drop(select(source.cases, base).index) if base else source.cases
-        values = others[column].dropna()
-        ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
-        numbers = [source.cell(column, float(value)) for value in ends]
-        rows.append([source.shown(column).label, *numbers, source.quantity(column).meaning])
+        for words, part in parts:
+            others = part.drop(select(part, base).index) if base else part
+            values = others[column].dropna()
+            if len(values) or len(parts) == 1:
+                ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
+                numbers = [source.cell(column, float(value)) for value in ends]
+                apart = [words] if len(parts) > 1 else []
+                rows.append([source.shown(column).label, *apart, *numbers, source.quantity(column).meaning])
+    if len(parts) > 1:
+        return Table(["", "of", "least", "median", "greatest", "meaning"], rows, (0, 1, 5)) if rows else None
     return Table(["", "least", "median", "greatest", "meaning"], rows, (0, 4)) if rows else None
+
+
+def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
+    """Cases apart by factors whose values are words (broken cables, models, orders), which no median may mix.
+
+    Where these make more than `FEW` groups, all cases together.
+    """
+    names = [name for name in source.factors if not pd.api.types.is_numeric_dtype(source.cases[name])]
+    groups = list(source.cases.groupby(names, sort=False, dropna=False)) if names else []
+    if not 1 < len(groups) <= FEW:
+        return [("", source.cases)]
+    return [(", ".join(map(str, values)), part) for values, part in groups]
 
 
 def _every_case(source: Source) -> Table:
