@@ -21,15 +21,6 @@ DEEDS = "plot reach run_study sensitivities solve"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
 WITHOUT_EXAMPLES = {"Cable", "Disk", "Segment", "__version__", "diagnose", "load_recording", "solve", *ERRORS.split()}
-    "Manipulator",
-    "load_manipulator",
-    "load_study",
-    "compare",
-    "plot",
-    "reach",
-    "run_study",
-    "sensitivities",
-}
 PULL = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
 
 

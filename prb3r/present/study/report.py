@@ -1,5 +1,6 @@
 """The report of a study: a short Markdown summary and one self-contained HTML page, from its tables and manifest."""
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -159,12 +160,15 @@ def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
 def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
     """Cases apart by factors whose values are words (broken cables, models, orders), which no median may mix.
 
-    Where these make more than `FEW` groups, all cases together.
+    Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.
     """
     names = [name for name in source.factors if not pd.api.types.is_numeric_dtype(source.cases[name])]
-    groups = list(source.cases.groupby(names, sort=False, dropna=False)) if names else []
-    if not 1 < len(groups) <= FEW:
+    chosen = [list(some) for count in range(1, len(names) + 1) for some in itertools.combinations(names, count)]
+    sizes = [len(source.cases[some].drop_duplicates()) for some in chosen]
+    best = max(range(len(chosen)), key=lambda k: sizes[k] if sizes[k] <= FEW else 0, default=None)
+    if best is None or not 1 < sizes[best] <= FEW:
         return [("", source.cases)]
+    groups = source.cases.groupby(chosen[best], sort=False, dropna=False)
     return [(", ".join(map(str, values)), part) for values, part in groups]
 
 
