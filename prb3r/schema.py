@@ -82,6 +82,7 @@ MEANINGS = {
     "through_origin": "Whether the line goes through zero.",
     "title": "Heading of the report.",
     "to": "Last value; of a comparison: factor values of the case to compare with.",
+    "up_to": "Factor on the loads up to which they are grown.",
     "up_to_n": "Largest tension that is tried, N.",
     "values": "The values one by one.",
     "cloud": "Many independent loads on every case, instead of steps.",

@@ -46,15 +46,17 @@ def bent(manipulator, tension):
     return np.stack([states.x, states.y, states.angle], -1)
 
 
-@pytest.mark.parametrize("manipulator", [FREE, RUBBING, STICKY], ids=["free", "rubbing", "history"])
 @pytest.mark.parametrize(
-    ("disk", "wanted"),
+    ("manipulator", "disk", "wanted"),
     [
-        (6, {"x_m": 0.17, "y_m": 0.08}),
-        (6, {"x_m": 0.16, "y_m": -0.03}),
-        (6, {"angle_rad": 0.6}),
-        (3, {"angle_rad": -0.3}),
-        (6, {"y_m": 0.05, "angle_rad": 0.2}),
+        (FREE, 6, {"x_m": 0.17, "y_m": 0.08}),
+        (FREE, 3, {"angle_rad": -0.3}),
+        (RUBBING, 6, {"x_m": 0.16, "y_m": -0.03}),
+        (RUBBING, 6, {"angle_rad": 0.6}),
+        (RUBBING, 3, {"angle_rad": -0.3}),
+        (RUBBING, 6, {"y_m": 0.05, "angle_rad": 0.2}),
+        (STICKY, 6, {"x_m": 0.17, "y_m": 0.08}),
+        (STICKY, 6, {"y_m": 0.05, "angle_rad": 0.2}),
     ],
 )
 def test_a_forward_solve_of_the_answer_meets_the_target(manipulator, disk, wanted):
