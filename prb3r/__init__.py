@@ -5,19 +5,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from prb3r.diagnosis.result.design_prediction import predict
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
-    from prb3r.front import compare, diagnose
-    from prb3r.front import publish_study as run_study
+    from prb3r.front import compare, diagnose, run_study
     from prb3r.inverse.reach import reach
-    from prb3r.model.given import of_given
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.parts import Cable, Disk, Segment
     from prb3r.model.sensitivity import sensitivities
-    from prb3r.model.solve import solve as _solve
+    from prb3r.model.solve import solve
     from prb3r.present.study.drawing import plot
     from prb3r.recording.reading import load_recording
     from prb3r.study.spec import load_study
-
-    solve = of_given(_solve)
 
 __version__ = "0.1.0"
 
@@ -43,7 +39,6 @@ _WHERE = {
     "solve": "model.solve",
 }
 """Modules of what is offered by name; compiled kernels, pandas and matplotlib load when they are first needed."""
-_DEFINED_AS = {"run_study": "publish_study"}
 __all__ = [
     "Cable",
     "Disk",
@@ -73,12 +68,7 @@ def __getattr__(name: str):
 
     if name not in _WHERE:
         raise AttributeError(f"module 'prb3r' has no attribute {name!r}")
-    offered = getattr(import_module(f"prb3r.{_WHERE[name]}"), _DEFINED_AS.get(name, name))
-    if name == "solve":
-        from prb3r.model.given import of_given
-
-        offered = of_given(offered)
-        offered.__module__ = "prb3r"  # where it can be had again, for pickles
+    offered = getattr(import_module(f"prb3r.{_WHERE[name]}"), name)
     globals()[name] = offered
     return offered
 

@@ -21,7 +21,7 @@ from prb3r.study.run import Options, Result, Silent, execute, plan_study
 from prb3r.study.wishes import load_wishes
 
 
-def publish_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1, fresh: bool = False) -> Result:
+def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1, fresh: bool = False) -> Result:
     """Run one study and write what `prb3r run` writes: tables, figures, summary and report, into `output/<name>`.
 
     Parameters

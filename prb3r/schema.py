@@ -81,6 +81,7 @@ MEANINGS = {
     "terms": "Terms of the fitted law, which add up.",
     "through_origin": "Whether the line goes through zero.",
     "title": "Heading of the report.",
+    "tolerance": "How exactly the rig was made: standard deviations of its own geometry.",
     "to": "Last value; of a comparison: factor values of the case to compare with.",
     "up_to": "Factor on the loads up to which they are grown.",
     "up_to_n": "Largest tension that is tried, N.",
