@@ -17,7 +17,8 @@ from prb3r.present.study.publish import publish
 from prb3r.recording.recording import Recording
 from prb3r.runs.tasks import Workers
 from prb3r.study.designs import read_designs
-from prb3r.study.run import Options, Result, Silent, execute, plan_study
+from prb3r.study.plan import Silent, plan_study
+from prb3r.study.run import Options, Result, execute, writing
 from prb3r.study.wishes import load_wishes
 
 
@@ -45,8 +46,10 @@ def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1
     (True, 0)
     """
     options = Options(Path(output), Workers(jobs=jobs), fresh)
-    result = execute(plan_study(path, output), options, Silent())
-    publish(result)
+    plan = plan_study(path, output)
+    with writing(plan):
+        result = execute(plan, options, Silent())
+        publish(result)
     return result
 
 

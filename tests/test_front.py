@@ -17,10 +17,11 @@ import prb3r
 ROOT = Path(__file__).parents[1]
 PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"
 OBJECTS = "Cable Disk Manipulator Segment __version__ compare diagnose load_manipulator load_recording load_study"
-DEEDS = "plot reach run_study sensitivities solve"
+DEEDS = "plot predict reach run_study sensitivities solve"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
-WITHOUT_EXAMPLES = {"Cable", "Disk", "Segment", "__version__", "diagnose", "load_recording", "solve", *ERRORS.split()}
+SHOWN_IN_README = "diagnose load_recording predict solve"
+WITHOUT_EXAMPLES = {"__version__", *"Cable Disk Segment".split(), *SHOWN_IN_README.split(), *ERRORS.split()}
 PULL = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
 
 
