@@ -5,40 +5,56 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from prb3r.diagnosis.result.design_prediction import predict
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
-    from prb3r.front import diagnose
+    from prb3r.front import compare, diagnose, run_study
     from prb3r.inverse.reach import reach
     from prb3r.model.manipulator import Manipulator, load_manipulator
+    from prb3r.model.parts import Cable, Disk, Segment
     from prb3r.model.sensitivity import sensitivities
     from prb3r.model.solve import solve
+    from prb3r.present.study.drawing import plot
     from prb3r.recording.reading import load_recording
-    from prb3r.study.run import run_study
+    from prb3r.study.spec import load_study
 
 __version__ = "0.1.0"
 
 _WHERE = {
-    "Manipulator": "prb3r.model.manipulator",
-    "load_manipulator": "prb3r.model.manipulator",
-    "solve": "prb3r.model.solve",
-    "reach": "prb3r.inverse.reach",
-    "sensitivities": "prb3r.model.sensitivity",
-    "run_study": "prb3r.study.run",
-    "load_recording": "prb3r.recording.reading",
-    "diagnose": "prb3r.front",
-    "predict": "prb3r.diagnosis.result.design_prediction",
-    "Prb3rError": "prb3r.errors",
-    "SpecError": "prb3r.errors",
-    "RecordingError": "prb3r.errors",
-    "EngineError": "prb3r.errors",
+    "Cable": "model.parts",
+    "Disk": "model.parts",
+    "EngineError": "errors",
+    "Manipulator": "model.manipulator",
+    "Prb3rError": "errors",
+    "RecordingError": "errors",
+    "Segment": "model.parts",
+    "SpecError": "errors",
+    "compare": "front",
+    "diagnose": "front",
+    "load_manipulator": "model.manipulator",
+    "load_recording": "recording.reading",
+    "load_study": "study.spec",
+    "plot": "present.study.drawing",
+    "predict": "diagnosis.result.design_prediction",
+    "reach": "inverse.reach",
+    "run_study": "front",
+    "sensitivities": "model.sensitivity",
+    "solve": "model.solve",
 }
+"""Modules of what is offered by name; compiled kernels, pandas and matplotlib load when they are first needed."""
 __all__ = [
+    "Cable",
+    "Disk",
     "EngineError",
     "Manipulator",
     "Prb3rError",
     "RecordingError",
+    "Segment",
     "SpecError",
+    "__version__",
+    "compare",
     "diagnose",
     "load_manipulator",
     "load_recording",
+    "load_study",
+    "plot",
     "predict",
     "reach",
     "run_study",
@@ -47,9 +63,15 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str):  # compiled kernels and pandas load when they are first needed
+def __getattr__(name: str):
     from importlib import import_module
 
-    if name in _WHERE:
-        return getattr(import_module(_WHERE[name]), name)
-    raise AttributeError(f"module 'prb3r' has no attribute {name!r}")
+    if name not in _WHERE:
+        raise AttributeError(f"module 'prb3r' has no attribute {name!r}")
+    offered = getattr(import_module(f"prb3r.{_WHERE[name]}"), name)
+    globals()[name] = offered
+    return offered
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -54,7 +54,11 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
             f"{len(manipulator.cable)} cables, {manipulator.chain().length:.4g} m long"
         )
     from prb3r.study.plan import plan_study
+    from prb3r.study.spec import Study
 
+    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _text_is_toml(path):
+        what = "says nothing of a manipulator (disk, segment, cable) or of a study (manipulator, factor, step)"
+        raise SpecError(Problem(str(path), what if keys else "is empty: no manipulator, study or recording"))
     plan = plan_study(path)
     ignored: dict[str, int] = {}
     for family in plan.cases.families:
@@ -71,6 +75,14 @@ def _keys(path: Path) -> set[str]:
         return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()
     except (OSError, ValueError, RecursionError):
         return set()  # the strict reader says what is wrong
+
+
+def _text_is_toml(path: Path) -> bool:
+    try:
+        tomllib.loads(path.read_text())
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def _check_recording(path: Path) -> str:

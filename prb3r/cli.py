@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from enum import IntEnum
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -342,12 +341,9 @@ def check_command(files) -> None:
 @click.argument("what", type=click.Choice(["study", "manipulator", "recording"]))
 def schema_command(what) -> None:
     """JSON Schema of a file format, for editors."""
-    from prb3r.model.manipulator import Manipulator
-    from prb3r.recording.recording import RecordingFile
-    from prb3r.study.spec import Study
+    from prb3r.schema import schema_of
 
-    described: dict[str, Any] = {"study": Study, "manipulator": Manipulator, "recording": RecordingFile}
-    click.echo(json.dumps(described[what].model_json_schema(), indent=1))
+    click.echo(json.dumps(schema_of(what), indent=1))
 
 
 @main.command("bench")

@@ -1,4 +1,4 @@
-"""The front door of the diagnosis: a recording in, an object out that shows what it says."""
+"""The front door of studies, comparisons and diagnoses: files in, objects out that show what they say."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,9 +9,95 @@ from matplotlib.figure import Figure
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.run import diagnosis_of
+from prb3r.errors import Problem, SpecError
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
+from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
+from prb3r.present.study.publish import publish
 from prb3r.recording.recording import Recording
+from prb3r.runs.tasks import Workers
+from prb3r.study.designs import read_designs
+from prb3r.study.plan import Silent, plan_study
+from prb3r.study.run import Options, Result, execute, writing
+from prb3r.study.wishes import load_wishes
+
+
+def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1, fresh: bool = False) -> Result:
+    """Run one study and write what `prb3r run` writes: tables, figures, summary and report, into `output/<name>`.
+
+    Parameters
+    ----------
+    output : folder that receives one folder a study.
+    jobs : worker processes.
+    fresh : compute everything anew instead of going on from what is stored.
+
+    Raises
+    ------
+    SpecError
+        Before any work, for anything wrong with the input.
+    EngineError
+        If workers or disk fail; what is already computed stays and the next run goes on from there.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> result = prb3r.run_study("studies/friction-direction.toml")
+    >>> (result.folder / "report.html").exists(), result.failed
+    (True, 0)
+    """
+    options = Options(Path(output), Workers(jobs=jobs), fresh)
+    plan = plan_study(path, output)
+    with writing(plan):
+        result = execute(plan, options, Silent())
+        publish(result)
+    return result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Counsel(Advice):
+    """A decision between designs that shows what it says."""
+
+    def report(self, folder: str | Path) -> list[Path]:
+        """Write into `folder` all that `prb3r compare -o` writes; the files written.
+
+        Raises
+        ------
+        SpecError
+            If the folder cannot be made or written to.
+        """
+        return [Path(folder) / name for name in publish_comparison(self, Path(folder))]
+
+    def __repr__(self) -> str:
+        return self.recommendation.replace("**", "")
+
+    def _repr_markdown_(self) -> str:
+        return self.markdown
+
+
+def compare(*results: Result | str | Path, requirements: str | Path | None = None) -> Counsel:
+    """Which design to build, of those in one or several results.
+
+    Parameters
+    ----------
+    results : of `run_study`, or the folders that hold them.
+    requirements : file of requirements and preferences, instead of those of the studies.
+
+    Raises
+    ------
+    SpecError
+        With everything that keeps the designs from being compared.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> counsel = prb3r.compare(prb3r.run_study("studies/which-design.toml"))
+    >>> counsel.decision.winner in counsel.decision.designs
+    True
+    """
+    folders = [result.folder if isinstance(result, Result) else Path(result) for result in results]
+    if not folders:
+        raise SpecError(Problem("results", "none are given"))
+    return Counsel(**vars(advice_on(read_designs(folders, load_wishes(requirements) if requirements else None))))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

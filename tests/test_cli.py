@@ -55,7 +55,7 @@ def test_bad_input_is_refused_with_its_place_and_the_remedy(steps, tmp_path):
     done = prb3r("solve", bad, steps)
     assert done.returncode == 2
     assert "unknown key 'clamp_mm': lengths are given in metres, as 'clamp_m'" in done.stderr
-    assert "segment[0].plates: must be at least 1, not 0" in done.stderr
+    assert "segment.1.plates: must be at least 1, not 0" in done.stderr
     assert "Traceback" not in done.stderr
     steps.write_text("sequence,step,cable_9_n\na,1,10\n")
     done = prb3r("solve", PROTOTYPE, steps)

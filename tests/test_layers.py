@@ -11,8 +11,8 @@ import prb3r
 ROOT = Path(prb3r.__file__).parent
 ORDER = {
     "": "errors markdown quantities mechanics model inverse runs study recording diagnosis proof present front "
-    "bench progress check cli",
-    "model": "files laws effects manipulator steps",
+    "bench progress check schema cli",
+    "model": "files laws effects parts paths manipulator given steps",
     "inverse": "target pull search reach",
     "runs": "files secret store sealed parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes spec axes tree loads cases resolve columns compare work plan tables manifest "
@@ -42,6 +42,7 @@ ALLOWED = {
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "progress": {"rich"},
     "check": set(),
+    "schema": {"pydantic"},
     "cli": {"click"},
 }
 STANDARD = __import__("sys").stdlib_module_names

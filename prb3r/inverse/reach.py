@@ -13,6 +13,7 @@ from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.search import Found, best_pull, natural_limits
 from prb3r.inverse.target import COORDINATES, Target, targets_of
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
+from prb3r.model.given import of_given
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
@@ -46,6 +47,7 @@ class Reached:
         return [_sentence(row) for row in self.table.to_dict("records")]
 
 
+@of_given
 def reach(
     manipulator: Manipulator,
     *,

@@ -3,149 +3,131 @@
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from prb3r.errors import did_you_mean
+from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate import plate_model
 from prb3r.model.effects import AnyEffect, with_effects
-from prb3r.model.files.numbers import NonNegative, Positive
-from prb3r.model.files.toml import read_toml
+from prb3r.model.files.plain import plain
+from prb3r.model.files.plausible import Acceleration, Modulus, Stress
+from prb3r.model.files.toml import read_toml, toml_text
+from prb3r.model.files.toml_lines import Keys
+from prb3r.model.files.validation import KeyedError, validated
+from prb3r.model.parts import MAX_PLATES, Cable, Disk, Friction, Segment, Strict
+from prb3r.model.paths import keys_of_path, with_value
 
 ModelName = Literal["prb3r", "elastica", "constant-curvature"]
-MAX_PLATES = 100_000
-
-
-class Strict(BaseModel):
-    """What every part of a file is: frozen, with unknown keys as errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Disk(Strict):
-    """The disks of a manipulator, which are all alike."""
-
-    thickness_m: NonNegative
-    mass_kg: NonNegative = 0.0
-    """Disk, clamp and its share of the plate; used only when gravity acts in the plane."""
-
-
-class Friction(Strict):
-    """Belt friction between the cables and the holes of the disks they pass."""
-
-    coefficient: NonNegative = 0.0
-    direction: Literal["declared", "history"] = "declared"
-    """Of slip: as each step declares, or from the cables' own travel along the load path."""
-    presliding_m: Annotated[float, Field(ge=1e-7, le=0.1)] = 3e-5
-    """Travel over which friction builds up, for `history`."""
-    wrap: Literal["net", "edges"] = "net"
-    """Turning that rubs at a disk: between the spans before and behind it, or at each edge of its holes."""
-
-
-class Segment(Strict):
-    """Plates of one kind in a row, each between two disks."""
-
-    plates: Annotated[int, Field(ge=1, le=MAX_PLATES)]
-    length_m: Positive
-    clamp_m: NonNegative = 0.0
-    width_m: Positive | None = None
-    thickness_m: Positive | None = None
-    bending_stiffness_n_m2: Positive | None = None
-    outer_fibre_m: Positive | None = None
-
-    @model_validator(mode="after")
-    def _consistent(self) -> "Segment":
-        if 2 * self.clamp_m >= self.length_m:
-            raise ValueError(
-                f"clamps of {self.clamp_m:g} m at both ends leave nothing of a plate of {self.length_m:g} m to bend; "
-                "clamp_m must be less than half of length_m"
-            )
-        dimensions = self.width_m is not None, self.thickness_m is not None
-        if self.bending_stiffness_n_m2 is None and not all(dimensions):
-            raise ValueError("give either width_m and thickness_m, or bending_stiffness_n_m2")
-        if self.bending_stiffness_n_m2 is not None and any(dimensions):
-            raise ValueError("width_m, thickness_m and bending_stiffness_n_m2 exclude each other: give one description")
-        if self.outer_fibre_m is not None and self.bending_stiffness_n_m2 is None:
-            raise ValueError("outer_fibre_m goes with bending_stiffness_n_m2; a plate of thickness_m has half of it")
-        return self
-
-    def bending_stiffness(self, youngs_modulus_pa: float) -> float:
-        """EI of one plate, N m^2 [Eq. 17]."""
-        if self.width_m is None or self.thickness_m is None:
-            return self.bending_stiffness_n_m2 or np.nan  # one of both is given
-        return youngs_modulus_pa * self.width_m * self.thickness_m**3 / 12
-
-    @property
-    def outer_fibre(self) -> float:
-        """Distance of the outermost fibre from the neutral axis, m; NaN where it is not known."""
-        if self.thickness_m is not None:
-            return self.thickness_m / 2
-        return self.outer_fibre_m or np.nan
-
-
-class Cable(Strict):
-    """A cable, from the base through every disk to the last one of the segment it drives."""
-
-    name: Annotated[str, Field(min_length=1)]
-    offset_m: float | list[float]
-    ends_at_segment: Annotated[int, Field(ge=1)]
-
-    @model_validator(mode="after")
-    def _one_offset_each(self) -> "Cable":
-        if isinstance(self.offset_m, list) and len(self.offset_m) != self.ends_at_segment:
-            raise ValueError(
-                f"offset_m lists {len(self.offset_m)} numbers but cable {self.name!r} ends at segment "
-                f"{self.ends_at_segment}: give one number for each segment up to there, or a single one"
-            )
-        return self
-
-    def offset(self, segment: int) -> float:
-        """Offset over the plates of `segment` (counted from 0), m; 0 beyond the cable's end."""
-        if not isinstance(self.offset_m, list):
-            return self.offset_m if segment < self.ends_at_segment else 0.0
-        return self.offset_m[segment] if segment < self.ends_at_segment else 0.0
 
 
 class Manipulator(Strict):
-    """A planar manipulator of one or several segments in a row; see the contract of the file format in the README."""
+    """A planar manipulator of one or several segments in a row; see the contract of the file format in the README.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> plates = {"plates": 7, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": 8e-4}
+    >>> manipulator = prb3r.Manipulator(
+    ...     name="one segment",
+    ...     youngs_modulus_pa=187e9,
+    ...     disk=prb3r.Disk(thickness_m=0.004),
+    ...     segment=[prb3r.Segment(**plates)],
+    ...     cable=[prb3r.Cable(name="up", offset_m=0.02, ends_at_segment=1)],
+    ... )
+    >>> manipulator.plates, manipulator.cable_names
+    (7, ['up'])
+    """
 
     name: str
-    youngs_modulus_pa: Positive
-    gravity_m_s2: Positive = 9.80665
-    yield_stress_pa: Positive | None = None
+    """Any text, for figures and reports."""
+    youngs_modulus_pa: Modulus
+    """Young's modulus of the plates, Pa; where bending stiffnesses are given, it turns strain into stress alone."""
+    gravity_m_s2: Acceleration = 9.80665
+    """Acceleration that turns loads in kilograms into newtons, m/s^2; not a load on the manipulator itself."""
+    yield_stress_pa: Stress | None = None
+    """Stress at which plates yield, Pa, for safety factors."""
     model: ModelName = "prb3r"
+    """How plates bend: three hinges each, as an elastic curve, or with one curvature in each segment."""
     hinges: Literal["chen", "su", "one", "howell"] = "chen"
+    """With model = "prb3r": where the hinges of a plate lie and how stiff they are."""
     disk: Disk
+    """The disks, which are all alike."""
     friction: Friction = Friction()
+    """Belt friction between cables and holes."""
     segment: Annotated[list[Segment], Field(min_length=1)]
+    """Segments from base to tip."""
     cable: list[Cable] = []
+    """Cables in any order, told apart by their names."""
     effect: list[AnyEffect] = []
     """Extra physics, each a switch."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "Manipulator":
-        problems = []
+        problems: list[tuple[Keys, str]] = []
         names = [cable.name for cable in self.cable]
-        for name in dict.fromkeys(names):
-            if names.count(name) > 1:
-                problems.append(f"{names.count(name)} cables are named {name!r}; names must differ")
-        for cable in self.cable:
+        for number, cable in enumerate(self.cable):
+            if cable.name in names[:number]:
+                what = f"{names.count(cable.name)} cables are named {cable.name!r}; names must differ"
+                problems.append((("cable", number, "name"), what))
             if cable.ends_at_segment > len(self.segment):
-                problems.append(
-                    f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
-                    f"{len(self.segment)}"
-                )
+                what = f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
+                problems.append((("cable", number, "ends_at_segment"), f"{what}{len(self.segment)}"))
         if self.model == "constant-curvature" and self.follows_history:
-            problems.append("friction.direction = 'history' needs the model 'prb3r' or 'elastica'")
+            what = "friction.direction = 'history' needs the model 'prb3r' or 'elastica'"
+            problems.append((("friction", "direction"), what))
         if sum(segment.plates for segment in self.segment) > MAX_PLATES:
-            problems.append(f"more than {MAX_PLATES} plates")
-        problems += [problem for effect in self.effect for problem in effect.problems(self)]
+            problems.append((("segment",), f"more than {MAX_PLATES} plates"))
+        for number, effect in enumerate(self.effect):
+            problems += [(("effect", number), what) for what in effect.problems(self)]
         if problems:
-            raise ValueError("; ".join(problems))
+            raise KeyedError(*problems)
         return self
+
+    def replace(self, path: str, value: Any) -> "Manipulator":
+        """A copy with another value at `path`, checked as a file is.
+
+        Parameters
+        ----------
+        path : to a value or a whole part, as in studies: `segment.1.thickness_m`, `cable.2.offset_m`, `effect`.
+        value : a number, text, a part such as a `Segment` or what its table in a file would hold; None for absent.
+
+        Raises
+        ------
+        SpecError
+            If there is no such path, or if the manipulator would not be in order; with every problem.
+
+        Examples
+        --------
+        >>> import prb3r
+        >>> manipulator = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
+        >>> thicker = manipulator.replace("segment.1.thickness_m", 1e-3)
+        >>> thicker.segment[0].thickness_m, manipulator.segment[0].thickness_m
+        (0.001, 0.0008)
+        >>> manipulator.replace("cable.3.offset_m", -21)
+        Traceback (most recent call last):
+        prb3r.errors.SpecError: cable.3.offset_m: -21 m is not what rigs are made with (up to 2 m); lengths are given \
+in metres: -21 mm is -0.021
+        """
+        try:
+            keys = keys_of_path(self, path)
+        except ValueError as error:
+            raise SpecError(Problem("", str(error))) from None
+        return validated(plain(with_value(plain(self), keys, plain(value))), Manipulator)
+
+    def to_toml(self) -> str:
+        """The text of a manipulator file that reads back equal.
+
+        Examples
+        --------
+        >>> import prb3r, tomllib
+        >>> manipulator = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
+        >>> prb3r.Manipulator(**tomllib.loads(manipulator.to_toml())) == manipulator
+        True
+        """
+        return toml_text({key: value for key, value in plain(self).items() if value != []})
 
     @property
     def follows_history(self) -> bool:
@@ -233,5 +215,11 @@ def load_manipulator(path: str | Path) -> Manipulator:
     ------
     SpecError
         With every problem of the file and its line.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.load_manipulator("studies/manipulators/two-segment.toml").plates
+    14
     """
     return read_toml(path, Manipulator)

@@ -1,22 +1,21 @@
 """Parameters by name: any number of a manipulator or of its load steps, and the problem with it changed.
 
-Paths are those of studies: segments, effects and listed offsets by number from 1, cables by name, such as
-`segment.1.thickness_m`, `cable.2.offset_m`, `friction.coefficient`, `effect.1.factor`.  Loads: `tension.<cable>` is a
-factor on all tensions applied to a cable; a column of a table of steps, such as `cable_1_n` or `tip_y_n`, is added to
-that column in every step, or after `step.<number>.` in that step alone.
+Paths to a manipulator's numbers are those of `prb3r.model.paths`.  Loads: `tension.<cable>` is a factor on all tensions
+applied to a cable; a column of a table of steps, such as `cable_1_n` or `tip_y_n`, is added to that column in every
+step, or after `step.<number>.` in that step alone.
 """
 
 import re
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects import Observation
-from prb3r.model.manipulator import Cable, Manipulator
+from prb3r.model.files.toml_lines import Keys
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.paths import keys_of_path, value_at
 from prb3r.model.steps import column_names
 from prb3r.quantities import unit_ending
 
@@ -31,7 +30,7 @@ class Parameter:
     """A number of a manipulator (`keys` lead to it), or of its loads (then there are none)."""
 
     path: str
-    keys: tuple[str | int, ...]
+    keys: Keys
     value: float
 
     @property
@@ -59,52 +58,25 @@ def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
         return Parameter(path, (), 0.0)
     if parts[0] == "step":
         _check(column, columns, f"{path}: steps have no column")
-    keys, value = _keys(manipulator, path, parts)
+    keys, value = _number_at(manipulator, path)
     return Parameter(path, keys, value)
 
 
-def _keys(manipulator: Manipulator, path: str, parts: list[str]) -> tuple[tuple[str | int, ...], float]:
-    """Keys to a number of a manipulator, and the number."""
-    keys: tuple[str | int, ...] = ()
-    node: Any = manipulator
-    for part in parts:
-        if isinstance(node, Observation):
-            raise ValueError(f"{path}: {node.kind} changes what is read, not the equilibrium")
-        if isinstance(node, BaseModel):
-            _check(part, type(node).model_fields, f"{path}: there is no")
-            keys, node = (*keys, part), getattr(node, part)
-        elif isinstance(node, list) and node and isinstance(node[0], Cable):
-            _check(part, manipulator.cable_names, f"{path}: there is no cable")
-            number = manipulator.cable_names.index(part)
-            keys, node = (*keys, number), node[number]
-        elif isinstance(node, list):
-            if not part.isdigit() or not 1 <= int(part) <= len(node):
-                raise ValueError(f"{path}: {part!r} is not a number from 1 to {len(node)}")
-            keys, node = (*keys, int(part) - 1), node[int(part) - 1]
-        else:
-            raise ValueError(f"{path} leads into a plain value at {part!r}")
-    if not isinstance(node, float):
-        raise ValueError(f"{path} is {'not given' if node is None else 'not a number that can change smoothly'}")
-    return keys, node
+def _number_at(manipulator: Manipulator, path: str) -> tuple[Keys, float]:
+    """Keys to a number of a manipulator that equilibria depend on, and the number."""
+    keys = keys_of_path(manipulator, path)
+    effect = manipulator.effect[int(keys[1])] if keys[0] == "effect" and len(keys) > 1 else None
+    if isinstance(effect, Observation):
+        raise ValueError(f"{path}: {effect.kind} changes what is read, not the equilibrium")
+    value = value_at(manipulator, keys)
+    if not isinstance(value, float):
+        raise ValueError(f"{path} is {'not given' if value is None else 'not a number that can change smoothly'}")
+    return keys, value
 
 
 def _check(part: str, valid, what: str) -> None:
     if part not in valid:
         raise ValueError(f"{what} {part!r}{did_you_mean(part, valid)}")
-
-
-def changed(manipulator: Manipulator, keys: tuple[str | int, ...], value: float) -> Manipulator:
-    """The manipulator with another number, which is not checked: a derivative may look past a bound."""
-
-    def put(node: Any, keys: tuple[str | int, ...]) -> Any:
-        if not keys:
-            return value
-        key, inner = keys[0], keys[1:]
-        if isinstance(key, int):
-            return [*node[:key], put(node[key], inner), *node[key + 1 :]]
-        return node.model_copy(update={key: put(getattr(node, key), inner)})
-
-    return put(manipulator, keys)
 
 
 def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers: np.ndarray, path: str, value: float):

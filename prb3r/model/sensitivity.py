@@ -8,12 +8,15 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.sensitivity import Direction, direction
+from prb3r.model.given import of_given
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.parameter import Parameter, changed, changed_loads, parameter_at
+from prb3r.model.parameter import Parameter, changed_loads, parameter_at
+from prb3r.model.paths import with_value
 from prb3r.model.steps import LoadSequence, sequences_of
 
 
+@of_given
 def sensitivities(
     manipulator: Manipulator, steps: pd.DataFrame | str | Path, parameters: Iterable[str]
 ) -> pd.DataFrame:
@@ -23,7 +26,7 @@ def sensitivities(
     ----------
     steps : as for `solve`.
     parameters : paths such as `youngs_modulus_pa`, `segment.1.thickness_m`, `cable.2.offset_m`, `effect.1.factor`,
-        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added); see `prb3r.model.parameter`.
+        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added).
 
     Returns
     -------
@@ -34,6 +37,14 @@ def sensitivities(
     ------
     SpecError
         With every problem of the table and of the parameters.
+
+    Examples
+    --------
+    >>> import pandas as pd, prb3r
+    >>> steps = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
+    >>> table = prb3r.sensitivities("studies/manipulators/two-segment.toml", steps, ["cable_1_n"])
+    >>> bool(table["dangle_rad"].iloc[-1] > 0)
+    True
     """
     known, problems = [], []
     for path in parameters:
@@ -69,7 +80,7 @@ def _directions(
     def problem(parameter: Parameter, value: float):
         if not parameter.keys:
             return chain, changed_loads(manipulator, chain, sequence.loads, sequence.steps, parameter.path, value)
-        other = changed(manipulator, parameter.keys, value)
+        other = with_value(manipulator, parameter.keys, value)  # unchecked: a derivative may look past a bound
         if parameter.keys == ("gravity_m_s2",):  # turns kilograms into newtons
             return chain, sequences_of(other, steps)[index].loads
         return other.chain(), sequence.loads

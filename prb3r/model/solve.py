@@ -13,6 +13,7 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.effects import observed
 from prb3r.model.files.validation import validate
+from prb3r.model.given import of_given
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, ModelName
 from prb3r.model.steps import LoadTable, load_steps
@@ -25,6 +26,7 @@ POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outc
 Extra = Literal["stress_pa", "lowest_eigenvalue_n_m_per_rad"]
 
 
+@of_given
 def solve(
     manipulator: Manipulator,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path,

@@ -18,7 +18,7 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.runs.store import canonical
 from prb3r.study.axes import Axis, axes
 from prb3r.study.spec import Factor, Level, Study
-from prb3r.study.tree import Tree, value_at, with_value
+from prb3r.study.tree import Tree, setting_at, with_setting
 
 
 @dataclass(frozen=True)
@@ -194,9 +194,9 @@ def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, 
             if isinstance(value, Level):
                 settings = _with_level(settings, value)
             elif factor.ratio is not None:
-                settings = with_value(settings, factor.ratio[0], value * value_at(settings, factor.ratio[1]))
+                settings = with_setting(settings, factor.ratio[0], value * setting_at(settings, factor.ratio[1]))
             elif factor.path is not None:
-                settings = with_value(settings, factor.path, value)
+                settings = with_setting(settings, factor.path, value)
         except (KeyError, TypeError) as error:
             wrong.append(f"factor {name!r}: {error.args[0]}")
     return settings, wrong
@@ -206,7 +206,7 @@ def _with_level(settings: Tree, level: Level) -> Tree:
     parts = {part: getattr(level, part) for part in ("broken", "initial", "step")}
     settings = settings | {part: value for part, value in parts.items() if value is not None}
     if level.model is not None:
-        settings = with_value(settings, "model", level.model)
+        settings = with_setting(settings, "model", level.model)
     for path, value in level.set.items():
-        settings = with_value(settings, path, value)
+        settings = with_setting(settings, path, value)
     return settings

@@ -130,8 +130,10 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
                     scale(known.get(column, column), unit)
             except ValueError as error:
                 problems.append(Problem(place, str(error)))
-        if plot.kind in ("shapes", "workspace") and study.states == "none":
-            problems.append(Problem(place, f"a plot of {plot.kind} needs states = 'final' or 'path'"))
+        if plot.kind == "shapes" and study.states == "none":
+            problems.append(Problem(place, "a plot of shapes needs states = 'final' or 'path'"))
+        if plot.kind == "workspace" and (study.cloud is None or study.states != "path"):
+            problems.append(Problem(place, "a plot of a workspace needs [cloud] and states = 'path', or it is empty"))
         if plot.kind == "loops":
             problems += _loop_problems(study, plot, place)
         if plot.kind == "shapes" and study.state_disks is not None:

@@ -15,7 +15,7 @@ from prb3r.study.axes import count_cases
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
 from prb3r.study.spec import MAX_CASES, Cloud, LoadSweep, Study
-from prb3r.study.tree import Tree, with_value
+from prb3r.study.tree import Tree, with_setting
 
 MAX_PROBLEMS = 20
 """Problems of cases that are listed; more of them only say the same again."""
@@ -78,7 +78,7 @@ def _base(study: Study, manipulator: Manipulator) -> Tree:
     if study.model is not None:
         settings["manipulator"]["model"] = study.model
     for target, value in study.set.items():
-        settings = with_value(settings, target, value)
+        settings = with_setting(settings, target, value)
     return settings
 
 

@@ -67,7 +67,7 @@ class Result:
         return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
-def run_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
+def solve_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
     """Run one study file; tables and manifest are in `<output>/<name>` when it returns.
 
     Raises
@@ -116,7 +116,7 @@ def refuse_other_spec(plan: Plan) -> None:
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
-    """Run a resolved study in a folder that is kept to this process; see :func:`run_study`."""
+    """Run a resolved study in a folder that is kept to this process; see :func:`solve_study`."""
     started = time.perf_counter()
     before = read_manifest(plan.folder)
     parts = Parts(plan.folder)

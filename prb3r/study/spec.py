@@ -8,6 +8,8 @@ from pydantic import Field, model_validator
 
 from prb3r.model.files.numbers import Positive
 from prb3r.model.files.toml import read_toml
+from prb3r.model.files.toml_lines import Keys
+from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
 from prb3r.quantities import unit_ending
 from prb3r.study.metrics import AnyMetric
@@ -281,15 +283,14 @@ class Study(Strict):
                 "requirements and preferences are of designs, but no factor changes the manipulator: "
                 "say which factors tell designs apart, [designs] factors = [...]"
             )
-        for kind, names in (
-            ("factors", [factor.name for factor in self.factor]),
-            ("plots", [plot.name for plot in self.plot]),
-            ("comparisons", [comparison.name for comparison in self.comparison]),
-        ):
-            for name in sorted({name for name in names if names.count(name) > 1}):
-                problems.append(f"two {kind} are named {name!r}")
-        if problems:
-            raise ValueError("; ".join(problems))
+        places: list[tuple[Keys, str]] = [((), what) for what in problems]
+        for kind in ("factor", "plot", "comparison"):
+            names = [part.name for part in getattr(self, kind)]
+            for number, name in enumerate(names):
+                if name in names[:number]:
+                    places.append(((kind, number, "name"), f"two {kind}s are named {name!r}"))
+        if places:
+            raise KeyedError(*places)
         return self
 
 
@@ -300,5 +301,12 @@ def load_study(path: str | Path) -> Study:
     ------
     SpecError
         With every problem of the file and its line.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> study = prb3r.load_study("studies/workspace.toml")
+    >>> study.name
+    'workspace'
     """
     return read_toml(path, Study)

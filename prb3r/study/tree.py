@@ -13,7 +13,7 @@ LOAD_PARTS = ("initial", "step", "sweep", "cloud", "broken")
 """Parts of a case beside its manipulator; every other path leads into the manipulator."""
 
 
-def with_value(settings: Tree, path: str, value: Any) -> Tree:
+def with_setting(settings: Tree, path: str, value: Any) -> Tree:
     """The settings with `value` at `path`.
 
     Raises
@@ -24,7 +24,7 @@ def with_value(settings: Tree, path: str, value: Any) -> Tree:
     return _replaced(settings, _parts(path), value, path)
 
 
-def value_at(settings: Tree, path: str) -> Any:
+def setting_at(settings: Tree, path: str) -> Any:
     """The value at `path`.
 
     Raises

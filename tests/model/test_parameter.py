@@ -7,7 +7,8 @@ import pytest
 import prb3r
 from prb3r.errors import SpecError
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.parameter import changed, parameter_at
+from prb3r.model.parameter import parameter_at
+from prb3r.model.paths import with_value
 from prb3r.model.solve import solve
 
 STEPS = pd.DataFrame(
@@ -79,7 +80,7 @@ def close(manipulator, path, within=1e-5, steps=STEPS):
     found = parameter_at(manipulator, path)
     table = prb3r.sensitivities(manipulator, steps, [path])
     far = 10 * found.step
-    ahead, behind = (solve(changed(manipulator, found.keys, found.value + s * far), steps) for s in (1, -1))
+    ahead, behind = (solve(with_value(manipulator, found.keys, found.value + s * far), steps) for s in (1, -1))
     for name in ("x_m", "y_m", "angle_rad"):
         difference = (ahead[name] - behind[name]).to_numpy() / (2 * far)
         scale = np.abs(difference).max()

@@ -266,3 +266,21 @@ def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
     figure = study_figure(plot, cases, states, SCENE)
     assert any("crashed" in text for text in texts(figure))
     assert len(save_figure(figure, tmp_path, "a")) == 2
+
+
+def test_samples_are_marks_and_not_joined(coupling):
+    scene = Scene(SCENE.manipulator, SCENE.quantities, sampled=frozenset({"cable_2_n"}))
+    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    (axes,) = study_figure(plot, coupling, None, scene).axes
+    clouds = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    assert [len(line.get_xdata()) for line in clouds] == [12, 12]  # every case by itself, not medians
+    assert {line.get_linestyle() for line in clouds} == {"None"}
+
+
+def test_of_many_shapes_some_are_drawn_and_that_is_said():
+    count = 200
+    states = pd.concat([states_of(np.zeros((1, 4)), first_case=number) for number in range(count)])
+    plot = Plot(name="a", kind="shapes")
+    figure = study_figure(plot, cases_of(tip_shift_m=np.zeros(count)), states, SCENE)
+    assert sum(len(part.get_paths()) == 15 for part in polygons(figure.axes[0])) == 48
+    assert texts(figure) == ["48 of 200 drawn"]

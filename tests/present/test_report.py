@@ -114,3 +114,20 @@ def test_numbers_for_people():
     shown = style.shown(Quantity("tip_angle_rad", "", "rad", ""), [0.1])
     assert (shown.label, shown.factor * np.pi) == ("Tip angle (°)", pytest.approx(180))
     assert style.shown(Quantity("area_m2", "", "m^2", ""), [0.3]).label == "Area (m²)"
+
+
+def test_key_numbers_stand_apart_for_alternatives(tmp_path):
+    study = Study.model_validate(
+        {
+            "name": "small",
+            "title": "Cut",
+            "manipulator": "m.toml",
+            "factor": [{"name": "cut", "level": [{"label": "intact"}, {"label": "cable 1"}]}],
+        }
+    )
+    cases = pd.DataFrame({"case_id": [0, 1], "cut": ["intact", "cable 1"], "tip_x_m": [0.4, 0.1]})
+    cases = cases.assign(outcome="converged", reason="")
+    write_report(tmp_path, Source(study, cases, QUANTITIES[:1], MANIFEST | {"fits": []}))
+    lines = (tmp_path / "summary.md").read_text().split("## Key numbers")[1].split("\n\n")[1].splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+    assert [row[1:5] for row in rows] == [["intact", *["400"] * 3], ["cable 1", *["100"] * 3]]

@@ -349,7 +349,7 @@ def test_everything_wrong_comes_in_one_go(bench):
     problems = bench.refusal(written=False)
     for said in (
         "bench/recording.toml:7 measurement.tension_sd: unknown key 'tension_sd'; did you mean 'tension_sd_relative'?",
-        "bench/manipulator.toml:15 segment[0].plates: must be a whole number",
+        "bench/manipulator.toml:15 segment.1.plates: must be a whole number",
         "bench/steps.csv: column 'step' is missing",
         "bench/steps.csv column cable_1_n: row 3: empty; write 0 for no load",
         "bench/markers.csv column x_m: row 2 holds '?', not a number",

@@ -102,7 +102,7 @@ def test_all_problems_are_told_at_once_with_their_lines(tmp_path):
     )
     text = refusal(path)
     assert f"{path}:4 stats: unknown key 'stats'; did you mean 'states'?" in text
-    assert f"{path}:9 factor[0].values[1]: nan is not allowed" in text
+    assert f"{path}:9 factor.mu.values.2: nan is not allowed" in text
     assert "did you mean 'position'?" in text
     assert "a plot of lines needs x and y" in text
     assert len(text.splitlines()) == 4
@@ -178,3 +178,18 @@ def test_the_shipped_manipulator_is_the_papers():
     assert 187e9 * data["segment"][0]["width_m"] * data["segment"][0]["thickness_m"] ** 3 / 12 == pytest.approx(
         187e9 * 1.28e-12
     )  # Table 3
+
+
+@pytest.mark.parametrize("changes", [{}, {"cloud": {"count": 16, "tension_n": {"1": 50.0}}, "step": []}])
+def test_workspaces_that_would_be_empty_are_refused(study, changes):
+    if changes:
+        changes = changes | {"states": "final", "metric": [{"kind": "workspace"}]}
+    path = study(plot=[{"name": "reach", "kind": "workspace"}], **changes)
+    assert "plot reach: a plot of a workspace needs [cloud] and states = 'path'" in refusal(path)
+
+
+def test_a_second_plot_of_one_name_is_told_at_its_line(study):
+    plot = {"name": "reach", "kind": "lines", "x": "tip_x_m", "y": ["tip_y_m"]}
+    path = study(plot=[plot, plot])
+    number = [k for k, line in enumerate(path.read_text().split("\n"), 1) if "reach" in line][1]
+    assert f"{path}:{number} plot.reach.name: two plots are named 'reach'" in refusal(path)

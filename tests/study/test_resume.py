@@ -9,7 +9,7 @@ from prb3r.runs.parts import Parts
 from prb3r.runs.tasks import Workers
 from prb3r.study import resolve as resolving
 from prb3r.study.plan import plan_study
-from prb3r.study.run import Options, run_study
+from prb3r.study.run import Options, solve_study
 
 ROOT = Path(__file__).parents[2]
 SPEC = f"""
@@ -66,7 +66,7 @@ def run(tmp_path):
     def go(text=SPEC, name="trial", **options):
         path = tmp_path / f"{name}.toml"
         path.write_text(text.replace('name = "trial"', f'name = "{name}"'))
-        return run_study(path, Options(tmp_path / "out", Workers(), **options))
+        return solve_study(path, Options(tmp_path / "out", Workers(), **options))
 
     return go
 

@@ -18,7 +18,7 @@ import pytest
 from prb3r.errors import SpecError
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.plan import plan_study
-from prb3r.study.run import Options, computed_columns, run_study
+from prb3r.study.run import Options, computed_columns, solve_study
 from prb3r.study.work import solve_chunk
 
 ROOT = Path(__file__).parents[2]
@@ -59,7 +59,7 @@ def spec(tmp_path):
 
 
 def go(spec, out, jobs=1, **more):
-    return run_study(spec, Options(out, Workers(jobs=jobs), **more))
+    return solve_study(spec, Options(out, Workers(jobs=jobs), **more))
 
 
 def content(folder):

@@ -11,7 +11,7 @@ from prb3r.present.study.publish import publish
 from prb3r.study.axes import count_cases
 from prb3r.study.designs import read_designs
 from prb3r.study.plan import plan_study
-from prb3r.study.run import Options, Workers, run_study
+from prb3r.study.run import Options, Workers, solve_study
 from prb3r.study.work import Chunk, solve_chunk
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -118,7 +118,7 @@ def test_stiffness_designs_trade_coupling_for_tension(tmp_path):
     spec = spec.replace("manipulators/", f"{STUDIES}/manipulators/").replace("count = 8192", "count = 256")
     spec = spec.replace("values = [0.0, 0.15, 0.3]", "values = [0.3]").replace("[1.0, 1.26, 1.587, 2.0]", "[1.0, 2.0]")
     (tmp_path / "small.toml").write_text(spec)
-    result = run_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
+    result = solve_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
     assert result.failed == 0
     advice = advice_on(read_designs([result.folder]))
     comparison = advice.decision
@@ -137,7 +137,7 @@ def test_which_design_excludes_both_ends_and_recommends_between_them(tmp_path):
     spec = spec.replace("values = [0.1, 0.2, 0.3]", "values = [0.3]")
     spec = spec.replace("[1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0]", "[1.0, 1.2, 1.4, 2.0]")
     (tmp_path / "small.toml").write_text(spec)
-    result = run_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
+    result = solve_study(tmp_path / "small.toml", Options(tmp_path / "out", Workers(jobs=2)))
     publish(result)
     advice = advice_on(read_designs([result.folder]))
     assert advice.decision.feasible.tolist() == [False, True, True, False]

@@ -20,7 +20,8 @@ from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
-from prb3r.model.manipulator import Manipulator, load_manipulator
+from prb3r.model.given import Given, manipulator_of
+from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve
 
 DRAWS = 120
@@ -53,7 +54,7 @@ class DesignPrediction:
 
 def predict(
     diagnosis: str | Path,
-    manipulator: Manipulator | str | Path,
+    manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
     draws: int = DRAWS,
@@ -64,7 +65,7 @@ def predict(
     Parameters
     ----------
     diagnosis : the folder that `prb3r diagnose` wrote, or its diagnosis.json.
-    manipulator : the design, or its file.
+    manipulator : the design, its file, or what the file would hold.
     steps : a table of steps as for `solve`, if positions are wanted.
     draws : models and parameters that are solved for the bands.
     seed : of these draws; the same seed, the same bands.
@@ -77,7 +78,7 @@ def predict(
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     posterior, verdict = read_posterior(diagnosis)
-    design = manipulator if isinstance(manipulator, Manipulator) else load_manipulator(manipulator)
+    design = manipulator_of(manipulator)
     central, left = _carried(posterior.named, posterior.manipulator, design)
     if steps is None:
         return DesignPrediction(central, left, (), None)

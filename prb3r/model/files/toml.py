@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.model.files.place import refusal_of_place
+from prb3r.model.files.plain import plain
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
 
@@ -53,14 +54,18 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
     instance, wrong = validate(data, model, context)
     if instance is not None and not wrong:
         return instance
+    if not data:
+        needed = ", ".join(repr(name) for name, field in model.model_fields.items() if field.is_required())
+        raise SpecError(Problem(str(path), f"is empty; a {model.__name__.lower()} begins with {needed}"))
     lines = lines_of_keys(text)
-    places = sorted((line_of(lines, keys), dotted(keys), what) for keys, what in wrong)
+    places = sorted((line_of(lines, keys), dotted(keys, data), what) for keys, what in wrong)
     raise SpecError(*(Problem(f"{path}:{line} {key}".rstrip(), what) for line, key, what in places))
 
 
 def place_of(path: str | Path, keys: Keys) -> str:
     """Where a key stands in a readable TOML file, as `file:line key`, for a :class:`Problem`."""
-    return f"{path}:{line_of(lines_of_keys(_text(Path(path))), keys)} {dotted(keys)}"
+    text = _text(Path(path))
+    return f"{path}:{line_of(lines_of_keys(text), keys)} {dotted(keys, tomllib.loads(text))}"
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
@@ -71,14 +76,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     TypeError
         For what TOML has no place for.
     """
-    return tomli_w.dumps(_present(data))
-
-
-def _present(value: Any) -> Any:
-    """Plain data without the keys of tables that hold None."""
-    if isinstance(value, Mapping):
-        return {key: _present(inner) for key, inner in value.items() if inner is not None}
-    return [_present(inner) for inner in value] if isinstance(value, list | tuple) else value
+    return tomli_w.dumps(plain(data))
 
 
 def _deeper(data: Any, most: int) -> bool:

@@ -4,6 +4,7 @@ import re
 import tomllib
 from bisect import bisect_right
 from collections.abc import Mapping
+from typing import Any
 
 Keys = tuple[str | int, ...]
 """Path of keys into a file, such as `("segment", 1, "thickness_m")`."""
@@ -86,6 +87,21 @@ def line_of(lines: Mapping[Keys, int], keys: Keys) -> int:
     return next((lines[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in lines), 1)
 
 
-def dotted(keys: Keys) -> str:
-    """Keys as people write them: `("segment", 1, "thickness_m")` is `segment[1].thickness_m`."""
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")
+def dotted(keys: Keys, data: Any = None) -> str:
+    """Keys as paths of studies write them: `("segment", 1, "thickness_m")` is `segment.2.thickness_m`.
+
+    Parameters
+    ----------
+    data : that the keys lead into; elements of lists that have a name in it go by that instead of their number.
+    """
+    parts = []
+    for key in keys:
+        data = data[key] if _has(data, key) else None
+        name = data.get("name") if isinstance(key, int) and isinstance(data, dict) else None
+        named = isinstance(name, str) and re.fullmatch(r"[\w-]+", name)
+        parts.append(str(name if named else key + 1 if isinstance(key, int) else key))
+    return ".".join(parts)
+
+
+def _has(data: Any, key: str | int) -> bool:
+    return (isinstance(data, dict) and key in data) or (isinstance(data, list) and key in range(len(data)))

@@ -11,12 +11,41 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from prb3r.errors import did_you_mean
-from prb3r.model.files.toml_lines import Keys
+from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.valid_keys import valid_keys
 from prb3r.quantities import other_unit
 
 _Model = TypeVar("_Model", bound=BaseModel)
+
+
+class KeyedError(ValueError):
+    """What is wrong inside a table whose parts do not go together, for its validator to raise: keys and what."""
+
+    def __init__(self, *places: tuple[Keys, str]) -> None:
+        super().__init__(*places)
+
+    @property
+    def places(self) -> tuple[tuple[Keys, str], ...]:
+        """Keys from the table on, and what is wrong there."""
+        return self.args
+
+    def __str__(self) -> str:
+        return "; ".join(what for _, what in self.places)
+
+
+def validated(data: dict, model: type[_Model]) -> _Model:
+    """An instance of `model` from plain data.
+
+    Raises
+    ------
+    SpecError
+        With every problem, by its path.
+    """
+    instance, wrong = validate(data, model)
+    if instance is None or wrong:
+        raise SpecError(*(Problem(dotted(keys, data), what) for keys, what in wrong))
+    return instance
 
 
 def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Model | None, list[tuple[Keys, str]]]:
@@ -26,7 +55,7 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
     try:
         instance = model.model_validate(data, context=context)
     except ValidationError as invalid:
-        errors += invalid.errors(include_url=False)
+        errors += [part for error in invalid.errors(include_url=False) for part in _taken_apart(error)]
     try:
         model.model_validate_json(json.dumps(data, default=str), strict=True, context=context)
     except ValidationError as invalid:
@@ -43,6 +72,15 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
             wrong.setdefault(keys, [])
             wrong[keys] += [what] * (what not in wrong[keys])
     return instance, [(keys, what) for keys, whats in wrong.items() for what in _merged(whats)]
+
+
+def _taken_apart(error: Any) -> Iterator[Any]:
+    """An error for each of the places that a validator blames."""
+    cause = error.get("ctx", {}).get("error")
+    for keys, what in cause.places if isinstance(cause, KeyedError) else ():
+        yield {**error, "loc": (*error["loc"], *keys), "ctx": {"error": ValueError(what)}}
+    if not isinstance(cause, KeyedError):
+        yield error
 
 
 def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
@@ -124,7 +162,8 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
     if kind == "union_tag_invalid":
         name = context["discriminator"].strip("'")
         options = re.findall(r"'([^']*)'", context["expected_tags"])
-        return (*keys, name), f"unknown {name} {context['tag']!r}{did_you_mean(str(context['tag']), options)}"
+        hint = did_you_mean(str(context["tag"]), options) or f"; valid: {', '.join(options)}"
+        return (*keys, name), f"unknown {name} {context['tag']!r}{hint}"
     if kind in {"value_error", "assertion_error"}:
         return keys, str(context["error"]) or error["msg"]
     for pattern, words in _MUST_BE.items():

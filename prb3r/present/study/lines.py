@@ -30,6 +30,8 @@ def lines_figure(sheet: Sheet) -> Figure:
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
+            if sheet.scene.sampled:
+                ink |= {"ls": ""}
             _line(panel, sheet, group, ink, index)
         for reach, law, ink in fits:
             ends = select(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
@@ -58,7 +60,7 @@ def _in_order(sheet: Sheet) -> bool:
 def _band(sheet: Sheet) -> list[Patch]:
     """Legend entry of the bands, if cases of one line share a place."""
     spread = sheet.rows.groupby(["_panel", "_by", "_style", "_at"])["_up"].agg(np.ptp)
-    if _in_order(sheet) or not (spread > 0).any():
+    if _in_order(sheet) or sheet.scene.sampled or not (spread > 0).any():
         return []
     return [Patch(fc=style.PALE, lw=0, label="median and range of cases that differ otherwise")]
 
@@ -66,14 +68,14 @@ def _band(sheet: Sheet) -> list[Patch]:
 def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
     """One line: sorted, several values at one place as median and band; a locus in the order of the cases.
 
-    Failed cases are crosses: at their value if they have one, else at the lower edge.
+    Samples are marks alone.  Failed cases are crosses: at their value if they have one, else at the lower edge.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
-    if not _in_order(sheet):
+    if not _in_order(sheet) and not sheet.scene.sampled:
         curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
         if (curve["max"] > curve["min"]).any():
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
-    step = 1 if len(curve) <= 12 else -(-len(curve) // 8)
+    step = 1 if len(curve) <= 12 or sheet.scene.sampled else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)
     cross = FAILED_MARK | {"color": ink["color"]}
     failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna()]

@@ -21,7 +21,9 @@ def publish(result: Result) -> list[Path]:
         For plots that cannot be drawn from the tables, after everything else has been written.
     """
     plan, states = result.plan, result.states()
-    scene = Scene(lambda n: plan.cases[n].manipulator(), tuple(plan.quantities), tuple(result.manifest["fits"]))
+    sampled = frozenset(factor.name for factor in plan.study.factor if factor.range is not None)
+    fits = tuple(result.manifest["fits"])
+    scene = Scene(lambda n: plan.cases[n].manipulator(), tuple(plan.quantities), fits, sampled)
     files, figures, problems = [], [], []
     for plot in plan.study.plot:
         try:

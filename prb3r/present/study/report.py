@@ -1,5 +1,6 @@
 """The report of a study: a short Markdown summary and one self-contained HTML page, from its tables and manifest."""
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -139,16 +140,36 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
 
 
 def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
-    """Least, median and greatest value of each column; cases compared with themselves do not count."""
-    rows = []
+    """Least, median and greatest value of each column, apart for each alternative; not of cases against themselves."""
+    parts, rows = list(_alternatives(source)), []
     for column in columns:
         base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
-        others = source.cases.drop(select(source.cases, base).index) if base else source.cases
-        values = others[column].dropna()
-        ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
-        numbers = [source.cell(column, float(value)) for value in ends]
-        rows.append([source.shown(column).label, *numbers, source.quantity(column).meaning])
+        for words, part in parts:
+            others = part.drop(select(part, base).index) if base else part
+            values = others[column].dropna()
+            if len(values) or len(parts) == 1:
+                ends = [values.min(), values.median(), values.max()] if len(values) else [np.nan] * 3
+                numbers = [source.cell(column, float(value)) for value in ends]
+                apart = [words] if len(parts) > 1 else []
+                rows.append([source.shown(column).label, *apart, *numbers, source.quantity(column).meaning])
+    if len(parts) > 1:
+        return Table(["", "of", "least", "median", "greatest", "meaning"], rows, (0, 1, 5)) if rows else None
     return Table(["", "least", "median", "greatest", "meaning"], rows, (0, 4)) if rows else None
+
+
+def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
+    """Cases apart by factors whose values are words (broken cables, models, orders), which no median may mix.
+
+    Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.
+    """
+    names = [name for name in source.factors if not pd.api.types.is_numeric_dtype(source.cases[name])]
+    chosen = [list(some) for count in range(1, len(names) + 1) for some in itertools.combinations(names, count)]
+    sizes = [len(source.cases[some].drop_duplicates()) for some in chosen]
+    best = max(range(len(chosen)), key=lambda k: sizes[k] if sizes[k] <= FEW else 0, default=None)
+    if best is None or not 1 < sizes[best] <= FEW:
+        return [("", source.cases)]
+    groups = source.cases.groupby(chosen[best], sort=False, dropna=False)
+    return [(", ".join(map(str, values)), part) for values, part in groups]
 
 
 def _every_case(source: Source) -> Table:

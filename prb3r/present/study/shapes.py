@@ -19,6 +19,8 @@ from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
 from prb3r.present.style import Look, pale
 from prb3r.study.compare import select
 
+MOST_SHAPES = 48
+"""So many manipulators can still be told apart in a figure, which stays below 2 MB; of more, evenly spaced ones."""
 GHOST = Look(style.PALE, "", "-", "")
 
 
@@ -78,14 +80,18 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
 
 def shapes_figure(sheet: Sheet) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
-    drawn = _bodies(sheet, sheet.rows)
+    some = sheet.rows
+    if len(some) > MOST_SHAPES:
+        some = some.iloc[np.linspace(0, len(some) - 1, MOST_SHAPES).round().astype(int)]
+    drawn = _bodies(sheet, some)
     behind = list(_bodies(sheet, _reference(sheet)).values())
     corners = np.concatenate(
         [[[-0.016, 0.0]], *(body_drawn.disks.reshape(-1, 2) for body_drawn in (*drawn.values(), *behind))]
     )
     strongest = max((tension.max() for body_drawn in drawn.values() for tension in body_drawn.tensions), default=0.0)
-    missing = sheet.rows[~sheet.rows.index.isin(list(drawn))]
-    failed = [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
+    missing = some[~some.index.isin(list(drawn))]
+    failed = [f"{len(some)} of {len(sheet.rows)} drawn"] if len(some) < len(sheet.rows) else []
+    failed += [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
     titles, parts = sheet.panels()
     handles = sheet.handles(solid=True) + notes(failed)
     if behind:

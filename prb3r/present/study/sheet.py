@@ -32,6 +32,8 @@ class Scene:
     """Of metric columns; others are described by their names."""
     fits: tuple[Mapping[str, Any], ...] = ()
     """`x, y, slope, intercept, largest_deviation, where`, all in SI."""
+    sampled: frozenset[str] = frozenset()
+    """Factors that are drawn by a sampling, which have no order along which cases could be joined."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,62 @@
+"""Paths to the parts and values of a manipulator, such as `segment.1.thickness_m`, and a manipulator with one changed.
+
+Names are separated by dots; cables go by name, all other lists (segments, effects, listed offsets) by number from 1.
+"""
+
+from typing import Any
+
+from pydantic import BaseModel
+
+from prb3r.errors import did_you_mean
+from prb3r.model.files.toml_lines import Keys
+
+
+def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
+    """Keys and indices (from 0) that lead to what `path` names, which may be absent.
+
+    Raises
+    ------
+    ValueError
+        If there is no such part.
+    """
+    keys: Keys = ()
+    node: Any = manipulator
+    for part in path.split("."):
+        if isinstance(node, BaseModel):
+            _check(part, type(node).model_fields, f"{path}: there is no")
+            keys, node = (*keys, part), getattr(node, part)
+        elif isinstance(node, list) and node and "ends_at_segment" in getattr(type(node[0]), "model_fields", ()):
+            names = [cable.name for cable in node]
+            _check(part, names, f"{path}: there is no cable")
+            keys, node = (*keys, names.index(part)), node[names.index(part)]
+        elif isinstance(node, list):
+            if not part.isdigit() or not 1 <= int(part) <= len(node):
+                raise ValueError(f"{path}: {part!r} is not a number from 1 to {len(node)}")
+            keys, node = (*keys, int(part) - 1), node[int(part) - 1]
+        else:
+            raise ValueError(f"{path} leads into a plain value at {part!r}")
+    return keys
+
+
+def _check(part: str, valid, what: str) -> None:
+    if part not in valid:
+        raise ValueError(f"{what} {part!r}{did_you_mean(part, valid)}")
+
+
+def value_at(node: Any, keys: Keys) -> Any:
+    """What `keys` lead to."""
+    for key in keys:
+        node = node[key] if isinstance(key, int) else getattr(node, key)
+    return node
+
+
+def with_value(node: Any, keys: Keys, value: Any) -> Any:
+    """A copy of models or plain data with another value at `keys`, which is not checked; the rest is shared."""
+    if not keys:
+        return value
+    key, inner = keys[0], keys[1:]
+    if isinstance(node, dict):
+        return node | {key: with_value(node.get(key), inner, value)}
+    if isinstance(key, int):
+        return [*node[:key], with_value(node[key], inner, value), *node[key + 1 :]]
+    return node.model_copy(update={key: with_value(getattr(node, key), inner, value)})

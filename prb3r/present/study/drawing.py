@@ -1,0 +1,70 @@
+"""A manipulator drawn from Python: straight, or where loads bring it."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from prb3r.errors import Problem, SpecError
+from prb3r.model.given import Given, manipulator_of
+from prb3r.model.solve import solve
+from prb3r.present import style
+from prb3r.present.framing import to_scale, view_of
+from prb3r.present.study.shapes import GHOST, body, draw_body, draw_ghost, straight
+
+
+def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, axes: Axes | None = None) -> Figure:
+    """The manipulator to scale at the end of every load sequence, pale where it is straight.
+
+    Parameters
+    ----------
+    table : steps, as a table or the file that holds it, which are solved, or the table that `solve` returns; without
+        it the manipulator is drawn straight.
+    axes : to draw on, in mm; without them on a new figure.
+
+    Raises
+    ------
+    SpecError
+        With everything that is wrong with the table, or if no sequence ends in an equilibrium.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> figure = prb3r.plot("studies/manipulators/two-segment.toml")
+    >>> figure.axes[0].get_xlabel()
+    '$x$ (mm)'
+    """
+    manipulator = manipulator_of(manipulator)
+    rest, drawn = straight(manipulator), {}
+    if table is not None:
+        solved = isinstance(table, pd.DataFrame) and {"disk", "x_m", "y_m", "angle_rad"} <= set(table)
+        states = table if solved else solve(manipulator, table)
+        drawn = {
+            str(name): body(manipulator, rows[rows["step"] == rows["step"].max()])
+            for name, rows in states.dropna(subset=["x_m"]).groupby("sequence", sort=False)
+        }
+        if not drawn:
+            raise SpecError(Problem("table", "no sequence ends in an equilibrium that could be drawn"))
+    bodies = drawn or {"straight": rest}
+    looks = style.looks(list(bodies))
+    corners = np.concatenate([part.disks.reshape(-1, 2) for part in (rest, *bodies.values())])
+    strongest = max((tension.max() for part in bodies.values() for tension in part.tensions), default=0.0)
+    with matplotlib.rc_context(style.RC):
+        if axes is None:
+            (axes,) = style.panels([""], [], view_of(corners)[2])[1]
+        if drawn:
+            draw_ghost(axes, rest)
+            axes.plot([], [], color=GHOST.colour, label="straight")
+        for name, part in bodies.items():
+            draw_body(axes, part, looks[name], "-", strongest)
+            axes.plot([], [], color=looks[name].colour, marker=looks[name].marker, label=name)
+        to_scale(axes, corners)
+        axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)")
+        if drawn:
+            axes.legend()
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    return figure

@@ -1,0 +1,121 @@
+"""JSON Schemas of the files, for editors: every field with its unit and meaning."""
+
+from typing import Any
+
+from pydantic import BaseModel
+
+from prb3r.model.manipulator import Manipulator
+from prb3r.quantities import describe, unit_ending
+from prb3r.recording.recording import RecordingFile
+from prb3r.study.spec import Study
+
+FILES: dict[str, type[BaseModel]] = {"study": Study, "manipulator": Manipulator, "recording": RecordingFile}
+
+MEANINGS = {
+    "angle_rad": "Bend of a plate, difference of its disks' angles, from which on the disks touch, rad.",
+    "better": "Whether more of it is wanted, or less.",
+    "bend_rad": "Bend of the segment, rad.",
+    "broken": "Names of the cables that carry nothing.",
+    "cable": "Name of the cable that it is about.",
+    "cables": "Names of the cables that it is about; absent: all.",
+    "caption": "Text below the figure.",
+    "clearance_m": "Play of a cable in its holes, m.",
+    "coefficient": "Friction force over normal force.",
+    "comparison": "Columns that compare a case with another one.",
+    "compliance_rad_per_n_m": "Turn of each clamp per moment on it, rad per N m.",
+    "count": "How many.",
+    "cubic_m2": "c of the cubic law M = EI k (1 + c k^2), m^2.",
+    "curvature_per_m": "Curvature of the arc without stress, 1/m.",
+    "disk": "Number of the disk, 0 at the base, or tip.",
+    "efficiency": "Share that is passed on.",
+    "factor": "What the stiffness, or the angle, is multiplied by.",
+    "fit": "Straight lines through columns; of a plot: whether those of its y over its x are drawn.",
+    "frame_position_sd_m": "Standard deviation of the frame's origin, m; 0: known.",
+    "from": "First value.",
+    "geomspace": "Values with equal ratios from one end to the other.",
+    "high": "Upper end.",
+    "image_centre_m": "Centre of the image that lens distortion is about, x and y, m.",
+    "k1_per_m2": "k1 of measured = c + (p - c)(1 + k1 r^2), 1/m^2.",
+    "knee_per_m": "Curvature from which on a plate is softer, 1/m.",
+    "knee_strain": "Instead of knee_per_m: strain of the outermost fibre from which on a plate is softer.",
+    "label": "Name of it in tables and legends.",
+    "law": "Form of the law between moment and curvature.",
+    "level": "Named alternatives.",
+    "limit": "What bounds the tensions: tension_n itself, or the bend of a segment.",
+    "linspace": "Values with equal differences from one end to the other.",
+    "load_n": "Added load, N.",
+    "log_y": "Logarithmic y axis.",
+    "low": "Lower end.",
+    "measurement": "How exactly was measured: standard deviations.",
+    "method": "Of sampling: both fill the ranges evenly.",
+    "metric": "What a case is judged by; of a requirement or preference: a column of the cases.",
+    "at_least": "The requirement holds from this value on, in the unit of its column.",
+    "at_most": "The requirement holds up to this value, in the unit of its column.",
+    "designs": "What tells designs apart.",
+    "factors": "Names of the factors that tell designs apart.",
+    "model": "How plates bend, instead of what the manipulator file says.",
+    "name": "Name of it; of a factor or comparison also its column, with the unit as ending.",
+    "of": "What the law depends on; of a comparison: the column that is compared.",
+    "offset_m": "Error of the cable's offset, added to it, m.",
+    "offset_n": "Added to the applied tension, N.",
+    "plate": "Number of the plate, 1 at the base.",
+    "plates": "Numbers of the plates that it is about; absent: all.",
+    "plot": "Figures, each written as PNG and SVG.",
+    "position_sd_m": "Standard deviation of a position as read, m.",
+    "presliding_m": "Travel of a cable over which friction builds up, m.",
+    "prior": "Independent knowledge of the constants.",
+    "question": "What the study is to answer, for its report.",
+    "ratio": "Tangent stiffness beyond the knee over that before it.",
+    "relative_to_length": "Whether distances are divided by the straight length.",
+    "sampling": "How factors with a range are sampled.",
+    "scale": "Measured over true lengths, about the base origin.",
+    "seed": "Of everything random.",
+    "segment": "Number of the segment, 1 at the base.",
+    "share": "Of the cable's tension that is let go.",
+    "sharpness": "How sharp the knee is.",
+    "side": "Toward which offsets plates must bend for it; absent: both.",
+    "states": "Equilibria that are kept: none, those of last steps (final), or of all steps (path).",
+    "stiffness_n_m2": "Bending stiffness that each cable adds to the plates it runs through, N m^2.",
+    "stiffness_n_m_per_rad": "Stiffness of the contact, N m per rad.",
+    "tension_n": "Largest tension of each cable that is driven, N.",
+    "terms": "Terms of the fitted law, which add up.",
+    "through_origin": "Whether the line goes through zero.",
+    "title": "Heading of the report.",
+    "tolerance": "How exactly the rig was made: standard deviations of its own geometry.",
+    "to": "Last value; of a comparison: factor values of the case to compare with.",
+    "up_to": "Factor on the loads up to which they are grown.",
+    "up_to_n": "Largest tension that is tried, N.",
+    "values": "The values one by one.",
+    "cloud": "Many independent loads on every case, instead of steps.",
+    "weight": "Against that of other preferences.",
+    "where": "Only cases with these values of columns count.",
+    "x": "Along the x axis: a column, or of a published point its value in SI.",
+    "x_m_s2": "In-plane gravity along the straight manipulator, m/s^2.",
+    "x_n": "Force along the straight manipulator, N.",
+    "x_unit": "Unit along x, such as mm or deg, instead of the one people read at this size.",
+    "y": "Along the y axis: columns, or of a published point its value in SI.",
+    "y_from_zero": "Whether the y axis begins at zero.",
+    "y_m_s2": "In-plane gravity toward positive offsets, m/s^2.",
+    "y_n": "Force toward positive offsets, N.",
+    "y_unit": "Unit along y, such as mm or deg, instead of the one people read at this size.",
+    "youngs_modulus": "Relative standard deviation of Young's modulus; absent: unknown.",
+    "friction_coefficient": "Relative standard deviation of the friction coefficient; absent: unknown.",
+}
+"""Of fields whose classes do not describe them, by name; a name means the same wherever it stands."""
+
+
+def schema_of(file: str) -> dict[str, Any]:
+    """JSON Schema of a `study`, a `manipulator` or a `recording`."""
+    schema = FILES[file].model_json_schema()
+    for part in (schema, *schema.get("$defs", {}).values()):
+        for name, field in part.get("properties", {}).items():
+            if "description" not in field:
+                field["description"] = _meaning(name, part)
+    return schema
+
+
+def _meaning(name: str, part: dict[str, Any]) -> str:
+    if name == "kind":
+        return part.get("description", "").split("\n\n")[0] or "What it is."
+    known = describe(name)
+    return MEANINGS.get(name) or (f"{known.meaning}, {known.unit}." if unit_ending(name) else "")

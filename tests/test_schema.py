@@ -1,0 +1,28 @@
+"""Schemas for editors: every field says what it is, and in which unit."""
+
+import pytest
+
+from prb3r.schema import FILES, MEANINGS, schema_of
+
+
+def fields(file):
+    schema = schema_of(file)
+    for title, part in {file: schema, **schema["$defs"]}.items():
+        yield from ((f"{title}.{name}", field) for name, field in part.get("properties", {}).items())
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_every_field_is_described(file):
+    bare = [name for name, field in fields(file) if len(field["description"].split()) < 2]
+    assert not bare
+
+
+def test_the_length_of_a_plate_is_called_that():
+    described = dict(fields("manipulator"))
+    assert "one plate" in described["Segment.length_m"]["description"]
+    assert "not that of the segment" in described["Segment.length_m"]["description"]
+
+
+def test_no_meaning_is_left_without_a_field():
+    names = {name.split(".")[1] for file in FILES for name, _ in fields(file)}
+    assert names >= MEANINGS.keys()
