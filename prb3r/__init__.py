@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from prb3r.diagnosis.result.design_prediction import predict
+    from prb3r.diagnosis.result.design_prediction import predict_design as predict
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
     from prb3r.front import compare, diagnose, run_study
     from prb3r.inverse.reach import reach
@@ -32,7 +32,7 @@ _WHERE = {
     "load_recording": "recording.reading",
     "load_study": "study.spec",
     "plot": "present.study.drawing",
-    "predict": "diagnosis.result.design_prediction",
+    "predict": "diagnosis.result.design_prediction:predict_design",
     "reach": "inverse.reach",
     "run_study": "front",
     "sensitivities": "model.sensitivity",
@@ -68,7 +68,8 @@ def __getattr__(name: str):
 
     if name not in _WHERE:
         raise AttributeError(f"module 'prb3r' has no attribute {name!r}")
-    offered = getattr(import_module(f"prb3r.{_WHERE[name]}"), name)
+    module, _, defined = _WHERE[name].partition(":")
+    offered = getattr(import_module(f"prb3r.{module}"), defined or name)
     globals()[name] = offered
     return offered
 

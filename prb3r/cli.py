@@ -298,13 +298,13 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
 @click.option("--seed", default=0, show_default=True, help="Of the draws behind the bands.")
 def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
     """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands."""
-    from prb3r.diagnosis.result.design_prediction import predict
+    from prb3r.diagnosis.result.design_prediction import predict_design
     from prb3r.model.files.table import write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
     if output and steps is None and Path(output).suffix != ".toml":
         raise SpecError(Problem(output, "without STEPS a manipulator is written: a .toml file"))
-    learnt = predict(diagnosis, manipulator, steps, seed=seed)
+    learnt = predict_design(diagnosis, manipulator, steps, seed=seed)
     if output and learnt.positions is not None:
         write_table(learnt.positions, output)
     elif output:

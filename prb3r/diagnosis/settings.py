@@ -52,6 +52,9 @@ class Settings:
     most_new: int = 4
     """Effects that a proposed set has more than the one it is proposed around: as far as linearisation is trusted.
     Choice."""
+    most_effects: int = 8
+    """Effects of a model at most: real rigs have four or five, and a mismatch that takes more has another cause.
+    Choice, for time."""
     gross: float = 4.0
     """Reduced chi-square of the constants alone from which on small loads are explained first.  Choice."""
     fewest_small_loads: float = 5.0

@@ -26,7 +26,7 @@ from prb3r.model.solve import solve
 
 DRAWS = 120
 """Solved for a band: its ends at 2.5 % are then the third draw from either end."""
-COORDINATES = ("x_m", "y_m", "angle_rad")
+PREDICTED = ("x_m", "y_m", "angle_rad")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class DesignPrediction:
         return "".join(lines) + toml_text({key: value for key, value in plain.items() if value != []})
 
 
-def predict(
+def predict_design(
     diagnosis: str | Path,
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
@@ -87,7 +87,7 @@ def predict(
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     positions = solve(central, steps)
     drawn = [_carried(draw, posterior.manipulator, design)[0] for draw in posterior.draws(draws, seed)]
-    spread = np.stack([solve(one, steps)[list(COORDINATES)].to_numpy() for one in drawn])
+    spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
         remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
@@ -135,7 +135,7 @@ def _banded(positions: pd.DataFrame, spread: np.ndarray) -> pd.DataFrame:
     """Central positions and, of draws (d, rows, 3), the band of every coordinate."""
     table = positions[["sequence", "step", "disk"]].copy()
     known = ~np.isnan(spread).all(0)
-    for k, name in enumerate(COORDINATES):
+    for k, name in enumerate(PREDICTED):
         stem, unit = name.rsplit("_", 1)
         ends = np.full((2, len(table)), np.nan)
         rows = known[:, k]

@@ -94,7 +94,8 @@ class Pool:
         fitted, settings = self.fits[effects], self.settings
         self.expanded.add(effects)
         linear, present = linear_model(fitted, self.search.library, self.search.log_odds)
-        sets = best_sets(linear, [frozenset(), present], settings.beam, len(present) + settings.most_new)
+        most = min(len(present) + settings.most_new, settings.most_effects)
+        sets = best_sets(linear, [frozenset(), present], settings.beam, most)
         base, tasks = linear.evidence(present), []
         count = settings.costly_proposals if fitted.costly else settings.proposals
         for proposal in worth_fitting(sets, len(present), count):
