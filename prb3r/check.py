@@ -79,8 +79,8 @@ def _keys(path: Path) -> set[str]:
 
 def _text_is_toml(path: Path) -> bool:
     try:
-        tomllib.loads(path.read_text())
-    except (OSError, ValueError):
+        tomllib.loads(path.read_text("utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
         return False
     return True
 

@@ -76,7 +76,7 @@ def _named_manipulator(file: Path) -> str | None:
     """The manipulator that a recording file names in spite of its problems."""
     try:
         named = tomllib.loads(file.read_text()).get("manipulator")
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return named if isinstance(named, str) and named else None
 
