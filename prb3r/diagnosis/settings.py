@@ -169,8 +169,6 @@ class Settings:
     """Reweighted fits, in which readings count less the further they are off."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
-    most_imitated: int = 3
-    """Effects that are granted before a blunder is said.  Choice, for time."""
     most_blunders: int = 3
     """Blunders that are looked for in one recording.  Choice."""
 

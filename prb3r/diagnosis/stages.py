@@ -10,7 +10,8 @@ from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
 from prb3r.diagnosis.checks.repeats import Scatter, scatter
 from prb3r.diagnosis.checks.residuals import model_checks
-from prb3r.diagnosis.checks.setup.find import find_blunders
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, least_gain
+from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.outliers import Doubts
@@ -114,23 +115,53 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
     report("set-up")
-    blunders = find_blunders(task.recording, task.settings)
-    if blunders:
-        task = replace(task, recording=blunders[-1].mended)
-    report("calibrate")
     try:
-        calibrated = calibrate(task)
-        report("doubt")
-        doubted = doubt(calibrated, apply)
+        searched, blunders = without_blunders(task, report, apply)
     except ValueError as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
-    report("test")
-    tested = test(doubted)
-    report("search")
-    searched = search(tested)
     report("check")
     investigation = check(searched)
     return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
+
+
+def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Blunder, ...]]:
+    """What was chosen for a recording once the blunders of its set-up are mended, and these.
+
+    A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
+    effects, speak for it.
+    """
+    blunders, suspected = blunders_of(task.recording, task.settings)
+    task = _mended(task, blunders)
+    searched = to_search(task, report, apply)
+    while suspected is not None and len(blunders) < task.settings.most_blunders:
+        report("search")
+        other = to_search(_mended(task, (suspected,)), lambda stage: None, apply)
+        after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
+        if not speaks_for(after, before, least_gain(task.recording, task.settings)):
+            break
+        task, searched = _mended(task, (suspected,)), other
+        more, following = blunders_of(task.recording, task.settings)
+        blunders, suspected = (*blunders, suspected, *more), following
+        if more:
+            task = _mended(task, more)
+            searched = to_search(task, lambda stage: None, apply)
+    return searched, blunders
+
+
+def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
+    return replace(task, recording=blunders[-1].mended) if blunders else task
+
+
+def to_search(task: Task, report: Report, apply: Apply) -> Searched:
+    """All stages between the set-up and the checks."""
+    report("calibrate")
+    calibrated = calibrate(task)
+    report("doubt")
+    doubted = doubt(calibrated, apply)
+    report("test")
+    tested = test(doubted)
+    report("search")
+    return search(tested)
 
 
 def calibrate(task: Task) -> Calibrated:

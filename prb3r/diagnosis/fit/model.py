@@ -4,7 +4,7 @@ Residuals are whitened with the full covariance and followed by one row for each
 squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -19,6 +19,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction
+from prb3r.model.files.plausible import MODULI, STRONGEST_FRICTION
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind
 
@@ -107,10 +108,18 @@ class Model:
     def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest value of every parameter; some move with the friction in `p`."""
         friction = self.friction(p)
-        far = [self.settings.farthest if name.startswith("log") else np.inf for name in self.varied]
+        of_constants = [self.widest.get(name, (-np.inf, np.inf)) for name in self.varied]
         of_effects = [free.bounds(friction) for hypothesis in self.hypotheses for free in hypothesis.free]
-        low = np.array([-f for f in far] + [a for a, _ in of_effects])
-        return low, np.array(far + [b for _, b in of_effects])
+        low, high = np.array(of_constants + of_effects).T
+        return low, high
+
+    @cached_property
+    def widest(self) -> Mapping[str, tuple[float, float]]:
+        """Ends of the logarithms of the factors on constants: within `Settings.widest_factor`, as rigs have them."""
+        manipulator, far = self.predict.recording.manipulator, self.settings.farthest
+        soft, stiff = np.log(np.array(MODULI) / manipulator.youngs_modulus_pa).tolist()
+        rough = float(np.log(STRONGEST_FRICTION / (manipulator.friction.coefficient or STRONGEST_FRICTION)))
+        return {"log_stiffness": (max(-far, soft), min(far, stiff)), "log_friction": (-far, min(far, rough))}
 
     def solve(self, p: np.ndarray) -> Solution:
         """States and readings for the parameters `p`."""

@@ -131,13 +131,18 @@ def posterior_of(choice: Choice) -> Posterior:
     return Posterior(manipulator=nominal, models=models)
 
 
+def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
+    """A calibrated constant as a free parameter; `ends` of the logarithm of its factor."""
+    low, high = (nominal * np.exp(ends)).tolist()
+    return Free(name, nominal, low, high, log=True)
+
+
 def _model_posterior(survivor: Survivor, named: bool) -> ModelPosterior:
     fitted = survivor.fitted
     model, nominal = fitted.model, fitted.model.predict.recording.manipulator
     values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
-    far = float(np.exp(model.settings.farthest))
     frees = {
-        k: Free(FILE_NAMES[name], values[name], values[name] / far, values[name] * far, log=True)
+        k: _free(FILE_NAMES[name], values[name], model.widest[name])
         for k, name in enumerate(model.varied)
         if name in FILE_NAMES
     }

@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
@@ -65,7 +66,8 @@ def strained(fitted: Fit) -> list[str]:
     for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
         text, far = CONSTANT_NAMES[name], abs(value) / sd
         ended = f"{np.exp(value):.3g} times the nominal one" if name.startswith("log") else f"{value:.3g}"
-        if name.startswith("log") and abs(value) > model.settings.farthest - 1e-6:
+        low, high = model.widest.get(name, (-np.inf, np.inf))
+        if not low + AT_BOUND < value < high - AT_BOUND:
             remarks.append(f"{text} ends at {ended}, as far off as is allowed: something else is wrong")
         elif far > model.settings.strained_sd:
             remarks.append(

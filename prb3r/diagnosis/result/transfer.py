@@ -56,9 +56,18 @@ def carried_effects(
     effects: Iterable[Effect], here: Manipulator, there: Manipulator
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects of one manipulator as they act on another, and the reason for every one that is left behind."""
-    alike, carried, left = same_geometry(here, there), list[Effect](), list[str]()
+    if same_geometry(here, there):
+        return tuple(effects), ()
+    return other_geometry(effects, here, there)
+
+
+def other_geometry(
+    effects: Iterable[Effect], here: Manipulator, there: Manipulator
+) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+    """The same where the two are different rigs, whatever their files say: what belongs to one part stays behind."""
+    carried, left = list[Effect](), list[str]()
     for effect in effects:
-        moved = effect if alike else SUSPECTS[effect.kind].transfer(effect, here, there)
+        moved = SUSPECTS[effect.kind].transfer(effect, here, there)
         problems = () if isinstance(moved, str) else tuple(moved.problems(there))
         if isinstance(moved, str) or problems:
             left.append(moved if isinstance(moved, str) else "; ".join(problems))

@@ -14,7 +14,7 @@ from none, by adding, leaving out and exchanging.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -165,13 +165,23 @@ def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], width: int, 
 
 
 def _neighbours(model: LinearModel, chosen: frozenset[int], most: int) -> Iterator[frozenset[int]]:
-    """Sets with one column more, less or exchanged; of many additions the best."""
+    """Sets with one column more, less or exchanged, and with one instead of all of a kind or of any two; of many
+    additions the best."""
     if len(chosen) < most:
         yield from _with_best(model, chosen, 4)
     for k in chosen:
         less = chosen - {k}
         yield less
         yield from _with_best(model, less, 2)
+    for several in {*map(frozenset, combinations(chosen, 2)), *_of_one_kind(model, chosen)}:
+        yield from _with_best(model, chosen - several, 2)
+
+
+def _of_one_kind(model: LinearModel, chosen: frozenset[int]) -> Iterator[frozenset[int]]:
+    """Columns of a kind that is chosen three times or more: many parts that may be one whole."""
+    kinds = [model.columns[k].hypothesis.kind for k in chosen]
+    for kind in {kind for kind in kinds if kinds.count(kind) > 2}:
+        yield frozenset(k for k in chosen if model.columns[k].hypothesis.kind == kind)
 
 
 def _with_best(model: LinearModel, chosen: frozenset[int], count: int) -> Iterator[frozenset[int]]:

@@ -9,6 +9,8 @@ from pydantic import AfterValidator
 from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.quantities import GIVEN_IN
 
+MODULI = (1e6, 2e12)
+"""From soft rubber to beyond diamond, Pa."""
 STRONGEST_FRICTION = 5.0
 """Above any cable on any rim (steel on steel 0.2 to 0.8, rubber up to 2); angles of friction in degrees lie above."""
 
@@ -66,8 +68,7 @@ Thickness = Annotated[Positive, AfterValidator(Bounds(0.0, 0.1, "m", _LENGTHS))]
 DiskThickness = Annotated[NonNegative, AfterValidator(Bounds(0.0, 0.2, "m", _LENGTHS))]
 Mass = Annotated[NonNegative, AfterValidator(Bounds(0.0, 20.0, "kg", (("g", 1e-3),)))]
 Acceleration = Annotated[Positive, AfterValidator(Bounds(1e-3, 100.0, "m/s^2", (("cm/s^2", 1e-2), ("mm/s^2", 1e-3))))]
-Modulus = Annotated[Positive, AfterValidator(Bounds(1e6, 2e12, "Pa", _PRESSURES))]
-"""From soft rubber to beyond diamond."""
+Modulus = Annotated[Positive, AfterValidator(Bounds(*MODULI, "Pa", _PRESSURES))]
 Stress = Annotated[Positive, AfterValidator(Bounds(1e5, 2e10, "Pa", _PRESSURES[1:] + _PRESSURES[:1]))]
 Stiffness = Annotated[Positive, AfterValidator(Bounds(0.0, 1e4, "N m^2", (("N mm^2", 1e-6),)))]
 Coefficient = Annotated[NonNegative, AfterValidator(_friction_coefficient)]

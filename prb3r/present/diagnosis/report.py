@@ -13,6 +13,7 @@ from prb3r import __version__
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import proposed
 from prb3r.present import style
+from prb3r.present.diagnosis import belief
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
@@ -93,7 +94,12 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
         "held_out": say.confirmation(diagnosis),
-        "alternatives": list(say.other_explanations(diagnosis)),
+        "alternatives": [*belief.other_sets(diagnosis), *say.other_explanations(diagnosis)],
+        "models": belief.surviving_models(diagnosis),
+        "noise": belief.noise_sentence(diagnosis),
+        "tolerances": belief.tolerances(diagnosis),
+        "checks": belief.checks(diagnosis),
+        "other_designs": list(belief.carry_over(diagnosis)),
         "nothing_else": say.nothing_else(diagnosis),
         "nothing_to_measure": say.nothing_to_measure(diagnosis),
         "proposals": [
@@ -117,8 +123,11 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
             texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
             interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"
             title = say.parameter_title(key) if key else "–"
-            rows.append([say.spaced(effect.name), title, texts[0], interval, say.rounded(effect.delta_bic), gain])
-    head = ["Effect", "Parameter", "Value", "95 % interval", "Change of BIC", "Held-out gain"]
+            presence = say.percent(effect.probability) + (", certain" if effect.certain else "")
+            rows.append(
+                [say.spaced(effect.name), title, texts[0], interval, presence, say.rounded(effect.delta_bic), gain]
+            )
+    head = ["Effect", "Parameter", "Value", "95 % interval", "Probability", "Change of BIC", "Held-out gain"]
     return Table(head, rows, (0, 1)) if rows else None
 
 

@@ -4,25 +4,19 @@ What speaks for a blunder is the logarithm of a likelihood ratio, a photograph c
 chance the largest among `k` remedies exceeds :math:`\\ln(k / a)` in a share `a` of all right recordings.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
-from prb3r.diagnosis.checks.setup.physics import imitations
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
-from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy, with_manipulator
+from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.prediction import Constants, predictor
 from prb3r.diagnosis.settings import Settings
-from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Recording
-
-IMITATIONS_FITTED = 2
-"""Of the effects that imitate a blunder, how many are fitted in full before the best is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +30,8 @@ class Blunder:
     file: File
     """That has to be mended."""
     mended: Recording
-    gain: float
-    """Logarithm of the likelihood ratio."""
+    plain: bool
+    """Whether constants alone explain the mended recording; else effects that were left out could do as well."""
 
     @property
     def statement(self) -> str:
@@ -112,47 +106,34 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     return Attempt(recording, remedies(recording), trying, here, grid, seen)
 
 
-def find_blunders(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:
-    """The blunders of a recording, the plainest first, each looked for with those before it mended; mostly none."""
-    out: list[Blunder] = []
-    for _ in range(settings.most_blunders):
-        blunder = find_blunder(out[-1].mended if out else recording, settings)
-        if blunder is None:
-            break
-        out.append(blunder)
-    return tuple(out)
+def blunders_of(recording: Recording, settings: Settings) -> tuple[tuple[Blunder, ...], Blunder | None]:
+    """The plain blunders of a recording, each looked for with those before it mended, and one that is suspected then.
+
+    Mostly there are none.
+    """
+    plain: list[Blunder] = []
+    while len(plain) < settings.most_blunders:
+        blunder = find_blunder(plain[-1].mended if plain else recording, settings)
+        if blunder is None or not blunder.plain:
+            return tuple(plain), blunder
+        plain.append(blunder)
+    return tuple(plain), None
 
 
 def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
-    """The blunder that explains most of a recording's misfit, if one explains more than chance and physics could."""
+    """The blunder that explains most of a recording's misfit, if one explains more than chance could."""
     attempt = attempt_on(recording, settings)
-    tried, threshold = trials(attempt), np.log(len(attempt.among) / settings.blunder_rate)
-    best = tried[0]
-    if best.gain < threshold or is_physics(attempt, best, threshold):
+    best, *others = trials(attempt)
+    if best.gain < least_gain(recording, settings):
         return None
-    alike = tuple(t.remedy.blunder for t in tried[1:] if t.total < best.total + settings.close_fit / 2)
-    return Blunder(best.remedy.blunder, alike, best.remedy.file, best.mended.recording, best.gain)
+    alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
+    plain = best.total < len(recording.of_sequence)  # a photograph misses by its noise: there is no more to explain
+    return Blunder(best.remedy.blunder, alike, best.remedy.file, best.mended.recording, plain)
 
 
-def is_physics(attempt: Attempt, best: Trial, threshold: float) -> bool:
-    """Whether physics that imitates blunders explains more, and the blunder neither much beside it nor a part of it."""
-    if best.total < len(attempt.recording.of_sequence):  # within the noise: there is no more to explain
-        return False
-    imitated = imitation(attempt, best.gain)
-    if imitated is None or imitated.gain <= best.gain:
-        return False
-    effects = imitated.mended.recording.manipulator.effect
-    if _beside(attempt, effects, best).gain >= threshold:
-        return False
-    added = range(len(attempt.recording.manipulator.effect), len(effects))
-    instead = (_beside(attempt, [*effects[:k], *effects[k + 1 :]], best) for k in added)
-    return all(tried.total > imitated.total for tried in instead)
-
-
-def _beside(attempt: Attempt, effects: Sequence[Effect], best: Trial) -> Trial:
-    """A remedy, granted that the manipulator has these effects."""
-    granted = attempt_on(_physics(tuple(effects)).mend(attempt.recording).recording, attempt.trying.settings)
-    return granted.full(granted.rough(best.remedy))
+def least_gain(recording: Recording, settings: Settings) -> float:
+    """Logarithm of a likelihood ratio that no remedy reaches by chance, but in a share `Settings.blunder_rate`."""
+    return float(np.log(len(remedies(recording)) / settings.blunder_rate))
 
 
 def trials(attempt: Attempt) -> list[Trial]:
@@ -160,31 +141,6 @@ def trials(attempt: Attempt) -> list[Trial]:
     rough = sorted(map(attempt.rough, attempt.among), key=_gain, reverse=True)
     full = map(attempt.full, rough[: attempt.trying.settings.blunders_fitted])
     return sorted(full, key=_gain, reverse=True)
-
-
-def imitation(attempt: Attempt, enough: float) -> Trial | None:
-    """The misfit explained by physics that imitates blunders: effects added while they gain, until it is `enough`."""
-    best: Trial | None = None
-    for _ in range(attempt.trying.settings.most_imitated):
-        already = best.mended.recording.manipulator.effect if best else attempt.recording.manipulator.effect
-        rough = [attempt.rough(_physics((*already, more))) for more in imitations(attempt.recording, already)]
-        full = [attempt.full(tried) for tried in sorted(rough, key=_gain, reverse=True)[:IMITATIONS_FITTED]]
-        better = max(full, key=_gain, default=None)
-        if better is None or (best and better.gain < best.gain + 1):
-            break
-        best = better
-        if best.gain > enough:
-            break
-    return best
-
-
-def _physics(effects: tuple[Effect, ...]) -> Remedy:
-    """A recording whose manipulator has these effects."""
-    return Remedy(
-        "physics",
-        "manipulator",
-        lambda known: with_manipulator(known, known.manipulator.model_copy(update={"effect": list(effects)})),
-    )
 
 
 def _gain(tried: Trial) -> float:

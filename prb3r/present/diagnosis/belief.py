@@ -1,0 +1,81 @@
+"""What a recording leaves standing: models and their probabilities, noise, tolerances, checks, what carries over."""
+
+from collections.abc import Iterator
+
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.transfer import other_geometry
+from prb3r.present.diagnosis import sentences as say
+from prb3r.present.page import Table
+
+RARE = 0.003
+"""Chance below which a check is set in bold: what `Settings.naming_rate` asks of checks."""
+MOST_SHOWN = 6
+"""Tolerances that are listed, those farthest from the drawing first."""
+
+
+def surviving_models(diagnosis: Diagnosis) -> Table | None:
+    """Sets of effects that the recording leaves standing; None where there is nothing but the nominal physics."""
+    if not any(model.effects for model in diagnosis.models):
+        return None
+    rows = []
+    for model in diagnosis.models:
+        score = "–" if model.heldout_log_score is None else say.rounded(model.heldout_log_score)
+        effects = ", ".join(map(say.spaced, model.effects)) or "none"
+        rows.append([effects, say.percent(model.probability), say.rounded(model.reduced_chi2), score])
+    head = ["Effects", "Probability", "Squared error per degree of freedom", "Log score, held out"]
+    return Table(head, rows)
+
+
+def other_sets(diagnosis: Diagnosis) -> Iterator[str]:
+    """The sets of effects that could stand in place of what is named."""
+    for kinds in diagnosis.alternatives:
+        yield f"Instead of what is named: {', '.join(map(say.spaced, kinds)) or 'nothing but constants'}."
+
+
+def noise_sentence(diagnosis: Diagnosis) -> str:
+    """How large the noise is found to be beside the stated one, and what a photograph has in common."""
+    noise = diagnosis.noise
+    text = (
+        f"The readings scatter {say.rounded(noise.scale)} times as much as was stated "
+        f"({say.rounded(noise.scale_low)} to {say.rounded(noise.scale_high)}); all judgements rest on that scatter."
+    )
+    if not noise.common:
+        return text
+    whole = noise.reach >= diagnosis.nominal.plates
+    over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
+    return f"{text} Of its variance {over} {say.percent(noise.common)} in common."
+
+
+def tolerances(diagnosis: Diagnosis) -> Table | None:
+    """How far the rig is off its drawing, where the recording tells; beyond three deviations in bold."""
+    rows = []
+    far = sorted(diagnosis.tolerances, key=lambda tolerance: -abs(tolerance.value) / tolerance.prior_sd)
+    for tolerance in far[:MOST_SHOWN]:
+        ends = (tolerance.value, tolerance.low, tolerance.high, tolerance.prior_sd)
+        value, low, high, sd = (say.value_text(tolerance.name, end) for end in ends)
+        judgement = "**beyond tolerance**" if tolerance.beyond else "within tolerance"
+        rows.append([tolerance.name, value, f"{low} to {high}", sd, judgement])
+    head = ["What", "Off by", "95 % interval", "Tolerance (sd)", ""]
+    return Table(head, rows, (0, 4)) if rows else None
+
+
+def checks(diagnosis: Diagnosis) -> Table:
+    """Chances of as much misfit, or more, if the best model were right; rare ones in bold."""
+    rows = []
+    for check in diagnosis.checks:
+        chance = "below 0.0001" if check.p < 1e-4 else say.rounded(check.p)
+        rows.append([check.name, f"**{chance}**" if check.p < RARE else chance])
+    return Table(["Check", "Chance"], rows)
+
+
+def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
+    """What of the named effects tells of other designs and what stays with this rig."""
+    known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]
+    carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal)
+    if carried:
+        kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
+        yield f"Carries over to other designs of the same material and cables: E, μ, {', '.join(kinds)}."
+    else:
+        yield "To other designs of the same material and cables E and μ carry over, no effect does."
+    for reason in dict.fromkeys(left):
+        yield f"Stays with this rig: {say.spaced(reason)}."
