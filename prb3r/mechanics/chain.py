@@ -93,6 +93,8 @@ class Chain(NamedTuple):
     """Loads that always act (one step), at rest too; tensions are added to the applied ones."""
     tip_efficiency: float = 1.0
     """Share of the tip load that arrives."""
+    disk_efficiency: np.ndarray | float = 1.0
+    """(n, 1) share of the load on each disk 1..n that arrives."""
     gain: np.ndarray | float = 1.0
     """(m,) true over noted tension, as the noted one goes to zero."""
     quadratic: np.ndarray | float = 0.0
@@ -155,7 +157,8 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     """
     constant = chain.constant or no_loads(chain)
     tip, true = loads.tip * chain.tip_efficiency, loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
-    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (true, loads.force, tip, loads.moment)]
+    force = loads.force * chain.disk_efficiency
+    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (true, force, tip, loads.moment)]
     always = constant.tension, constant.force, constant.tip, constant.moment
     tension, force, tip, moment = (f + c for f, c in zip(applied, always, strict=True))
     slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])

@@ -175,7 +175,7 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
 def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
     """Whether the same loads act, and not only equal ones."""
     (chain, loads), (nominal, nominal_loads) = side, problem
-    names = "tip_efficiency", "gain", "quadratic", "friction_exponent", "friction_tension"
+    names = "tip_efficiency", "disk_efficiency", "gain", "quadratic", "friction_exponent", "friction_tension"
     same = loads is nominal_loads and chain.constant is nominal.constant
     return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)
 

@@ -246,6 +246,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("precurvature", {"plates": (4,)}, {"curvature_per_m": (1, None, None)}, "Plate 4 is bent"),
         ("precurvature", {"plates": (4, 5, 6)}, {"curvature_per_m": (1, None, None)}, "Plates 4 to 6 are bent"),
         ("tip_load_friction", {}, {"efficiency": (0.8, None, None)}, "only 80 % arrives"),
+        (
+            "weight_friction",
+            {"disk": 6},
+            {"efficiency": (0.74, 0.7, 0.8)},
+            "disk 6 only 74 (70 to 80) % arrives",
+        ),
         ("camera_scale", {}, {"scale": (1.00123, None, None)}, "1.0012 times the true ones"),
     ],
 )

@@ -66,6 +66,7 @@ def same(a, b, within=1e-9):
         {"kind": "gravity"},
         {"kind": "tip_force"},
         {"kind": "tip_load_friction", "efficiency": 1.0},
+        {"kind": "weight_friction", "efficiency": 1.0},
         {"kind": "camera_scale", "scale": 1.1},
     ],
 )
@@ -320,6 +321,18 @@ def test_gravity_is_a_load_on_every_disk_and_the_tip_force_one_on_the_tip():
     assert same(pushed, state(rig, tip=(0.5, -1.0)))
     braked = state(manipulator({"kind": "tip_load_friction", "efficiency": 0.6}), tip=(0.0, -2.0))
     assert same(braked, state(rig, tip=(0.0, -1.2)))
+
+
+def test_of_a_hung_weight_a_share_arrives_at_every_disk_or_at_one():
+    def tip(rig, second, fourth):
+        steps = pd.DataFrame({"sequence": ["a"], "step": [1], "disk2_y_n": [second], "disk4_y_n": [fourth]})
+        return solve_steps(rig, steps)[["x_m", "y_m", "angle_rad"]].to_numpy()
+
+    held, one = (manipulator({"kind": "weight_friction", "efficiency": 0.7, **disk}) for disk in ({}, {"disk": 2}))
+    assert tip(held, -2.0, -1.0) == pytest.approx(tip(manipulator(), -1.4, -0.7), abs=1e-12)
+    assert tip(one, -2.0, -1.0) == pytest.approx(tip(manipulator(), -1.4, -1.0), abs=1e-12)
+    with pytest.raises(ValueError, match="loads act on disks 1 to 4, not on 5"):
+        manipulator({"kind": "weight_friction", "efficiency": 0.7, "disk": 5})
 
 
 def test_constant_effects_act_at_rest_and_history_starts_there():

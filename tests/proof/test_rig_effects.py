@@ -109,6 +109,7 @@ NOTHING = [
     effect("gravity", x_m_s2=0.0, y_m_s2=0.0),
     effect("tip_force", x_n=0.0, y_n=0.0),
     effect("tip_load_friction", efficiency=1.0),
+    effect("weight_friction", efficiency=1.0),
 ]
 
 
@@ -134,6 +135,9 @@ def test_effects_that_another_description_says():
     same(simulate(prototype(effect("edge_wrap")), PULLS), simulate(prototype(wrap="edges"), PULLS))
     pulled = simulate(prototype(effect("tip_force", x_n=0.5, y_n=-1.0)), PULLS[:1])
     same(pulled, simulate(prototype(), [{"cable_1_n": 40.0, "tip_x_n": 0.5, "tip_y_n": 0.0}]))
+    hung = {"cable_1_n": 20.0, "disk3_y_n": -0.8, "disk9_y_n": -0.4}
+    half = simulate(prototype(effect("weight_friction", efficiency=0.5, disk=3)), [hung])
+    same(half, simulate(prototype(), [hung | {"disk3_y_n": -0.4}]))
     lossy = simulate(prototype(effect("tip_load_friction", efficiency=0.9), effect("tip_force", x_n=0.5, y_n=0)), PULLS)
     same(
         lossy,

@@ -1,5 +1,9 @@
 """Suspects among the loads: those that nobody applied, or that do not arrive whole."""
 
+from collections.abc import Iterator
+
+import numpy as np
+
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is
@@ -30,6 +34,22 @@ def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("efficiency", 1.0, 0.05, 1.0, log=True, sd=0.4),)
 
 
+def _weights(scope: Scope) -> Iterator[Place]:
+    """All loaded disks together, then, where there are several, each alone."""
+    loaded = (np.flatnonzero(scope.recording.loads.force.any((0, 2))) + 1).tolist()
+    yield from whole_rig_if(bool(loaded))
+    if len(loaded) > 1:
+        yield from ({"disk": disk} for disk in loaded)
+
+
+def _weight_sentence(fitted: Occurrence) -> str:
+    where = f"disk {fitted.place['disk']}" if "disk" in fitted.place else "the disks"
+    return (
+        f"Of the recorded load on {where} only {fitted.size.times(100)} % arrives: "
+        "friction in the pulley over which the weight hangs."
+    )
+
+
 LOAD_SUSPECTS = (
     Suspect(
         "gravity",
@@ -48,4 +68,5 @@ LOAD_SUSPECTS = (
         places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),
         free=_share,
     ),
+    Suspect("weight_friction", _weight_sentence, OF_THE_SETUP, places=_weights, free=_share),
 )

@@ -1,11 +1,12 @@
 """Loads that nobody applied, or that do not arrive whole."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, no_loads
-from prb3r.model.effects.base import Effect, Efficiency, Host
+from prb3r.model.effects.base import Effect, Efficiency, Host, Number
 
 
 class Gravity(Effect):
@@ -41,3 +42,20 @@ class TipLoadFriction(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(tip_efficiency=chain.tip_efficiency * self.efficiency)
+
+
+class WeightFriction(Effect):
+    """Of the recorded load on every disk (or one that is named) this share arrives."""
+
+    kind: Literal["weight_friction"]
+    efficiency: Efficiency
+    disk: Number | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        share = np.broadcast_to(chain.disk_efficiency, (chain.plates, 1)).copy()
+        share[slice(None) if self.disk is None else self.disk - 1] *= self.efficiency
+        return chain._replace(disk_efficiency=share)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        if self.disk is not None and self.disk > manipulator.plates:
+            yield f"effect {self.kind}: loads act on disks 1 to {manipulator.plates}, not on {self.disk}"

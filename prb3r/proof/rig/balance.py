@@ -69,7 +69,7 @@ def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Fo
     """What arrives at the rig; `constant` is the share of the constant effects."""
     return Forces(
         np.maximum(loads.tension + constant * built.tension_offset, 0),
-        loads.disk + constant * built.disk_force,
+        built.disk_efficiency * loads.disk + constant * built.disk_force,
         built.tip_efficiency * loads.tip + constant * built.tip_force,
     )
 

@@ -30,6 +30,8 @@ class BuiltRig:
     tip_force: np.ndarray
     """(2,) at the centre of the last disk's distal face, N."""
     tip_efficiency: float
+    disk_efficiency: np.ndarray
+    """(n, 1)"""
     scale: float
     """Of the camera."""
     lens: float
@@ -60,8 +62,18 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
                     problems.append(Problem(f"effect[{k}]", str(error)))
     if problems:
         raise SpecError(*problems)
-    fixed = draft.tension_offset, draft.disk_force, draft.tip_force, draft.tip_efficiency, draft.scale, draft.lens
-    return BuiltRig(_arrays(draft), draft.cables, float(manipulator.get("gravity_m_s2", STANDARD_GRAVITY)), *fixed)
+    return BuiltRig(
+        rig=_arrays(draft),
+        cables=draft.cables,
+        gravity=float(manipulator.get("gravity_m_s2", STANDARD_GRAVITY)),
+        tension_offset=draft.tension_offset,
+        disk_force=draft.disk_force,
+        tip_force=draft.tip_force,
+        tip_efficiency=draft.tip_efficiency,
+        disk_efficiency=draft.disk_efficiency,
+        scale=draft.scale,
+        lens=draft.lens,
+    )
 
 
 def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:

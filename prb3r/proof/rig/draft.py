@@ -55,6 +55,8 @@ class Draft:
     """(n, 2)"""
     clearance: float = 0.0
     tip_efficiency: float = 1.0
+    disk_efficiency: np.ndarray = field(init=False)
+    """(n, 1) share of the load on each disk that arrives."""
     scale: float = 1.0
     lens: float = 0.0
     """1/m^2."""
@@ -78,6 +80,7 @@ class Draft:
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
+        self.disk_efficiency = np.ones((n, 1))
 
     @property
     def plates(self) -> range:

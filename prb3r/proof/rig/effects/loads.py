@@ -4,12 +4,13 @@
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import ANY, FRACTION, Record, Scale, size
+from prb3r.proof.rig.effects.record import ANY, FRACTION, Record, Scale, one_of, size
 
 GRAVITY = 12.0
 """Largest that is concealed, m/s^2: all of it in the plane, and a fifth for disks heavier than noted."""
@@ -65,6 +66,10 @@ def _held_back(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"efficiency": float(np.exp(-u))}, 0, 1.2)
 
 
+def _hold_weights(draft: Draft, efficiency, disk=None):
+    draft.disk_efficiency[slice(None) if disk is None else disk - 1] *= efficiency
+
+
 LOAD_RECORDS = (
     Record(
         "gravity",
@@ -85,4 +90,9 @@ LOAD_RECORDS = (
         reshaped=_tip_force_anew,
     ),
     Record("tip_load_friction", _hold_back, (size("efficiency", FRACTION, Scale.LOGARITHM),), _held_back, turn=14),
+    Record(
+        "weight_friction",
+        _hold_weights,
+        (size("efficiency", FRACTION, Scale.LOGARITHM), replace(one_of("disk", "plates"), optional=True)),
+    ),
 )
