@@ -270,10 +270,10 @@ def test_help_needs_neither_kernels_nor_pandas():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_the_readme_describes_the_columns_as_the_nomenclature_does():
+def test_the_documentation_describes_the_columns_as_the_nomenclature_does():
     from prb3r.quantities import describe
 
-    text = (ROOT / "README.md").read_text().split("<!-- columns -->")[1].split("<!-- /columns -->")[0]
+    text = (ROOT / "docs/columns.md").read_text().split("<!-- columns -->")[1].split("<!-- /columns -->")[0]
     rows = [line.strip("| ").split(" | ") for line in text.strip().splitlines()[2:]]
     assert len(rows) > 10
     for cells in rows:

@@ -10,7 +10,7 @@ from prb3r.diagnosis.library import SUSPECT_FAMILIES, SUSPECTS
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.proof.rig.effects import RECORDS
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+PAGE = (Path(__file__).parents[1] / "docs/effects.md").read_text()
 NEVER_SUSPECTED = {"empirical_moment"}
 """A fitted law without a mechanism: what the diagnosis says when no suspect explains a recording."""
 
@@ -22,7 +22,7 @@ def parameters(kind):
 
 
 def row(kind):
-    """What the README says of an effect."""
+    """What the documentation says of an effect."""
     names = ", ".join(f"`{name}`" + "?" * (not needed) for name, needed in parameters(kind).items())
     return f"| `{kind}` | {names} | {' '.join(inspect.getdoc(EFFECT_KINDS[kind]).split())} |"
 
@@ -51,11 +51,11 @@ def test_both_sides_have_an_effect_once_or_as_often_as_it_is_named(kind):
     assert RECORDS[kind].once == EFFECT_KINDS[kind].once
 
 
-def test_the_readme_describes_every_effect_as_its_class_does():
-    said = README.split("<!-- effects -->")[1].split("<!-- /effects -->")[0].strip().splitlines()
+def test_the_documentation_describes_every_effect_as_its_class_does():
+    said = PAGE.split("<!-- effects -->")[1].split("<!-- /effects -->")[0].strip().splitlines()
     assert said == ["| kind | parameters | meaning |", "|---|---|---|", *map(row, EFFECT_KINDS)]
 
 
-def test_the_readme_lists_what_a_manipulator_has_but_once():
-    said = README.split("adds to the first; of")[1].split("which a manipulator has but once")[0]
+def test_the_documentation_lists_what_a_manipulator_has_but_once():
+    said = PAGE.split("adds to the first; of")[1].split("which a manipulator has but once")[0]
     assert re.findall(r"`(\w+)`", said) == [kind for kind, effect in EFFECT_KINDS.items() if effect.once]

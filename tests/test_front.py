@@ -20,8 +20,8 @@ OBJECTS = "Cable Disk Manipulator Segment __version__ compare diagnose load_mani
 DEEDS = "plot predict reach run_study sensitivities solve"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
-SHOWN_IN_README = "diagnose load_recording predict solve"
-WITHOUT_EXAMPLES = {"Cable", "Disk", "Segment", "__version__", *SHOWN_IN_README.split(), *ERRORS.split()}
+SHOWN_IN_DOCS = "diagnose load_recording predict solve"
+WITHOUT_EXAMPLES = {"Cable", "Disk", "Segment", "__version__", *SHOWN_IN_DOCS.split(), *ERRORS.split()}
 PULL = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
 
 

@@ -24,7 +24,7 @@ ModelName = Literal["prb3r", "elastica", "constant-curvature"]
 
 
 class Manipulator(Strict):
-    """A planar manipulator of one or several segments in a row; see the contract of the file format in the README.
+    """A planar manipulator of one or several segments in a row; its file is described in docs/my-manipulator.md.
 
     Examples
     --------

@@ -39,7 +39,7 @@ def solve(
 
     Parameters
     ----------
-    steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (see the README).
+    steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (docs/my-manipulator.md).
     model : instead of the manipulator's own.
     as_measured : positions as a camera with the manipulator's observation effects reads them.
     image_centre_m : of that camera.
