@@ -98,6 +98,8 @@ class Settings:
     """How often the noise is estimated anew from what the best model leaves.  Choice."""
     kept_models: int = 12
     """Models that are refitted under a new covariance.  Choice, for time."""
+    most_alike: float = 0.9
+    """Correlation of neighbouring residuals beyond which what is left tells no less: of 19 readings one.  Choice."""
     certain: float = 0.95
     """Probability from which on an effect is called certain.  Choice."""
     most_models: int = 12

@@ -27,6 +27,7 @@ from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import noisy, not_predicted, scattered, strained, weighed, wrong_weights
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.selection import Choice, choose
 from prb3r.diagnosis.settings import Settings
@@ -120,7 +121,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     except ValueError as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("check")
-    investigation = check(searched)
+    investigation = check(standing(searched))
     return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
 
 
@@ -193,6 +194,12 @@ def search(tested: Tested) -> Searched:
     """Choose effects, under the noise that is found with them."""
     doubted = tested.doubted
     return Searched(tested, choose(doubted.fitted, doubted.search, doubted.doubts))
+
+
+def standing(searched: Searched) -> Searched:
+    """What stands of the choice where it does not explain the recording; the choice itself where it does."""
+    choice, tested = searched.choice, searched.tested
+    return Searched(tested, coarsened(choice, tested.doubted.search)) if choice.structured else searched
 
 
 def check(searched: Searched) -> Investigation:

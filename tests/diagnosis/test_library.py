@@ -23,7 +23,9 @@ def recording(**changes):
     """The small rig with another manipulator file, pushed at its tip so that no kind is out of the question."""
     plain = recorded(Case(hidden=()))
     data = plain.manipulator.model_dump(exclude_none=True) | changes
-    loads = plain.loads._replace(tip=np.full_like(plain.loads.tip, 0.5))
+    hung = np.zeros_like(plain.loads.force)
+    hung[0, [1, 4]] = 0.2  # weights at disks 2 and 5
+    loads = plain.loads._replace(tip=np.full_like(plain.loads.tip, 0.5), force=hung)
     return replace(plain, manipulator=Manipulator.model_validate(data), loads=loads)
 
 
@@ -176,10 +178,12 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert not names(weightless, "gravity")
     idle = rubbing.recording.loads.tension.copy()
     idle[:, 1] = 0
-    loads = rubbing.recording.loads._replace(tension=idle, tip=np.zeros_like(rubbing.recording.loads.tip))
+    known = rubbing.recording.loads
+    loads = known._replace(tension=idle, tip=0 * known.tip, force=0 * known.force)
     unloaded = rubbing._replace(recording=replace(rubbing.recording, loads=loads))
     assert "dead_cable (cable 2)" not in names(unloaded, "dead_cable")
-    assert not names(unloaded, "tip_load_friction")
+    assert not names(unloaded, "tip_load_friction", "weight_friction")
+    assert names(rubbing, "weight_friction") == [f"weight_friction{disk}" for disk in ("", " (disk 2)", " (disk 5)")]
     assert names(rubbing, "gravity", "tip_load_friction") == ["gravity", "tip_load_friction"]
     blind = rubbing.recording.readings.where(rubbing.recording.readings.kind == 2)
     assert not names(
@@ -212,7 +216,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 
 
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
-    losses = {"pulley_friction", "tip_load_friction"}
+    losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
     assert {h.kind for h, _ in library if h.by_degrees and h.sided} == losses | amounts | {"nonlinear_plate"}
 

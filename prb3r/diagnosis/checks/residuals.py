@@ -8,8 +8,9 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
+from prb3r.diagnosis.evidence.neighbours import LINES, Line, neighbours
 from prb3r.diagnosis.search.selection import Choice
-from prb3r.recording.recording import Readings
+from prb3r.recording.recording import Recording
 
 
 class ModelCheck(NamedTuple):
@@ -31,22 +32,12 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
             "scale of the noise", float(2 * norm.sf(abs(np.log(choice.level.level.scale)) / settings.noise_log_sd))
         ),
         ModelCheck("largest score", choice.scores.chance),
-        *(
-            ModelCheck(
-                f"neighbours along {line}", neighbours_alike(recording.readings, left, line, recording.of_sequence)
-            )
-            for line in ("disks", "steps")
-        ),
+        *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in LINES),
     ]
     return (*checks, *(ModelCheck(f"sequence {sequence.name}, set aside", sequence.p) for sequence in judged))
 
 
-def neighbours_alike(readings: Readings, left: np.ndarray, line: str, of_sequence: np.ndarray) -> float:
+def neighbours_alike(recording: Recording, left: np.ndarray, line: Line) -> float:
     """Chance that whitened residuals `left` (r,) of neighbours along a line are so much alike, or more, by chance."""
-    held, place = (readings.step, readings.disk) if line == "disks" else (readings.disk, readings.step)
-    sequence = of_sequence[readings.step]
-    order = np.lexsort((place, held, sequence, readings.kind))
-    keys = np.stack([readings.kind, sequence, held])[:, order]
-    alike = (np.diff(keys, axis=1) == 0).all(0)
-    products = (left[order][1:] * left[order][:-1])[alike]
-    return float(norm.sf(products.sum() / max(np.sqrt(len(products)), 1.0)))
+    first, second = neighbours(recording, line)
+    return float(norm.sf(left[first] @ left[second] / max(np.sqrt(len(first)), 1.0)))

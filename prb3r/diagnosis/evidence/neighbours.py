@@ -1,0 +1,27 @@
+"""Readings beside each other, along the disks of a photograph or along the steps of a sequence."""
+
+from typing import Literal
+
+import numpy as np
+
+from prb3r.recording.recording import Recording
+
+Line = Literal["disks", "steps"]
+LINES: tuple[Line, ...] = "disks", "steps"
+
+
+def neighbours(recording: Recording, line: Line) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) each: numbers of the first and of the second reading of every pair of one kind that follow on each other."""
+    readings = recording.readings
+    held, place = (readings.step, readings.disk) if line == "disks" else (readings.disk, readings.step)
+    order = np.lexsort((place, held, recording.of_sequence[readings.step], readings.kind))
+    keys = np.stack([readings.kind, recording.of_sequence[readings.step], held])[:, order]
+    alike = (np.diff(keys, axis=1) == 0).all(0)
+    return order[:-1][alike], order[1:][alike]
+
+
+def correlation(recording: Recording, residual: np.ndarray, line: Line) -> float:
+    """Of the residuals (r,) of neighbours along a line; 0 without any."""
+    first, second = neighbours(recording, line)
+    size = np.sqrt((residual[first] ** 2).sum() * (residual[second] ** 2).sum())
+    return float(residual[first] @ residual[second] / size) if size else 0.0

@@ -1,0 +1,48 @@
+r"""Which effects stand although the best model leaves more than noise: what it leaves counts as noise then.
+
+Where no set of effects explains a recording, the exact likelihood favours every effect that imitates a part of the
+rest.  The rest is taken as what it is, a misfit that repeats from step to step and from disk to disk: with the reduced
+chi-square :math:`\chi^2_r` and the correlations :math:`\rho` of neighbouring residuals along both lines, a reading
+tells as much as
+
+.. math:: \eta = \frac{1}{\chi^2_r} \prod \frac{1 - \rho}{1 + \rho}
+
+independent ones (the effective number of an autoregressive series), and the likelihood is raised to that power: Miller
+and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113, "Robust Bayesian inference via coarsening".
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.neighbours import LINES, correlation
+from prb3r.diagnosis.fit.least_squares import fit, polished
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.search import Search, examine
+from prb3r.diagnosis.search.selection import Choice, simplest
+
+
+def coarsened(choice: Choice, search: Search) -> Choice:
+    """The effects that stand under a coarser likelihood, with their probabilities, fitted under the exact one."""
+    fitted, settings = choice.fitted, choice.fitted.model.settings
+    level = choice.doubts.level
+    coarser = replace(choice.doubts, level=level._replace(scale=level.scale / np.sqrt(told_share(fitted))))
+    noise = coarser.noise(fitted.model.predict, fitted.solved, settings)
+    pool = Pool(search, settings, choice.tried).under(noise)
+    pool.explore(settings.later_expansions)
+    survivors = pool.survivors()
+    standing = simplest(survivors, settings.simpler_reach)
+    exact = fit(replace(standing.model, noise=fitted.model.noise), standing.p)
+    if exact is None:
+        return choice
+    exact = polished(exact)
+    return replace(choice, fitted=exact, survivors=survivors, scores=examine(exact, search))
+
+
+def told_share(fitted: Fit) -> float:
+    """How many independent readings a reading of a recording that is not explained is worth, at most one."""
+    recording, most = fitted.model.predict.recording, fitted.model.settings.most_alike
+    left = fitted.residual[: recording.readings.count]
+    alike = np.clip([correlation(recording, left, line) for line in LINES], 0.0, most)
+    return float(np.prod((1 - alike) / (1 + alike)) / max(fitted.reduced, 1.0))
