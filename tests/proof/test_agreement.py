@@ -86,7 +86,7 @@ def random_steps(rng, manipulator, history, count=4):
 def disagreements(seed, rigs, effects, history):
     """Largest distance of a disk between engine and rig, of the length, for the steps that both solve.
 
-    docs/proof.md publishes those of seeds 101 to 106 (20 rigs each) and 201 to 205 (15, 15, 10, 10, 10 rigs with history)
+    docs/proof.md publishes those of seeds 101 to 106 (20 rigs each) and 201 to 205 (15, 15, 10, 10, 10 with history)
     with 0, 2, 4, 0, 2, 4 effects.
     """
     rng, found = np.random.default_rng(seed), []

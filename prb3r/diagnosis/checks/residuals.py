@@ -31,7 +31,7 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
         ModelCheck(
             "scale of the noise", float(2 * norm.sf(abs(np.log(choice.level.level.scale)) / settings.noise_log_sd))
         ),
-        ModelCheck("largest score", choice.scores.chance),
+        ModelCheck("largest score", choice.scores_of_best.chance),
         *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in LINES),
     ]
     return (*checks, *(ModelCheck(f"sequence {sequence.name}, set aside", sequence.p) for sequence in judged))

@@ -37,7 +37,8 @@ def coarsened(choice: Choice, search: Search) -> Choice:
     if exact is None:
         return choice
     exact = polished(exact)
-    return replace(choice, fitted=exact, survivors=survivors, scores=examine(exact, search))
+    scores = examine(exact, search)
+    return replace(choice, fitted=exact, survivors=survivors, scores=scores, scores_of_best=scores)
 
 
 def told_share(fitted: Fit) -> float:

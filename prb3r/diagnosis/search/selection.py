@@ -29,16 +29,21 @@ class Choice:
     """Most probable first."""
     scores: Scores
     """Score test of what the chosen model leaves."""
+    scores_of_best: Scores
+    """The same of the most probable model, which may be larger than what is chosen."""
     chi2_threshold: float
     doubts: Doubts
     level: EstimatedLevel
 
     @property
     def structured(self) -> bool:
-        """Whether something is left that chance does not explain; a model with effects has been tested before."""
-        again = bool(self.fitted.model.hypotheses)
-        limit = self.scores.naming if again else self.scores.threshold
-        return self.scores.largest > limit or self.fitted.chi2 > self.chi2_threshold
+        """Whether something is left that chance does not explain; a model with effects has been tested before.
+
+        A direction that the most probable model takes is explained, though too weakly to be named.
+        """
+        scores, again = self.scores_of_best, bool(self.survivors[0].effects)
+        limit = scores.naming if again else scores.threshold
+        return scores.largest > limit or self.fitted.chi2 > self.chi2_threshold
 
     @property
     def kinds(self) -> frozenset[str]:
@@ -80,12 +85,15 @@ def choose(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
         pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions
     survivors = pool.survivors()
     chosen = polished(simplest(survivors, settings.simpler_reach))
+    scores = examine(chosen, search)
+    best = survivors[0].fitted
     return Choice(
         calibrated=pool.fits[Effects()],
         fitted=chosen,
         tried=tuple(pool.fits.values()),
         survivors=survivors,
-        scores=examine(chosen, search),
+        scores=scores,
+        scores_of_best=scores if survivors[0].effects == frozenset(chosen.model.hypotheses) else examine(best, search),
         chi2_threshold=chi2_threshold(chosen),
         doubts=doubts,
         level=estimate,
