@@ -12,6 +12,10 @@ ROOT = Path(prb3r.__file__).parent
 ORDER = {
     "": "errors markdown quantities mechanics model inverse runs study recording diagnosis proof present front "
     "bench progress check schema cli",
+    "mechanics": "kernel angle plate chain records accepted state cable balance variation stability march newton "
+    "tangent complementarity stick_slip turning attempt history_path path_output path equilibrium strain limit "
+    "derivatives",
+    "mechanics.derivatives": "response feedback partials differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given steps",
     "inverse": "target pull search reach",
     "runs": "files secret store sealed parts provenance tasks backends engine journal",

@@ -7,9 +7,9 @@ import pandas as pd
 
 from prb3r.bench.prototype import PRESLIDING, TIP_LOAD, Timed, prototype, table_2
 from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.mechanics.derivatives.sensitivity import Direction, chain_sensitivities, direction
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.mechanics.plate import plate_model
-from prb3r.mechanics.sensitivity import Direction, chain_sensitivities, direction
 
 PARAMETERS = 10
 """Of the Jacobians that are timed against as many solves."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from prb3r.inverse.target import Target
 from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.mechanics.sensitivity import Direction
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.laws.self_consistent import equilibria_of
 

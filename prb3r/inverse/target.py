@@ -8,8 +8,8 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.derivatives.sensitivity import Sensitivities
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.mechanics.sensitivity import Sensitivities
 from prb3r.model.files.cells import number_problems, numbers
 from prb3r.model.files.table import read_table
 

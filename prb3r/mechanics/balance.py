@@ -88,7 +88,7 @@ def balance_plate(model, plate, span, cable):
     """Residual and, where there is room, tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
 
     `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.  A plate
-    whose shape is held (see `held.py`) has been placed.
+    whose shape is held (see `derivatives/partials.py`) has been placed.
     """
     if plate.tangent.shape[1] > 0:  # known when compiled
         place_plate(model, plate)

@@ -5,14 +5,15 @@ from enum import IntEnum
 
 import numpy as np
 
+from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED
 from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
-from prb3r.mechanics.drift import scratch
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import Path, follow, path_space
+from prb3r.mechanics.path import follow, history_space, path_space
+from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
-from prb3r.mechanics.trail import Trail, empty_trail
+from prb3r.mechanics.variation import scratch
 
 
 class Outcome(IntEnum):
@@ -121,7 +122,7 @@ def solve_chain(
     from_rest: bool | np.ndarray = False,
     eigenvalue: bool = False,
     detail: bool = True,
-    trail: Trail | None = None,
+    accepted: AcceptedStates | None = None,
 ) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
 
@@ -130,7 +131,7 @@ def solve_chain(
     from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
-    trail : where accepted sub-steps are kept, if friction follows the cables' travel.
+    accepted : where accepted sub-steps are kept, if friction follows the cables' travel.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed = loads.steps, pack(chain)
@@ -153,9 +154,10 @@ def solve_chain(
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    space = path_space(chain, packed, trail or empty_trail(chain))
+    space = path_space(chain)
+    memory = history_space(chain, packed, space, accepted or room_for_states(chain)) if history else None
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    follow(packed, onset, rows, dead, anew, modes, space, work, path)
+    follow(packed, onset, rows, dead, anew, modes, space, memory, work, path)
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT

@@ -8,13 +8,13 @@ where a hole has turned back on the way, another one ends shortly before it did.
 from math import floor
 from typing import Any
 
+from prb3r.mechanics.accepted import keep_state
 from prb3r.mechanics.attempt import JUMPED, put_on
-from prb3r.mechanics.grip import balance_grip
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.newton import balance_chain, newton_march
 from prb3r.mechanics.state import restore, save, settle, turned_too_far
-from prb3r.mechanics.trail import keep
+from prb3r.mechanics.stick_slip import balance_stick_slip
 from prb3r.mechanics.turning import clip, missed_slip
 
 SHORT_STEP = 1.0 / 64
@@ -36,7 +36,7 @@ JUMP_STEP = 1.0 / 4096
 """Step below which a disk that turns further than `JUMP_TURN` jumps."""
 JUMP_TURN = 0.005
 """Turn of a disk that no path leads to in so short a step, rad."""
-SMALLEST_STEP = 1.0 / 2**26
+SMALLEST_SUB_STEP = 1.0 / 2**26
 """Step below which the path leads no further."""
 CLOSE = 1e-7
 """Newton step of the node angles that may be the last of a sub-step within a load step, rad."""
@@ -114,7 +114,7 @@ def solve_sub_step(packed, way, share, careful, space, work):
     if taken == FAILED:
         restore(packed, work, space.start)
         put_on(packed, way, share, space.now)
-        taken = balance_grip(packed, space.now.tension, space.now.force, space.now.tip, work.handed, space.grip)
+        taken = balance_stick_slip(packed, space.now.tension, space.now.force, space.now.tip, work.handed, space.holes)
     return taken
 
 
@@ -126,14 +126,14 @@ def copy_rates(source, into):
 
 @kernel
 def ramp_with_history(packed, way, loaded, space, work):
-    """As `ramp`, with friction that follows the cables' travel; accepted sub-steps are noted in `space.trail`."""
+    """As `ramp`, with friction that follows the cables' travel; accepted sub-steps are noted in `space.accepted`."""
     start, before, after = space.start, space.before, space.after
     done, step, growth, iterations, careful = 0.0, SHORT_STEP, GROWTH, 0, False
     save(packed, work, start)
     space.reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
-        if step < SMALLEST_STEP:
+        if step < SMALLEST_SUB_STEP:
             save(packed, work, space.kept)
             return why
         if done > 0.0 and not careful:
@@ -163,7 +163,7 @@ def ramp_with_history(packed, way, loaded, space, work):
         copy_rates(after, before)
         done, iterations, careful = share, iterations + taken, False
         space.reached[0] = done
-        keep(space.trail, way.step, done, start)
+        keep_state(space.accepted, way.step, done, start)
         step = min(growth * step, LONGEST_STEP, 1.0 - done)
     save(packed, work, space.kept)
     return iterations

@@ -1,44 +1,152 @@
-"""How kernels are compiled: one decorator, and a disk cache that cannot go stale.
+"""How kernels are compiled: an entrance with all that it calls, and a disk cache that cannot go stale.
 
-Numba keys a cached kernel by its own file alone, so an edit of `balance.py` would leave the kernels that call it
-unchanged.  The cache folder is therefore named after the text of the whole package.
+Kernels call each other ten deep.  As a rule Numba optimises a function together with all that it calls, once more in
+each of its callers, and wraps each for calls from Python, which is most of the time to compile.  Here a `kernel` is
+only translated; an `entrance`, which Python calls, is optimised once with all that it contains.
+
+Numba keys a cached function by its own file alone, so an edit of `balance.py` would leave the entrances that lead to it
+unchanged.  The cache folder is therefore named after the text of the whole package `mechanics`, sub-folders included.
+Cached code is run as it stands: a folder that others own or can write to is not used.
 """
 
 import hashlib
 import os
+import stat
 import tempfile
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from numba import njit
 from numba.core import config
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering
+
+ROOM = Path(__file__).parent
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
+"""No division checks: divisions follow IEEE rules.  NaN and infinity stay visible, so that a failed solve can be told
+from a good one."""
+PART = OPTIONS | {"nopython": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def _cache_folder() -> str:
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    text = hashlib.sha256(b"\0".join(source.read_bytes() for source in sources))
-    name = f"kernels-{text.hexdigest()[:12]}"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prb3r" / name
-    try:
-        home.mkdir(parents=True, exist_ok=True)
-        if os.access(home, os.W_OK):
-            return str(home)
-    except OSError:
+def text_key(room: Path = ROOM) -> str:
+    """Hash of the places and the text of all Python files of a folder and its sub-folders, 12 hexadecimal digits."""
+    text = hashlib.sha256()
+    for source in sorted(room.rglob("*.py")):
+        text.update(source.relative_to(room).as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
+    return text.hexdigest()[:12]
+
+
+def cache_folder(room: Path = ROOM) -> Path:
+    """Folder for the machine code of the files in `room`: in the user's cache, else in the one for temporary files.
+
+    Where neither is the user's own it is a new one, of which later processes do not know.
+    """
+    name, user = f"kernels-{text_key(room)}", os.getuid() if hasattr(os, "getuid") else "user"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prb3r"
+    for place in (home, Path(tempfile.gettempdir()) / f"prb3r-{user}"):
+        try:
+            place.mkdir(mode=0o700, parents=True, exist_ok=True)
+            (place / name).mkdir(mode=0o700, exist_ok=True)
+        except OSError:
+            continue
+        if is_own(place) and is_own(place / name) and os.access(place / name, os.W_OK):
+            return place / name
+    return Path(tempfile.mkdtemp(prefix="prb3r-"))
+
+
+def is_own(folder: Path) -> bool:
+    """Whether a folder is this user's, and no link, and nobody else can write to it."""
+    status = folder.lstat()
+    if not hasattr(os, "geteuid"):
+        return True  # such systems keep the folders of users apart
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
+
+
+class _Part(JITCodeLibrary):
+    """Code that becomes part of an entrance: it is not loaded, and optimised only there."""
+
+    def _optimize_final_module(self):
         pass
-    return str(Path(tempfile.gettempdir()) / f"prb3r-{os.getuid() if hasattr(os, 'getuid') else 'user'}" / name)
+
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._finalized = True
 
 
-_FOLDER = _cache_folder()
-_COMPILE = njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
+class _OptimisedPart(_Part):
+    def _optimize_final_module(self):
+        JITCodeLibrary._optimize_final_module(self)
+
+
+def _lowering(library: type[_Part]) -> type[NativeLowering]:
+    """The pass that translates a function into a `library`, from which its callers take it."""
+
+    @register_pass(mutates_CFG=True, analysis_only=False)
+    class Lowering(NativeLowering):
+        _name = f"lowering_to{library.__name__.lower()}"
+
+        def run_pass(self, state):
+            state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
+            state.flags.no_compile = True
+            super().run_pass(state)
+            key = object()  # stands for the loaded function, by which callers know the code
+            state.cr = state.cr._replace(cfunc=key)
+            state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
+            return True
+
+    return Lowering
+
+
+def _compiler(library: type[_Part]) -> type[CompilerBase]:
+    lowering = _lowering(library)
+
+    class Compiler(CompilerBase):
+        def define_pipelines(self):
+            pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
+            pipeline.passes = [(lowering if step is NativeLowering else step, why) for step, why in pipeline.passes]
+            pipeline.finalize()
+            return [pipeline]
+
+    return Compiler
+
+
+_COMPILER, _OPTIMISING_COMPILER = _compiler(_Part), _compiler(_OptimisedPart)
+
+
+class _Kernel(CPUDispatcher):
+    """A function that compiled code alone can call."""
+
+    def add_overload(self, cres):
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def _compile_for_args(self, *args, **kws):
+        raise TypeError(f"{self.py_func.__name__} is called by compiled code alone; entrance(it.py_func) can be called")
 
 
 def kernel(function):
-    """Compile `function` with numba (no bounds checks, no division checks) and keep the machine code on disk.
+    """Compile `function` as part of every entrance that leads to it; see `OPTIONS`."""
+    return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_COMPILER)
 
-    Divisions follow IEEE rules; NaN and infinity stay visible, so that a failed solve can be told from a good one.
-    """
+
+def inner_loop(function):
+    """The same for a loop that takes most of the time: it is optimised by itself as well, which makes it faster."""
+    return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_OPTIMISING_COMPILER)
+
+
+@cache
+def _own_folder() -> str:
+    return str(cache_folder())
+
+
+def entrance(function):
+    """Compile `function` for calls from Python, with the kernels that it calls, and keep the machine code on disk."""
     folder = config.CACHE_DIR  # type: ignore[attr-defined]
-    config.CACHE_DIR = _FOLDER  # type: ignore[attr-defined]
+    config.CACHE_DIR = _own_folder()  # type: ignore[attr-defined]
     try:
-        return _COMPILE(function)
+        return njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(function)  # type: ignore[call-overload]
     finally:
         config.CACHE_DIR = folder  # type: ignore[attr-defined]

@@ -9,9 +9,9 @@ corrections of those guesses, and the guesses close at the tip: no moment may re
 from math import exp
 
 from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.drift import clear, enter, feel, local_load, shed, transmit
-from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.kernel import inner_loop, kernel
 from prb3r.mechanics.march import CYCLING, FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
@@ -117,7 +117,7 @@ def slips_agree(packed):
 
 @kernel
 def correct_columns(plate, block, column):
-    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the drifts.
+    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the variations.
 
     Returns the sign of the determinant of its tangent.
     """
@@ -143,7 +143,7 @@ def stiffest_node(packed):
     return stiffest
 
 
-@kernel
+@inner_loop
 def newton_march(packed, loads, work):
     """One evaluation of the whole chain under the `loads` of one state, and the full Newton step from there.
 
@@ -152,7 +152,7 @@ def newton_march(packed, loads, work):
     Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
     `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
     """
-    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.drift, work.block
+    model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.variation, work.block
     force, tip = loads.force, loads.tip
     plates, n, columns = work.column.shape
     follows = model.presliding != 0.0

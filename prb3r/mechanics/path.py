@@ -7,17 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.accepted import AcceptedStates, keep_state
 from prb3r.mechanics.attempt import JUMPED, Way, attempt
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain, Loads, no_loads
-from prb3r.mechanics.grip import Grip, grip_space
 from prb3r.mechanics.history_path import ramp_with_history
-from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.march import FAILED
+from prb3r.mechanics.path_output import write_end, write_step, write_tied
 from prb3r.mechanics.records import Packed
-from prb3r.mechanics.stability import lowest_of_plates, plate_moments
+from prb3r.mechanics.stability import lowest_of_plates
 from prb3r.mechanics.state import Rates, State, rates, restore, save, state, turned_by_surprise, turned_too_far
-from prb3r.mechanics.trail import Trail, keep
+from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
 SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
@@ -25,22 +26,7 @@ SMALLEST_STEP = 1.0 / 2**20
 """Of what has been reached of a load step, or of the step where that is more."""
 
 
-class Path(NamedTuple):
-    """What :func:`follow` writes; see `Equilibria`."""
-
-    status: np.ndarray
-    reached: np.ndarray
-    residual: np.ndarray
-    q: np.ndarray
-    disk: np.ndarray
-    tension: np.ndarray
-    moment: np.ndarray
-    slip: np.ndarray
-    beyond: np.ndarray
-    lowest: np.ndarray
-
-
-class Space(NamedTuple):
+class PathSpace(NamedTuple):
     """Working space of :func:`follow`."""
 
     now: Loads
@@ -52,29 +38,46 @@ class Space(NamedTuple):
     good: State
     """The state of the last solved step."""
     rest: State
-    grip: Grip
+
+
+class HistorySpace(NamedTuple):
+    """Working space where friction follows the travel."""
+
+    now: Loads
+    reached: np.ndarray
+    kept: State
+    holes: StickSlip
     start: State
-    """Where friction follows the travel: the state from which a sub-step is made."""
+    """The state from which a sub-step is made."""
     before: Rates
     """Rates there."""
     after: Rates
     """Rates where the sub-step ends."""
-    trail: Trail
+    accepted: AcceptedStates
 
 
-def path_space(chain: Chain, packed: Packed, trail: Trail) -> Space:
-    """Working space for the load paths of `chain`, which keep their accepted sub-steps in `trail`."""
-    return Space(
+def path_space(chain: Chain) -> PathSpace:
+    """Working space for the load paths of `chain`."""
+    return PathSpace(
         now=Loads(*(np.zeros_like(field[0]) for field in no_loads(chain))),
         reached=np.zeros(1),
         kept=state(chain),
         good=state(chain),
         rest=state(chain),
-        grip=grip_space(packed, chain.presliding > 0),
+    )
+
+
+def history_space(chain: Chain, packed: Packed, space: PathSpace, accepted: AcceptedStates) -> HistorySpace:
+    """The same where friction follows the travel, sharing `space`; accepted sub-steps are kept in `accepted`."""
+    return HistorySpace(
+        now=space.now,
+        reached=space.reached,
+        kept=space.kept,
+        holes=stick_slip_space(packed),
         start=state(chain),
         before=rates(chain),
         after=rates(chain),
-        trail=trail,
+        accepted=accepted,
     )
 
 
@@ -111,44 +114,6 @@ def ramp(packed, way, loaded, modes, space, work):
 
 
 @kernel
-def write_step(packed, s, path):
-    """Keep the present state as step `s`."""
-    plates, n = path.q.shape[1], path.q.shape[2]
-    half, detail = packed.model[0].disk / 2, len(path.q) > 0
-    largest = 0.0
-    path.disk[s, 0, 0] = -half
-    for i in range(plates):
-        plate, frame = packed.plate[i], packed.plate[i + 1].frame
-        for k in range(n):
-            largest = max(largest, abs(plate.residual[k]))
-        path.disk[s, i + 1, 0] = frame[0] - half * frame[3]
-        path.disk[s, i + 1, 1] = frame[1] - half * frame[4]
-        path.disk[s, i + 1, 2] = frame[2]
-        if detail:
-            for k in range(n):
-                path.q[s, i, k] = plate.q[k]
-            for j in range(path.tension.shape[2]):
-                path.tension[s, i, j] = packed.span[i, j].tension
-                if len(path.slip) > 0:
-                    path.slip[s, i, j], path.beyond[s, i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
-    path.residual[s] = largest
-    if detail:
-        plate_moments(packed, path.moment[s])
-
-
-@kernel
-def write_end(s, kept, path):
-    """Keep where the path to step `s` ended; it is not an equilibrium of that step."""
-    if len(path.q) > 0:
-        for i in range(path.q.shape[1]):
-            for k in range(path.q.shape[2]):
-                path.q[s, i, k] = kept.q[i, k]
-            if len(path.slip) > 0:
-                for j in range(path.slip.shape[2]):
-                    path.slip[s, i, j], path.beyond[s, i, j] = kept.slip[i, j], kept.beyond[i, j]
-
-
-@kernel
 def come_to_rest(packed, onset, dead, modes, space, work):
     """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips, in `space.rest`.
 
@@ -178,22 +143,23 @@ def come_to_rest(packed, onset, dead, modes, space, work):
     return taken != FAILED and taken != JUMPED
 
 
-@kernel
-def follow(packed, onset, loads, dead, from_rest, modes, space, work, path):
+@entrance
+def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, path):
     """Solve every load step of `loads` after row 0, which is rest, and write `path`.
 
     `from_rest` (s,) tells the steps that start from rest instead of from the step before.  `onset` has no load in
     row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles
-    together; None: they are free, and what ties them need not be compiled.  Where `path.lowest` is not empty the
-    lowest eigenvalue is written where it is cheap: for free angles without dead loads or history.
+    together; None: they are free, and what ties them need not be compiled.  `history` is None, likewise, where slip is
+    declared.  Where `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles
+    without dead loads or history.
     """
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
-    history = packed.model[0].presliding != 0.0
     possible = come_to_rest(packed, onset, dead[0], modes, space, work)
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
-    keep(space.trail, last, 1.0, space.rest)
+    if history is not None:
+        keep_state(history.accepted, last, 1.0, space.rest)
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:
             last = np.int64(0)
@@ -204,16 +170,17 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, work, path):
         save(packed, work, kept)
         way, loaded, taken = Way(loads, last, s), dead[s] or dead[last], FAILED
         space.reached[0] = 0.0
-        if possible and history:
-            taken = ramp_with_history(packed, way, loaded, space, work)
-        elif possible:
-            taken = ramp(packed, way, loaded, modes, space, work)
+        if possible:
+            if history is None:
+                taken = ramp(packed, way, loaded, modes, space, work)
+            else:
+                taken = ramp_with_history(packed, way, loaded, history, work)
         path.status[s - 1, 0], path.status[s - 1, 1] = min(taken, 0), max(taken, 0)
         path.reached[s - 1] = space.reached[0]
         if taken < 0:
             if possible and eigenvalue:
                 write_end(s - 1, kept, path)
-                if modes is None and not loaded and not history:
+                if modes is None and not loaded and history is None:
                     restore(packed, work, kept)
                     attempt(packed, way, space.reached[0], loaded, modes, space.now, work)
                     path.lowest[s - 1] = lowest_of_plates(packed)
@@ -223,21 +190,5 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, work, path):
         write_step(packed, s - 1, path)
         if modes is not None:
             write_tied(packed, s - 1, work, path)
-        elif eigenvalue and not loaded and not history:
+        elif eigenvalue and not loaded and history is None:
             path.lowest[s - 1] = lowest_of_plates(packed)
-
-
-@kernel
-def write_tied(packed, s, work, path):
-    """What differs for tied angles: moments are those of the shared curvature, the residual that of the modes."""
-    path.residual[s] = 0.0
-    for c in range(len(work.system)):
-        path.residual[s] = max(path.residual[s], abs(work.system[c, len(work.system)]))
-    if len(path.moment) == 0:
-        return
-    n = path.moment.shape[2] - 2
-    for i in range(path.moment.shape[1]):
-        for k in range(n):
-            plate = packed.plate[i]
-            path.moment[s, i, k + 1] = plate.stiffness[k] * (plate.q[k] - plate.rest[k])
-        path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]

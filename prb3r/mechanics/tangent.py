@@ -10,10 +10,10 @@ import numpy as np
 from prb3r.mechanics.balance import balance_plate, place_plate
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain
-from prb3r.mechanics.drift import clear, enter, feel, local_load, shed, transmit
-from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.march import at_base, depart, next_frame
 from prb3r.mechanics.newton import pull_through_pulleys, slip_at
+from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 
 def unit_modes(chain: Chain) -> np.ndarray:
@@ -29,19 +29,19 @@ def segment_modes(chain: Chain) -> np.ndarray:
     return member[:, None, :] / chain.plate.stiffness[:, None]
 
 
-@kernel
+@entrance
 def chain_tangent(packed, tension, slip, force, tip, modes, work):
     """``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles, in `work.system`.
 
     `work` has `c` columns.  Returns the largest unbalanced moment and the moment of the dead loads about the world
     origin, N m.
     """
-    model, cable, outer, drift, system = packed.model[0], packed.cable, work.outer, work.drift, work.system
+    model, cable, outer, variation, system = packed.model[0], packed.cable, work.outer, work.variation, work.system
     plates, n, columns = modes.shape
     # first along the shape: the dead loads' moment about the origin and its derivatives
     for d in range(3):
         outer[d] = 0.0
-    clear(drift)
+    clear(variation)
     for j in range(len(cable)):
         cable[j].length = 0.0
     for i in range(plates):
@@ -52,21 +52,21 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
             if packed.span[i, j].present and model.presliding != 0.0:
                 measure_span(model, plate, packed.span[i, j])
                 cable[j].length += packed.span[i, j].length
-        transmit(model, plate, packed.span[i], modes[i], drift)
+        transmit(model, plate, packed.span[i], modes[i], variation)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, variation)
     moment = -outer[2]
     for d in range(columns):
-        work.column[0, 0, d] = -drift.moment[d]
+        work.column[0, 0, d] = -variation.moment[d]
         for j in range(len(cable)):
-            drift.total[j, d] = drift.passed[j, d]
-    clear(drift)
+            variation.total[j, d] = variation.passed[j, d]
+    clear(variation)
     # then the balance of plate after plate
     for d in range(3):
         outer[d] = -outer[d]
     for d in range(columns):
-        drift.moment[d] = work.column[0, 0, d]
+        variation.moment[d] = work.column[0, 0, d]
     at_base(tension, slip, cable)
     for c in range(columns):
         for d in range(columns + 1):
@@ -78,10 +78,10 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
         if model.presliding != 0.0:
             slip_at(model, span, cable)
             if i == 0:
-                pull_through_pulleys(tension, cable, drift)
+                pull_through_pulleys(tension, cable, variation)
         balance_plate(model, plate, span, cable)
-        enter(cable, span, drift)
-        feel(plate, span, outer, drift, work.block, 0)
+        enter(cable, span, variation)
+        feel(plate, span, outer, variation, work.block, 0)
         for k in range(n):
             for d in range(columns):
                 for p in range(n):
@@ -92,10 +92,10 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
                     system[c, columns] += share * plate.residual[k]
                     for d in range(columns):
                         system[c, d] += share * work.block[k, d]
-        transmit(model, plate, span, modes[i], drift)
+        transmit(model, plate, span, modes[i], variation)
         depart(plate, span, cable)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, drift)
+        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, variation)
     for c in range(columns):
         if not abs(system[c, columns]) <= largest:
             largest = abs(system[c, columns])

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.mechanics.sensitivity import Direction, direction
+from prb3r.mechanics.derivatives.sensitivity import Direction, direction
 from prb3r.model.given import of_given
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from prototype import ELASTICA, PRB_1R, PRB_3R, random_chain, random_loads, row
 
-from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.drift import scratch
+from prb3r.mechanics import balance
+from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.records import pack
 from prb3r.mechanics.reference import seed_residual
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
+from prb3r.mechanics.variation import scratch
+
+balance_plate = entrance(balance.balance_plate.py_func)
 
 MODELS = pytest.mark.parametrize("plate", [PRB_3R, PRB_1R, ELASTICA], ids=["PRB 3R", "PRB 1R", "elastica"])
 STEP = 1e-6

@@ -15,11 +15,14 @@ from prototype import (
     tip_face,
 )
 
+from prb3r.mechanics import stability
 from prb3r.mechanics.chain import loads, pose
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
+from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.plate import gauss_collocation
 from prb3r.mechanics.reference import elastica_shooting, seed_fsolve, seed_residual
-from prb3r.mechanics.stability import lowest_of_block
+
+lowest_of_block = entrance(stability.lowest_of_block.py_func)
 
 MODELS = pytest.mark.parametrize("plate", [PRB_3R, PRB_1R, ELASTICA], ids=["PRB 3R", "PRB 1R", "elastica"])
 NO_CABLES = np.zeros((1, 0))

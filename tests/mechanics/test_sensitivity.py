@@ -7,10 +7,10 @@ import pytest
 from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
+from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
+from prb3r.mechanics.derivatives.sensitivity import derivatives as derivatives_along
+from prb3r.mechanics.derivatives.solved_path import solve_path
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
-from prb3r.mechanics.sensitivity import chain_sensitivities, direction
-from prb3r.mechanics.sensitivity import derivatives as derivatives_along
-from prb3r.mechanics.solved_path import solve_path
 
 STEP = 1e-5
 

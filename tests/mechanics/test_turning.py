@@ -5,10 +5,13 @@ import pytest
 from numpy.polynomial import Polynomial
 from prototype import PRB_3R, prototype
 
+from prb3r.mechanics import turning
 from prb3r.mechanics.chain import loads
+from prb3r.mechanics.derivatives.solved_path import solve_path
 from prb3r.mechanics.equilibrium import solve_chain
-from prb3r.mechanics.solved_path import solve_path
-from prb3r.mechanics.turning import turning_lengths
+from prb3r.mechanics.kernel import entrance
+
+turning_lengths = entrance(turning.turning_lengths.py_func)
 
 SAMPLES = np.linspace(0, 1, 100_001)
 

@@ -13,7 +13,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import CHANGE, across, interval, response, without_slack
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.mechanics.sensitivity import Direction
+from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.model.effects.base import Effect
 
 Probe = tuple[Hypothesis, np.ndarray]

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, pose
+from prb3r.mechanics.derivatives.solved_path import SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.mechanics.solved_path import SolvedPath, solve_path
 from prb3r.model.effects import observed, with_effects
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of

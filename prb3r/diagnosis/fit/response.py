@@ -1,8 +1,9 @@
 r"""How readings answer to small changes: exact derivatives along the load path that was solved.
 
-A change of the problem (chain or loads) moves the states by implicit differentiation, `prb3r.mechanics.sensitivity`;
-a change of states moves the readings by the gradient of what the camera sees.  No path is solved for a derivative.
-Only elementary functions are differenced: unbalanced moments with the shape held, and the camera.
+A change of the problem (chain or loads) moves the states by implicit differentiation,
+`prb3r.mechanics.derivatives.sensitivity`; a change of states moves the readings by the gradient of what the camera
+sees.  No path is solved for a derivative.  Only elementary functions are differenced: unbalanced moments with
+the shape held, and the camera.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.mechanics.chain import Chain, Loads, no_loads
-from prb3r.mechanics.sensitivity import Direction, Sensitivities, derivatives
+from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities, derivatives
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.recording.recording import Kind
 
@@ -51,7 +52,7 @@ def response(predict: Predictor, solved: Solution, directions: Sequence[Directio
 
     Parameters
     ----------
-    directions : changes of the problem; of numbers alone, see `prb3r.mechanics.sensitivity.derivatives`.
+    directions : changes of the problem; of numbers alone, see `prb3r.mechanics.derivatives.sensitivity.derivatives`.
     """
     count = predict.recording.readings.count
     if not directions:

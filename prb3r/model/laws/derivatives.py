@@ -1,9 +1,10 @@
 """Sensitivities of equilibria under a moment law that follows the state.
 
 The law's moments change with the state, and the state with them.  To first order both are linear: the change of the
-moments that a change of moments calls for is one more direction for `prb3r.mechanics.sensitivity`, so a linear system
-in the moments of all steps and plates remains.  It is never formed; GMRES needs its products only, a few of them, as
-the moments of a law are small against those of the plates.
+moments that a change of moments calls for is one more direction for
+`prb3r.mechanics.derivatives.sensitivity`, so a linear system in the moments of all steps and plates remains.  It is
+never formed; GMRES needs its products only, a few of them, as the moments of a law are small against those of the
+plates.
 """
 
 from collections.abc import Sequence
@@ -14,9 +15,9 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities
+from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities as without_law
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.mechanics.sensitivity import Direction, Sensitivities
-from prb3r.mechanics.sensitivity import chain_sensitivities as without_law
 from prb3r.model.laws.moment_law import LawPath, StateChange, law_path
 from prb3r.model.laws.self_consistent import kept, settled
 
@@ -50,7 +51,7 @@ def sensitivities_under_law(
     from_rest: bool | np.ndarray = False,
     number: np.ndarray | None = None,
 ) -> Sensitivities:
-    """As `prb3r.mechanics.sensitivity.sensitivities`, with the moments of the chain's terms; see `equilibria_of`."""
+    """As `chain_sensitivities` of the mechanics, with the moments of the chain's terms; see `equilibria_of`."""
     if not chain.closure:
         return without_law(chain, loads, directions, from_rest=from_rest)
     along = law_path(chain, loads, from_rest, number)

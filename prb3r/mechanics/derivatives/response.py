@@ -20,17 +20,17 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.drift import Drift, clear, enter, feel, local_load, shed, transmit, unload
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import at_base, depart, next_frame
 from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.variation import Variation, clear, enter, feel, local_load, shed, transmit, unload
 
 
 class Room(NamedTuple):
     """Working space for `p` parameters of one chain; `c` columns: `W`, where it matters, then the parameters."""
 
-    change: Drift
+    change: Variation
     """`c` columns."""
     outer: np.ndarray
     """(3,) force and moment (about the world origin) of the dead loads further out."""
@@ -46,10 +46,10 @@ class Room(NamedTuple):
     """(plates, n + m + 1, y + p) what it makes of that; no plates where slip is declared."""
 
 
-def drift(cables: int, columns: int) -> Drift:
-    """No drift."""
+def no_variation(cables: int, columns: int) -> Variation:
+    """No variation."""
     each = [np.zeros((cables, columns)) for _ in range(4)]
-    return Drift(each[0], each[1], np.zeros((3, columns)), np.zeros(columns), each[2], each[3])
+    return Variation(each[0], each[1], np.zeros((3, columns)), np.zeros(columns), each[2], each[3])
 
 
 def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:
@@ -57,7 +57,7 @@ def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:
     (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
     c, arriving = dead * (not history) + parameters, 2 * cables + 3
     return Room(
-        change=drift(cables, c),
+        change=no_variation(cables, c),
         outer=np.zeros(3),
         block=np.zeros((n, n + c)),
         column=np.zeros((n, c)),

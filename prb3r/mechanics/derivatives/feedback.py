@@ -3,7 +3,7 @@ r"""The answer of holes that stick, solved from the tip back to the base.
 Where friction follows the cables' travel, a cable's length beyond a hole acts on its tension there, and tension acts
 on all that is further out.  Marched from base to tip this feedback grows from plate to plate, tenfold where the
 presliding length is short, and rounding with it.  From the tip it does not: whatever is beyond a plate answers what is
-handed to it, the drift `y` of tensions, directions and frame, by
+handed to it, the variation `y` of tensions, directions and frame, by
 
     z = R y + s,     z: cable lengths and moment of the dead loads beyond
 
@@ -14,17 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.drift import Drift, clear, enter, feel, shed, transmit
+from prb3r.mechanics.derivatives.response import no_variation
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.records import Packed
-from prb3r.mechanics.response import drift
+from prb3r.mechanics.variation import Variation, clear, enter, feel, shed, transmit
 
 
 class Sweep(NamedTuple):
     """Working space for `p` parameters: unknowns ``u = n + m + 1``, then ``y = 2 m + 3`` handed in, then parameters."""
 
-    change: Drift
+    change: Variation
     """(.., u + y + p)."""
     column: np.ndarray
     """(n, u + y + p) node angles."""
@@ -40,7 +40,7 @@ def sweep_room(packed: Packed, parameters: int) -> Sweep:
     cables, n = packed.span.shape[1], packed.plate["q"].shape[1]
     u, y = n + cables + 1, 2 * cables + 3
     return Sweep(
-        change=drift(cables, u + y + parameters),
+        change=no_variation(cables, u + y + parameters),
         column=np.zeros((n, u + y + parameters)),
         felt=np.zeros((n, u + y + parameters)),
         block=np.zeros((u, u + y + parameters)),
@@ -50,7 +50,7 @@ def sweep_room(packed: Packed, parameters: int) -> Sweep:
 
 @kernel
 def hand_in(packed, i, partial, room):
-    """Unit drifts of plate `i`: node angles, what is beyond, what is handed in; and what memory adds to slips."""
+    """Unit variations of plate `i`: node angles, what is beyond, what is handed in; and what memory adds to slips."""
     change, column, n, m = room.change, room.column, packed.plate[0].q.shape[0], len(packed.cable)
     u, y = n + m + 1, 2 * m + 3
     clear(change)

@@ -12,14 +12,14 @@ import numpy as np
 from prb3r.mechanics.attempt import blend
 from prb3r.mechanics.balance import place_plate
 from prb3r.mechanics.chain import Loads
-from prb3r.mechanics.drift import unload
+from prb3r.mechanics.derivatives.response import unbalance
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import next_frame
 from prb3r.mechanics.records import Packed
-from prb3r.mechanics.response import unbalance
+from prb3r.mechanics.variation import unload
 
 
-class Steps(NamedTuple):
+class PathStates(NamedTuple):
     """States to differentiate, in the order in which the chain went through them."""
 
     row: np.ndarray

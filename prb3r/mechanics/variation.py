@@ -8,7 +8,7 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.records import Packed
 
 
-class Drift(NamedTuple):
+class Variation(NamedTuple):
     """Derivatives of what a plate is handed from the base side, in `c` columns (one per independent variable)."""
 
     log_tension: np.ndarray
@@ -28,7 +28,7 @@ class Drift(NamedTuple):
 class Scratch(NamedTuple):
     """Working space of the march for one chain."""
 
-    drift: Drift
+    variation: Variation
     handed: np.ndarray
     """(1 + m,) what plates further out hand back: moment of the dead loads about the world origin, cable lengths."""
     outer: np.ndarray
@@ -49,9 +49,9 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
     """Working space for `columns` independent variables beside the node angles of one plate."""
     (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
     each = np.zeros((cables, columns))
-    change = Drift(each, each.copy(), np.zeros((3, columns)), np.zeros(columns), each.copy(), each.copy())
+    change = Variation(each, each.copy(), np.zeros((3, columns)), np.zeros(columns), each.copy(), each.copy())
     return Scratch(
-        drift=change,
+        variation=change,
         handed=np.zeros(1 + cables),
         outer=np.zeros(3),
         block=np.zeros((n, n + columns)),
@@ -72,7 +72,7 @@ def local_load(plate, outer):
 
 @kernel
 def enter(cable, span, change):
-    """Turn the drift of cables that arrive at a disk into that of their tensions behind its holes."""
+    """Turn the variation of cables that arrive at a disk into that of their tensions behind its holes."""
     for j in range(len(cable)):
         if span[j].tension != 0.0:
             for d in range(change.moment.shape[0]):
@@ -84,7 +84,7 @@ def enter(cable, span, change):
 
 @kernel
 def feel(plate, span, outer, change, out, first):
-    """Derivatives of a plate's residual by what it is handed, the drift `change`, in columns of `out` from `first`."""
+    """Derivatives of a plate's residual by what it is handed, varied by `change`, in `out` from column `first`."""
     n = out.shape[0]
     for d in range(len(change.moment)):
         turned = change.frame[2, d]
@@ -101,7 +101,7 @@ def feel(plate, span, outer, change, out, first):
 
 @kernel
 def transmit(model, plate, span, dq, change):
-    """Carry the drift over a plate whose node angles change by `dq` (n, c)."""
+    """Carry the variation over a plate whose node angles change by `dq` (n, c)."""
     n, columns = dq.shape
     c, s = plate.frame[3], plate.frame[4]
     x = plate.end[0] + model.disk * plate.axis[0]
@@ -142,7 +142,7 @@ def unload(model, frame, fx, fy, gx, gy, sum):
 
 @kernel
 def shed(model, frame, fx, fy, gx, gy, sum, change):
-    """The same, written out because a call in this place costs the solver a twentieth, and the drift off `change`."""
+    """The same, written out as a call here costs the solver a twentieth, and the variation of it off `change`."""
     c, s = frame[3], frame[4]
     half = model.disk / 2
     x, y = frame[0] - half * c, frame[1] - half * s
@@ -157,7 +157,7 @@ def shed(model, frame, fx, fy, gx, gy, sum, change):
 
 @kernel
 def clear(change):
-    """No drift, but for the total lengths of the cables."""
+    """No variation, but for the total lengths of the cables."""
     for d in range(len(change.moment)):
         change.moment[d] = 0.0
         for k in range(3):

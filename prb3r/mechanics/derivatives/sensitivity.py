@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Chain, Loads, acting
-from prb3r.mechanics.differentiate import Memory, Space, differentiate
-from prb3r.mechanics.drift import scratch
+from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, differentiate
+from prb3r.mechanics.derivatives.feedback import sweep_room
+from prb3r.mechanics.derivatives.partials import PathStates, Sides
+from prb3r.mechanics.derivatives.response import room
+from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.mechanics.feedback import sweep_room
-from prb3r.mechanics.held import Sides, Steps
 from prb3r.mechanics.records import Packed, pack
-from prb3r.mechanics.response import room
-from prb3r.mechanics.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.tangent import segment_modes
+from prb3r.mechanics.variation import scratch
 
 TOGETHER = 16
 """Parameters differentiated at a time."""
@@ -115,7 +115,7 @@ def _check(solved: SolvedPath, directions: Sequence[Direction]) -> None:
                 raise ValueError(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
 
 
-def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Direction], steps: Steps) -> np.ndarray:
+def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Direction], steps: PathStates) -> np.ndarray:
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
@@ -126,7 +126,7 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     dead = any(field.any() for field in (rows.force, rows.tip, sides.rows.force, sides.rows.tip))
     shape = (plates, cables, count)
     modes = segment_modes(chain) if chain.tied else None
-    space = Space(
+    space = DerivativeSpace(
         now=Loads(*(np.zeros_like(field[0]) for field in rows)),
         handed=np.zeros(int(dead)),
         memory=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from prb3r.mechanics.pivot import solve_from_afar, solve_near
+from prb3r.mechanics import complementarity
+from prb3r.mechanics.kernel import entrance
+
+solve_near, solve_from_afar = (
+    entrance(solve.py_func) for solve in (complementarity.solve_near, complementarity.solve_from_afar)
+)
 
 
 def problem(rng, n, skew):

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.derivatives.partials import PathStates
 from prb3r.mechanics.equilibrium import Equilibria, solve_chain
-from prb3r.mechanics.held import Steps
-from prb3r.mechanics.trail import Trail, empty_trail
 
 SUBSTEPS = 64
 """Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
@@ -21,7 +21,7 @@ class SolvedPath:
     chain: Chain
     loads: Loads
     equilibria: Equilibria
-    states: Steps
+    states: PathStates
     """The states that lead to the equilibria: one a solved step, or where friction follows the cables' travel rest and
     all accepted sub-steps of the solved steps."""
 
@@ -37,23 +37,23 @@ def solve_path(chain: Chain, loads: Loads, *, from_rest: bool | np.ndarray = Fal
     if chain.closure:
         raise ValueError(FOLLOWS_STATE)
     anew = np.array(np.broadcast_to(from_rest, loads.steps), bool)
-    kept = empty_trail(chain)
+    kept = room_for_states(chain)
     if chain.presliding > 0:
-        kept = empty_trail(chain, 1 + SUBSTEPS * loads.steps)
-    equilibria = solve_chain(chain, loads, from_rest=anew, trail=kept)
+        kept = room_for_states(chain, 1 + SUBSTEPS * loads.steps)
+    equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept)
     if kept.noted[0] > len(kept.row) > 0:
-        kept = empty_trail(chain, int(kept.noted[0]))
-        equilibria = solve_chain(chain, loads, from_rest=anew, trail=kept)
+        kept = room_for_states(chain, int(kept.noted[0]))
+        equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.presliding > 0:
         return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))
     row = 1 + np.flatnonzero(good)
     nothing = np.zeros((len(row), *chain.offset.shape))
-    states = Steps(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
+    states = PathStates(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
     return SolvedPath(chain, loads, equilibria, states)
 
 
-def _sub_steps(kept: Trail, good: np.ndarray, from_rest: np.ndarray) -> Steps:
+def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray) -> PathStates:
     """Rest and all sub-steps of the `good` steps (s,); what was kept of others is left out."""
     came_from, last = np.zeros(1 + len(good), np.int64), 0
     for s, converged in enumerate(good, 1):
@@ -66,7 +66,7 @@ def _sub_steps(kept: Trail, good: np.ndarray, from_rest: np.ndarray) -> Steps:
     first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
     first[edge[:-1]], final[edge[1:] - 1] = True, True
     last_row = came_from[row]
-    return Steps(
+    return PathStates(
         row=row,
         last=last_row,
         share=kept.share[states],

@@ -8,7 +8,7 @@ from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 
-class Trail(NamedTuple):
+class AcceptedStates(NamedTuple):
     """States of a chain of `n` plates and `m` cables where friction follows the travel: rest, then each sub-step."""
 
     noted: np.ndarray
@@ -23,9 +23,9 @@ class Trail(NamedTuple):
     """(e, n, m) slip at the holes."""
 
 
-def empty_trail(chain: Chain, room: int = 0) -> Trail:
+def room_for_states(chain: Chain, room: int = 0) -> AcceptedStates:
     """Room for `room` states."""
-    return Trail(
+    return AcceptedStates(
         noted=np.zeros(1, np.int64),
         row=np.zeros(room, np.int64),
         share=np.zeros(room),
@@ -35,11 +35,11 @@ def empty_trail(chain: Chain, room: int = 0) -> Trail:
 
 
 @kernel
-def keep(trail, row, share, state):
+def keep_state(accepted, row, share, state):
     """Keep one accepted state."""
-    e = trail.noted[0]
-    trail.noted[0] += 1
-    if e < len(trail.row):
-        trail.row[e], trail.share[e] = row, share
-        trail.q[e] = state.q
-        trail.slip[e] = state.slip
+    e = accepted.noted[0]
+    accepted.noted[0] += 1
+    if e < len(accepted.row):
+        accepted.row[e], accepted.share[e] = row, share
+        accepted.q[e] = state.q
+        accepted.slip[e] = state.slip

@@ -5,8 +5,8 @@ the travel beyond the holes asks for the slip
 
     asked = a + B (slip - slip now),    slip = clip(asked, -1, 1)
 
-a linear complementarity problem in the slips alone (`pivot.py`), solved exactly.  Newton's method then repeats this
-with the angles it leads to (Josephy): no set of holes is guessed, and none can cycle.
+a linear complementarity problem in the slips alone (`complementarity.py`), solved exactly.  Newton's method then
+repeats this with the angles it leads to (Josephy): no set of holes is guessed, and none can cycle.
 """
 
 from math import exp
@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
-from prb3r.mechanics.drift import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
+from prb3r.mechanics.complementarity import solve_from_afar, solve_near
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
 from prb3r.mechanics.newton import correct_columns, slips_agree, stiffest_node
-from prb3r.mechanics.pivot import solve_from_afar, solve_near
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 
 MAX_STEPS = 20
 """Newton steps; from a near state a handful is enough."""
@@ -28,7 +28,7 @@ LEEWAY = 1e-6
 """Slip by which holes at their bounds are taken to be beyond them at first, no two alike: one changes at a time."""
 
 
-class Grip(NamedTuple):
+class StickSlip(NamedTuple):
     """Working space for `h` holes, counted plate by plate."""
 
     work: Scratch
@@ -45,11 +45,11 @@ class Grip(NamedTuple):
     now: np.ndarray
 
 
-def grip_space(packed: Packed, history: bool) -> Grip:
-    """Working space for a chain; next to nothing where no travel is followed."""
-    holes = packed.span.size if history else 0
+def stick_slip_space(packed: Packed) -> StickSlip:
+    """Working space for a chain."""
+    holes = packed.span.size
     columns, each = np.zeros(2 + holes), np.zeros(holes)
-    return Grip(
+    return StickSlip(
         work=scratch(packed, 2 + holes),
         guess=columns,
         travel=columns.copy(),
@@ -62,14 +62,14 @@ def grip_space(packed: Packed, history: bool) -> Grip:
 
 
 @kernel
-def grip_march(packed, tension, force, tip, grip):
+def stick_slip_march(packed, tension, force, tip, holes):
     """One evaluation of the chain at its present slips, with derivatives by all of them.
 
     Leaves the corrections of all node angles in `work.column`: as they are (first column) and per unit of slip of every
     hole (from the third on).  Returns the largest unbalanced node angle and the moment of the dead loads left over.
     """
-    model, work, cable = packed.model[0], grip.work, packed.cable
-    outer, change, column = work.outer, work.drift, work.column
+    model, work, cable = packed.model[0], holes.work, packed.cable
+    outer, change, column = work.outer, work.variation, work.column
     plates, n, columns = column.shape
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):
@@ -103,7 +103,7 @@ def grip_march(packed, tension, force, tip, grip):
         shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
     for d in range(columns):
         guess = 0.0 if d == 1 else -(change.moment[d] + (outer[2] if d == 0 else 0.0)) / change.moment[1]
-        grip.guess[d] = guess
+        holes.guess[d] = guess
         if guess != 0.0:
             for i in range(plates):
                 for k in range(n):
@@ -112,12 +112,12 @@ def grip_march(packed, tension, force, tip, grip):
 
 
 @kernel
-def ask(packed, grip):
+def linearise_slips(packed, holes):
     """What the travel asks of every hole, at the present slips and once the angles have been corrected.
 
-    Leaves the complementarity problem of the slips in `grip`: ``M = 1 - B`` in `work.system`, `c` in `value`.
+    Leaves the complementarity problem of the slips in `holes`: ``M = 1 - B`` in `work.system`, `c` in `value`.
     """
-    work, value, travel = grip.work, grip.value, grip.travel
+    work, value, travel = holes.work, holes.value, holes.travel
     plates, n, columns = work.column.shape
     cables, presliding = len(packed.cable), packed.model[0].presliding
     for j in range(cables):
@@ -128,7 +128,12 @@ def ask(packed, grip):
             i = plates - 1 - back
             hole, row = packed.span[i, j], (plates - 1 - back) * cables + j
             if not hole.present:
-                value[row], grip.side[row], grip.free[row], grip.now[row] = 2.0, 1.0, False, 1.0  # stays at its bound
+                value[row], holes.side[row], holes.free[row], holes.now[row] = (
+                    2.0,
+                    1.0,
+                    False,
+                    1.0,
+                )  # stays at its bound
                 for h in range(columns - 2):
                     work.system[row, h] = 0.0
                 work.system[row, row] = 1.0
@@ -139,12 +144,12 @@ def ask(packed, grip):
                     travel[d] += hole.dlength[k] * work.column[i, k, d]
             hole.new_beyond = length
             asked = hole.slip + (length - hole.beyond + travel[0]) / presliding
-            grip.free[row] = hole.sticks
-            grip.side[row] = 1.0 if (asked if hole.sticks else hole.new_slip) > 0.0 else -1.0
-            grip.now[row] = hole.new_slip
+            holes.free[row] = hole.sticks
+            holes.side[row] = 1.0 if (asked if hole.sticks else hole.new_slip) > 0.0 else -1.0
+            holes.now[row] = hole.new_slip
             if not hole.sticks:
-                over = hole.slip * grip.side[row] - 1.0 + (length - hole.beyond) * grip.side[row] / presliding
-                grip.now[row] = grip.side[row] * max(over, LEEWAY * (1.0 + (0.6180339887498949 * (row + 1)) % 1.0))
+                over = hole.slip * holes.side[row] - 1.0 + (length - hole.beyond) * holes.side[row] / presliding
+                holes.now[row] = holes.side[row] * max(over, LEEWAY * (1.0 + (0.6180339887498949 * (row + 1)) % 1.0))
             for h in range(columns - 2):
                 follows = travel[2 + h] / presliding
                 asked -= follows * packed.span[h // cables, h % cables].new_slip
@@ -155,18 +160,18 @@ def ask(packed, grip):
 
 
 @kernel
-def take_step(packed, grip):
+def take_step(packed, holes):
     """Go to the angles and slips that solve the linearised problem, or a part of the way if that is far."""
-    work, plates = grip.work, packed.plate
+    work, plates = holes.work, packed.plate
     count, n, columns = work.column.shape
     cables = len(packed.cable)
-    longest, moment = 0.0, grip.guess[0]
+    longest, moment = 0.0, holes.guess[0]
     for h in range(columns - 2):
         hole = packed.span[h // cables, h % cables]
         if hole.present:
-            change = (grip.now[h] if grip.free[h] else grip.side[h]) - hole.new_slip
-            grip.now[h] = change
-            moment += grip.guess[2 + h] * change
+            change = (holes.now[h] if holes.free[h] else holes.side[h]) - hole.new_slip
+            holes.now[h] = change
+            moment += holes.guess[2 + h] * change
             if change != 0.0:
                 for i in range(count):
                     for k in range(n):
@@ -181,10 +186,10 @@ def take_step(packed, grip):
     for h in range(columns - 2):
         hole = packed.span[h // cables, h % cables]
         if hole.present:
-            hole.sticks = grip.free[h]
-            hole.new_slip += share * grip.now[h]
+            hole.sticks = holes.free[h]
+            hole.new_slip += share * holes.now[h]
             if share == 1.0 and not hole.sticks:
-                hole.new_slip = grip.side[h]
+                hole.new_slip = holes.side[h]
     work.handed[0] += share * moment
     for i in range(count):
         for k in range(n):
@@ -193,16 +198,16 @@ def take_step(packed, grip):
 
 
 @kernel
-def balance_grip(packed, tension, force, tip, handed, grip):
+def balance_stick_slip(packed, tension, force, tip, handed, holes):
     """Newton on all angles and slips, from where they are; steps taken or `FAILED`.
 
     `handed` as in :class:`Scratch`: where the search starts, and what it ends with.
     """
-    work, stiffest = grip.work, stiffest_node(packed)
+    work, stiffest = holes.work, stiffest_node(packed)
     work.handed[0] = handed[0]
     for step in range(MAX_STEPS):
-        largest, left = grip_march(packed, tension, force, tip, grip)
-        ask(packed, grip)
+        largest, left = stick_slip_march(packed, tension, force, tip, holes)
+        linearise_slips(packed, holes)
         balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(work.handed[0])
         if balanced and slips_agree(packed):
             for d in range(len(handed)):
@@ -210,10 +215,10 @@ def balance_grip(packed, tension, force, tip, handed, grip):
             return step
         if not largest < 1e6:
             return FAILED
-        if not solve_near(work.system, grip.value, grip.rate, grip.side, grip.free, grip.now):
-            ask(packed, grip)
-            if not solve_from_afar(work.system, grip.value, grip.rate, grip.side, grip.free, grip.now):
+        if not solve_near(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now):
+            linearise_slips(packed, holes)
+            if not solve_from_afar(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now):
                 return FAILED
-        if not take_step(packed, grip):
+        if not take_step(packed, holes):
             return FAILED
     return FAILED

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.chain import Loads
-from prb3r.mechanics.drift import Scratch
-from prb3r.mechanics.feedback import Sweep, sweep
-from prb3r.mechanics.held import difference, hand_back, place_chain, put_loads, put_state
-from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.derivatives.feedback import Sweep, sweep
+from prb3r.mechanics.derivatives.partials import difference, hand_back, place_chain, put_loads, put_state
+from prb3r.mechanics.derivatives.response import Room, respond, unbalance
+from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.newton import solve_block
-from prb3r.mechanics.response import Room, respond, unbalance
 from prb3r.mechanics.tangent import chain_tangent
+from prb3r.mechanics.variation import Scratch
 
 
 class Memory(NamedTuple):
@@ -28,7 +28,7 @@ class Memory(NamedTuple):
     """(n, m, p) of the cable lengths beyond the holes."""
 
 
-class Space(NamedTuple):
+class DerivativeSpace(NamedTuple):
     """Working space of :func:`differentiate`."""
 
     now: Loads
@@ -103,7 +103,7 @@ def tie(packed, now, modes, work, partial):
                     partial[i, k, d] += modes[i, k, c] * system[c, columns + d]
 
 
-@kernel
+@entrance
 def differentiate(packed, held, sides, rows, steps, modes, space, out):
     """Derivatives of all states of `steps`, written to `out` (s, plates, rows, p) where they end a load step.
 

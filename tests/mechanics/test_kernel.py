@@ -1,0 +1,94 @@
+"""Machine code on disk is that of the text that is run, and nobody else's."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from prb3r.mechanics import kernel as compiling
+from prb3r.mechanics.kernel import ROOM, cache_folder, entrance, inner_loop, kernel, text_key
+from prb3r.runs import provenance
+
+
+@pytest.fixture
+def places(tmp_path, monkeypatch):
+    """Folders for the cache and for temporary files, both the user's own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(compiling.tempfile, "tempdir", str(tmp_path / "temporary"))
+    for name in ("cache", "temporary"):
+        (tmp_path / name).mkdir(mode=0o700)
+    return tmp_path
+
+
+def test_an_edit_in_a_sub_folder_renews_kernels_and_stored_results(places, monkeypatch):
+    package = shutil.copytree(ROOM.parent, places / "prb3r", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(provenance, "PACKAGE", package)
+    before = cache_folder(package / "mechanics"), provenance.fingerprint()
+    assert before[0].name == cache_folder().name
+    for file in sorted((package / "mechanics/derivatives").glob("*.py")):
+        text = file.read_bytes()
+        file.write_bytes(text + b"# edited\n")
+        after = cache_folder(package / "mechanics"), provenance.fingerprint()
+        assert after[0] != before[0], file
+        assert after[1] != before[1], file
+        file.write_bytes(text)
+    assert (cache_folder(package / "mechanics"), provenance.fingerprint()) == before
+
+
+def test_a_file_that_moves_is_another_text(tmp_path):
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "one.py").write_text("x = 1\n")
+    before = text_key(tmp_path)
+    (tmp_path / "one.py").rename(tmp_path / "inner/one.py")
+    assert text_key(tmp_path) != before
+
+
+def test_the_cache_is_the_users_own_and_the_same_every_time(places):
+    folder = cache_folder()
+    assert folder.parent == places / "cache/prb3r"
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert cache_folder() == folder
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o702])
+@pytest.mark.parametrize("level", [0, 1])
+def test_a_folder_that_others_can_write_to_is_not_used(places, mode, level):
+    first = cache_folder()
+    (first, first.parent)[level].chmod(mode)
+    second = cache_folder()
+    assert second.is_relative_to(places / "temporary")
+    (second, second.parent)[level].chmod(mode)
+    third = cache_folder()
+    assert third not in (first, second)
+    assert third.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_of_another_user_is_not_used(places, monkeypatch):
+    first = cache_folder()
+    monkeypatch.setattr(os, "geteuid", lambda: first.stat().st_uid + 1)
+    assert not cache_folder().is_relative_to(places / "cache")
+
+
+def test_a_link_to_a_folder_is_not_used(places):
+    first = cache_folder()
+    first.rename(places / "elsewhere")
+    first.symlink_to(places / "elsewhere")
+    assert cache_folder().is_relative_to(places / "temporary")
+
+
+@pytest.mark.parametrize("part", [kernel, inner_loop])
+def test_an_entrance_calls_kernels_that_python_cannot_call(part, monkeypatch):
+    monkeypatch.setattr(compiling, "_own_folder", lambda: "")
+
+    def divided(numbers, by):
+        numbers[0] += 1.0
+        return numbers[0] / by
+
+    inner = part(divided)
+    outer = entrance(lambda numbers, by: inner(numbers, by) * 2.0)
+    assert outer(np.ones(1), 4.0) == 1.0
+    assert outer(np.ones(1), 0.0) == np.inf
+    with pytest.raises(TypeError, match="divided is called by compiled code alone"):
+        inner(np.ones(1), 4.0)
+    assert entrance(inner.py_func)(np.ones(1), 4.0) == 0.5
