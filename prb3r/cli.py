@@ -126,6 +126,7 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
     if problems:
         raise SpecError(*problems)
     jobs = jobs or os.cpu_count() or 1
+    _say_what_is_prepared()
     if dry_run:
         for plan in plans:
             click.echo(_forecast(plan, jobs))
@@ -172,6 +173,13 @@ def _closing(result, files: list[Path]) -> str:
     return text
 
 
+def _say_what_is_prepared() -> None:
+    from prb3r.mechanics.kernel import is_prepared
+
+    if not is_prepared():
+        click.echo("prb3r: compiling the mechanics for its first use, up to half a minute; it is kept", err=True)
+
+
 @main.command("solve")
 @click.argument("manipulator", metavar="MANIPULATOR.toml")
 @click.argument("steps", metavar="STEPS")
@@ -187,6 +195,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     from prb3r.model.solve import POSITION_COLUMNS
     from prb3r.model.solve import solve as solve_steps
 
+    _say_what_is_prepared()
     table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)[POSITION_COLUMNS]
     last = table[table["disk"] == table["disk"].max()]
     failed, detours = (
@@ -227,6 +236,7 @@ def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -
 
     wanted = {name: value for name, value in place.items() if value is not None}
     number = int(disk) if disk.isdigit() else disk
+    _say_what_is_prepared()
     answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, broken=broken, **wanted)
     if output:
         write_table(answer.steps, output)
@@ -281,6 +291,7 @@ def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
     others = [load_recording(path) for path in holdout]
     folder = Path(output) if output else default_folder(loaded.name)
     ensure_writable(folder)
+    _say_what_is_prepared()
     with stages(loaded.name, (*STAGES, "write")) as report:
         diagnosis = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
         report("write")
@@ -304,6 +315,7 @@ def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
 
     if output and steps is None and Path(output).suffix != ".toml":
         raise SpecError(Problem(output, "without STEPS a manipulator is written: a .toml file"))
+    _say_what_is_prepared()
     learnt = predict_design(diagnosis, manipulator, steps, seed=seed)
     if output and learnt.positions is not None:
         write_table(learnt.positions, output)

@@ -9,15 +9,16 @@ unchanged.  The cache folder is therefore named after the text of the whole pack
 Cached code is run as it stands: a folder that others own or can write to is not used.
 """
 
+import contextlib
 import hashlib
 import os
 import stat
 import tempfile
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba import njit
 from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -25,11 +26,21 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
+try:
+    import fcntl
+except ImportError:  # not on Windows, where workers compile side by side
+    fcntl = None  # type: ignore[assignment]
+
 ROOM = Path(__file__).parent
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
+OPTIONS: dict[str, Any] = {
+    "nopython": True,
+    "no_cfunc_wrapper": True,
+    "error_model": "numpy",
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+}
 """No division checks: divisions follow IEEE rules.  NaN and infinity stay visible, so that a failed solve can be told
 from a good one."""
-PART = OPTIONS | {"nopython": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+PART = OPTIONS | {"no_cpython_wrapper": True}
 
 
 def text_key(room: Path = ROOM) -> str:
@@ -64,6 +75,11 @@ def is_own(folder: Path) -> bool:
     if not hasattr(os, "geteuid"):
         return True  # such systems keep the folders of users apart
     return stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
+
+
+def is_prepared() -> bool:
+    """Whether any machine code of this text is on disk: without it the first solve waits for it."""
+    return any(Path(_own_folder()).rglob("*.nbc"))
 
 
 class _Part(JITCodeLibrary):
@@ -137,6 +153,33 @@ def inner_loop(function):
     return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_OPTIMISING_COMPILER)
 
 
+@contextlib.contextmanager
+def once_at_a_time(place: Path) -> Iterator[None]:
+    """Let the first process do what follows while others wait that want the same; they do it after, all at once.
+
+    What another one has compiled they find in the cache, so that a computer's processors compile nothing twice.
+    """
+    with contextlib.ExitStack() as stack:
+        if fcntl is not None:
+            with contextlib.suppress(OSError):  # no folder, or no locks in it
+                file = stack.enter_context(place.open("wb"))
+                try:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    fcntl.flock(file, fcntl.LOCK_EX)
+                    fcntl.flock(file, fcntl.LOCK_UN)
+        yield
+
+
+class _Entrance(CPUDispatcher):
+    """A function that Python calls, compiled when it is first called with arguments of a kind."""
+
+    def compile(self, sig):
+        kind = hashlib.sha256(f"{self.py_func.__module__}.{self.py_func.__qualname__}{sig}".encode()).hexdigest()[:16]
+        with once_at_a_time(Path(_own_folder()) / f"{kind}.lock"):
+            return super().compile(sig)
+
+
 @cache
 def _own_folder() -> str:
     return str(cache_folder())
@@ -147,6 +190,8 @@ def entrance(function):
     folder = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = _own_folder()  # type: ignore[attr-defined]
     try:
-        return njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(function)  # type: ignore[call-overload]
+        compiled = _Entrance(py_func=function, targetoptions=OPTIONS)
+        compiled.enable_caching()
+        return compiled
     finally:
         config.CACHE_DIR = folder  # type: ignore[attr-defined]

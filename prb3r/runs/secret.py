@@ -16,7 +16,7 @@ def user_secret() -> bytes:
     """The secret of this user on this machine: the same every time, or a new one where it cannot be kept."""
     path = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prb3r" / "secret"
     with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not path.exists():
             _make(path)
         known = os.open(path, os.O_RDONLY | NO_LINK)

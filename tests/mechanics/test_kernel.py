@@ -2,12 +2,22 @@
 
 import os
 import shutil
+import threading
 
 import numpy as np
 import pytest
 
 from prb3r.mechanics import kernel as compiling
-from prb3r.mechanics.kernel import ROOM, cache_folder, entrance, inner_loop, kernel, text_key
+from prb3r.mechanics.kernel import (
+    ROOM,
+    cache_folder,
+    entrance,
+    inner_loop,
+    is_prepared,
+    kernel,
+    once_at_a_time,
+    text_key,
+)
 from prb3r.runs import provenance
 
 
@@ -78,8 +88,9 @@ def test_a_link_to_a_folder_is_not_used(places):
 
 
 @pytest.mark.parametrize("part", [kernel, inner_loop])
-def test_an_entrance_calls_kernels_that_python_cannot_call(part, monkeypatch):
-    monkeypatch.setattr(compiling, "_own_folder", lambda: "")
+def test_an_entrance_calls_kernels_that_python_cannot_call(part, places, monkeypatch):
+    monkeypatch.setattr(compiling, "_own_folder", lambda: str(cache_folder()))
+    assert not is_prepared()
 
     def divided(numbers, by):
         numbers[0] += 1.0
@@ -88,7 +99,33 @@ def test_an_entrance_calls_kernels_that_python_cannot_call(part, monkeypatch):
     inner = part(divided)
     outer = entrance(lambda numbers, by: inner(numbers, by) * 2.0)
     assert outer(np.ones(1), 4.0) == 1.0
+    assert is_prepared()
     assert outer(np.ones(1), 0.0) == np.inf
     with pytest.raises(TypeError, match="divided is called by compiled code alone"):
         inner(np.ones(1), 4.0)
     assert entrance(inner.py_func)(np.ones(1), 4.0) == 0.5
+
+
+@pytest.mark.skipif(compiling.fcntl is None, reason="no locks of files")
+def test_those_who_want_the_same_wait_for_the_first_and_then_for_nobody(tmp_path):
+    entered, waiting = threading.Semaphore(0), threading.Barrier(3)
+
+    def follow():
+        with once_at_a_time(tmp_path / "lock"):
+            entered.release()
+            waiting.wait(timeout=60)  # both are inside at the same time
+
+    followers = [threading.Thread(target=follow) for _ in range(2)]
+    with once_at_a_time(tmp_path / "lock"):
+        for follower in followers:
+            follower.start()
+        assert not entered.acquire(timeout=0.3)
+    waiting.wait(timeout=60)
+    for follower in followers:
+        follower.join(timeout=60)
+        assert not follower.is_alive()
+
+
+def test_where_no_lock_can_be_had_work_goes_on(tmp_path):
+    with once_at_a_time(tmp_path / "missing/lock"):
+        pass
