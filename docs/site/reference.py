@@ -140,7 +140,8 @@ def _kind(field: dict[str, Any]) -> str:
     if field.get("type") == "array":
         return f"list of {_kind(field.get('items', {}))}"
     if field.get("type") == "object":
-        return f"table of {_kind(field['additionalProperties'])}" if field.get("additionalProperties") else "table"
+        values = field.get("additionalProperties")
+        return f"table of {_kind(values)}" if isinstance(values, dict) and values else "table"
     signs = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
     bounds = [f"{sign} {field[key]:g}" for key, sign in signs.items() if key in field]
     return " ".join([str(field.get("type", "anything")), ", ".join(bounds)]).strip()
