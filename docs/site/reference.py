@@ -100,7 +100,7 @@ def schema_text(file: str) -> str:
     """Every table and key of a file."""
     schema = schema_of(file)
     shipped = f"[schemas/{file}.json](../schemas/{file}.json)"
-    lead = f"Every key of a {file} file, from its JSON Schema ({shipped}, `prb3r schema {file}`); \\* marks what is needed."
+    lead = f"Every key of a {file} file, from its JSON Schema ({shipped}, `prb3r schema {file}`); \\* is needed."
     parts = [f"# Reference: {file} files", lead, *_table(file, schema)]
     for title, part in sorted(schema.get("$defs", {}).items()):
         parts += _table(title, part)
