@@ -7,6 +7,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 
+MOST_BYTES = 400_000
+"""Of a drawing with lines; one that takes more is shown as a picture."""
+
+
 def gallery_text(results: Path) -> str:
     """Figures in `results` of the studies in `studies/`, by study; says which have not been run."""
     parts = ["# Gallery", "The figures of the shipped studies; `make docs` runs what has not been run."]
@@ -14,7 +18,7 @@ def gallery_text(results: Path) -> str:
     for file in sorted((ROOT / "studies").glob("*.toml")):
         study = tomllib.loads(file.read_text())
         folder = results / study["name"]
-        figures = sorted(folder.glob("*.png"))
+        figures = [_lighter(picture) for picture in sorted(folder.glob("*.png"))]
         if not figures:
             missing.append(study["name"])
             continue
@@ -31,3 +35,9 @@ def gallery_text(results: Path) -> str:
     if missing:
         parts += [f"Not run yet: {', '.join(missing)}."]
     return "\n\n".join(parts) + "\n"
+
+
+def _lighter(picture: Path) -> Path:
+    """The SVG beside a PNG, which has its size on paper, unless it is heavy."""
+    drawing = picture.with_suffix(".svg")
+    return drawing if drawing.is_file() and drawing.stat().st_size <= MOST_BYTES else picture

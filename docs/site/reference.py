@@ -7,6 +7,7 @@ import textwrap
 from typing import Any
 
 import click
+from pydantic import BaseModel
 
 import prb3r
 from prb3r.cli import main
@@ -34,6 +35,9 @@ def python_text() -> str:
 
 def _described(path: str, name: str, offered: Any, level: str) -> list[str]:
     parts = [f"{level} `{path}`", *_signature(name, offered), docstring_text(inspect.getdoc(offered) or "")]
+    if inspect.isclass(offered) and issubclass(offered, BaseModel):
+        fields = offered.model_fields.items()
+        parts += ["\n".join(f"- `{own}`: {_plain(field.description or '')}" for own, field in fields)]
     if inspect.isclass(offered) and not issubclass(offered, Exception):
         for own, member in vars(offered).items():
             if not own.startswith("_") and own != "model_config" and inspect.getdoc(member) and callable(member):
@@ -149,7 +153,7 @@ def _kind(field: dict[str, Any]) -> str:
 
 def _default(field: dict[str, Any]) -> str:
     value = field.get("default")
-    return "" if value in (None, [], {}, ()) else f"`{value}`"
+    return "" if value is None or isinstance(value, (list, dict)) else f"`{value}`"
 
 
 def _cell(text: str) -> str:
