@@ -7,7 +7,7 @@ JOBS ?=
 CASES ?=
 SEED ?=
 
-.PHONY: study setup test check format bench proof clean
+.PHONY: study setup test check format docs schemas bench proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
@@ -36,6 +36,15 @@ check: $(VENV)/.ready
 format: $(VENV)/.ready
 	$(BIN)/ruff check --fix --quiet . || true
 	$(BIN)/ruff format .
+
+# HTML without network, into results/docs; studies whose figures are not there yet are run for the gallery.
+docs: $(VENV)/.ready
+	$(BIN)/prb3r run $(wildcard studies/*.toml) -o results $(if $(JOBS),-j $(JOBS)) || test $$? -eq 1
+	$(BIN)/python docs/site/build.py -o results/docs
+
+# What the first lines of TOML files name for editors.
+schemas: $(VENV)/.ready
+	for file in study manipulator recording; do $(BIN)/prb3r schema $$file > schemas/$$file.json; done
 
 bench: $(VENV)/.ready
 	$(BIN)/prb3r bench
