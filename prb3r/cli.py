@@ -264,25 +264,29 @@ def compare_command(ctx, results, output, requirements) -> None:
 @click.argument("recording", metavar="RECORDING")
 @click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")
 @click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
+@click.option("--assume", metavar="MANIPULATOR", help="Effects found before, such as explained.toml; refitted.")
 @click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.pass_context
-def diagnose_command(ctx, recording, output, holdout, seed, jobs) -> None:
+def diagnose_command(ctx, recording, output, holdout, assume, seed, jobs) -> None:
     """Locate, name and model what simulation leaves out of a recording; show how much better it fits then."""
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.diagnosis.stages import STAGES
     from prb3r.front import diagnose as diagnosed
+    from prb3r.model.manipulator import load_manipulator
     from prb3r.progress import stages
     from prb3r.recording.reading import load_recording
     from prb3r.runs.files import ensure_writable
 
     loaded = load_recording(recording)
     others = [load_recording(path) for path in holdout]
+    assumed = load_manipulator(assume) if assume else None
     folder = Path(output) if output else default_folder(loaded.name)
     ensure_writable(folder)
     with stages(loaded.name, (*STAGES, "write")) as report:
-        diagnosis = diagnosed(loaded, holdout=others, seed=seed, jobs=jobs or os.cpu_count() or 1, report=report)
+        workers = jobs or os.cpu_count() or 1
+        diagnosis = diagnosed(loaded, holdout=others, assume=assumed, seed=seed, jobs=workers, report=report)
         report("write")
         files = diagnosis.report(folder)
     click.echo("\n".join(summary_lines(diagnosis)))

@@ -10,6 +10,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.errors import Problem, SpecError
+from prb3r.model.given import Given
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
 from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
@@ -142,10 +143,11 @@ def diagnose(
     recording: Recording | str | Path,
     *,
     holdout: Sequence[Recording | str | Path] = (),
+    assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
     report: Callable[[str], None] = lambda step: None,
 ) -> DiagnosisReport:
     """Diagnose a recording, given as its folder or read already; parameters and errors as of `diagnosis_of`."""
-    diagnosis = diagnosis_of(recording, holdout=holdout, seed=seed, jobs=jobs, report=report)
+    diagnosis = diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
     return DiagnosisReport(**vars(diagnosis))

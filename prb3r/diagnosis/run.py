@@ -10,6 +10,7 @@ from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
+from prb3r.model.given import Given, manipulator_of
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind, Recording
 from prb3r.runs.backends.process_map import process_map
@@ -19,6 +20,7 @@ def diagnosis_of(
     recording: Recording | str | Path,
     *,
     holdout: Sequence[Recording | str | Path] = (),
+    assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
     report: stages.Report = lambda step: None,
@@ -28,6 +30,8 @@ def diagnosis_of(
     Parameters
     ----------
     holdout : other recordings that the diagnosis is judged on, instead of sequences of this one.
+    assume : a manipulator with effects found before, such as an `explained.toml`: they are refitted, and kept unless
+        the recording contradicts them.
     seed : of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis.
     jobs : worker processes.
     report : hears the name of every step as it begins.
@@ -35,13 +39,17 @@ def diagnosis_of(
     Raises
     ------
     RecordingError
-        With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
+        With every problem of the recordings' files, or if nothing near the nominal manipulator is in balance under the
+        loads.
+    SpecError
+        With every problem of the manipulator that is assumed.
     """
+    assumed = None if assume is None else manipulator_of(assume)
     whole, *others = [
         given if isinstance(given, Recording) else load_recording(given) for given in (recording, *holdout)
     ]
     with process_map(jobs) as apply:
-        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others), report, apply)
+        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
     if not others:
         return diagnosis
     carried = [(other, on_other(diagnosis, other)) for other in others]
