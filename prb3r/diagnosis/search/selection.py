@@ -10,6 +10,7 @@ from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import fit_assumed
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
@@ -35,6 +36,8 @@ class Choice:
     chi2_threshold: float
     doubts: Doubts
     level: EstimatedLevel
+    settled: frozenset[Hypothesis] = frozenset()
+    """Effects that other recordings show too, so that no rival is sought for them on this one."""
 
     @property
     def structured(self) -> bool:
