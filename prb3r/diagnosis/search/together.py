@@ -46,6 +46,18 @@ class Together:
     """The smallest joint model that is not much less probable than the best that contains it."""
     each: tuple[Alone, ...]
     """Every recording with what the others say of what they share."""
+    survivors: tuple[Survivor, ...]
+    """Joint models, most probable first; their `fitted` are joint fits."""
+
+    def shared_probability(self, effect: str, constant: str) -> float:
+        """Probability that an effect by name, or if that is empty a constant, is the same on all its rigs."""
+
+        def holds(hypotheses: frozenset[Any]) -> bool:
+            if effect:
+                return any(each.name == effect for each in hypotheses)
+            return not any(each.parting and each.parting.name == constant for each in hypotheses)
+
+        return float(sum(survivor.probability for survivor in self.survivors if holds(survivor.effects)))
 
 
 def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
@@ -82,7 +94,7 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     each = tuple(
         _with_others(k, own, search, (fitted, survivors), (doubts[k], levels[k])) for k, own in enumerate(alone)
     )
-    return Together(tuple(alone), groups, search, fitted, each)
+    return Together(tuple(alone), groups, search, fitted, each, survivors)
 
 
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
