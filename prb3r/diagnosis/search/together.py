@@ -15,6 +15,7 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.groups import Groups
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.coarser import told_share
 from prb3r.diagnosis.search.joint_pool import (
     JointPool,
     JointSearch,
@@ -89,12 +90,33 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
                 for part, doubted in zip(parts, doubts, strict=True)
             ]
         )
+    noise = list(zip(doubts, levels, strict=True))
     survivors = pool.survivors()
     fitted: Any = polished(simplest(survivors, settings.simpler_reach))
-    each = tuple(
-        _with_others(k, own, search, (fitted, survivors), (doubts[k], levels[k])) for k, own in enumerate(alone)
-    )
+    each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
+    if any(own.choice.structured for own in each):
+        fitted, survivors = _standing(pool, fitted, each)
+        each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
     return Together(tuple(alone), groups, search, fitted, each, survivors)
+
+
+def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
+    """What stands where some recordings are not explained, under a coarser likelihood of these; as in `coarser`."""
+    settings, noises = fitted.model.settings, []
+    for rig, own in enumerate(each):
+        part, doubts = fitted.part(rig), own.choice.doubts
+        if own.choice.structured:
+            scale = doubts.level.scale / np.sqrt(told_share(part))
+            coarser = replace(doubts, level=doubts.level._replace(scale=float(scale)))
+            noises.append(coarser.noise(part.model.predict, part.solved, settings))
+        else:
+            noises.append(part.model.noise)
+    coarse = pool.under_each(noises)
+    coarse.explore(settings.later_expansions)
+    survivors = coarse.survivors()
+    standing: Any = simplest(survivors, settings.simpler_reach)
+    exact = fit(replace(standing.model, rigs=fitted.model.rigs), standing.p)
+    return (fitted if exact is None else polished(exact)), survivors
 
 
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
