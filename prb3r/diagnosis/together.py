@@ -57,6 +57,9 @@ def diagnose_together(
         report(f"check of {name}")
         doubted = replace(searched.tested.doubted, search=each.search)
         checked = check(Searched(replace(searched.tested, doubted=doubted), each.choice))
+        others = " and ".join(other for other in names if other != name)
+        said = f"diagnosed together with {others}: what they share is fitted to all of them"
+        checked = replace(checked, remarks=(*checked.remarks, said))
         investigations.append(replace(checked, verdict="set-up", blunders=blunders) if blunders else checked)
     report("tell")
     return JointDiagnosis(tuple(map(tell, investigations)), common_of(together, names))

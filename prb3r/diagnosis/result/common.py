@@ -25,6 +25,8 @@ IN_WORDS: Mapping[str, tuple[str, float, str]] = {
     "presliding_m": ("the presliding travel", 1e6, " micrometres"),
 }
 """What a parameter is called, and the factor and the unit that people read it in; others by their names."""
+IMITATED = 0.05
+"""Probability from which on it is said that a parameter may be shared although values with the same effects differ."""
 DECIDED = 3.0
 """Logarithm of a Bayes factor from which on it decides: "strong" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995)
 773)."""
@@ -62,7 +64,9 @@ class SharedParameter:
             for name, each in zip(self.recordings, self.alone, strict=True)
         ]
         if not self.agrees:
-            return f"The recordings do not agree on {what}: {' against '.join(said)}."
+            doubt = f", or an effect of one rig imitates that (probability {self.probability:.0%})"
+            told = doubt if self.probability > IMITATED else ""
+            return f"The recordings do not agree on {what}: {' against '.join(said)}{told}."
         return f"The recordings agree on {what}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
 
