@@ -314,7 +314,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     """Diagnose several recordings together, write and say it; the verdicts."""
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
-    from prb3r.diagnosis.together import steps_of
+    from prb3r.diagnosis.together import joint_steps
     from prb3r.front import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable
@@ -322,7 +322,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     names = [recording.name for recording in loaded]
     folder = Path(output) if output else default_folder("together-" + "-".join(names))
     ensure_writable(folder)
-    with stages("together", (*steps_of(names), "write")) as report:
+    with stages("together", (*joint_steps(names), "write")) as report:
         found = diagnosed(loaded, together=True, report=report, **asked)
         report("write")
         files = found.report(folder)

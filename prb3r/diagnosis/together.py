@@ -24,7 +24,7 @@ class JointDiagnosis:
     """What is shared, and whether the recordings agree on it."""
 
 
-def steps_of(recordings: Sequence[str]) -> list[str]:
+def joint_steps(recordings: Sequence[str]) -> list[str]:
     """The steps that are reported for recordings of these names, in their order."""
     before, after = STAGES[: STAGES.index("check")], STAGES[STAGES.index("check") + 1 :]
     each = [f"{stage} of {name}" for name in recordings for stage in before]
@@ -38,7 +38,7 @@ def diagnose_together(
 
     Parameters
     ----------
-    report : hears every step of `steps_of` as it begins.
+    report : hears every step of `joint_steps` as it begins.
     apply : applies a function to many tasks, in worker processes for instance.
 
     Raises

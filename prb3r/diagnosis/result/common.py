@@ -11,7 +11,7 @@ import numpy as np
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.result.statements import Estimate
-from prb3r.diagnosis.search.agreement import Compared, Told, compared, log_bayes_factor
+from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
 from prb3r.diagnosis.search.together import Together
 from prb3r.quantities import describe, name_in_words
 from prb3r.runs.files import ensure_writable, write_whole
@@ -122,7 +122,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
     model = together.fitted.model
     return Common(
         recordings=tuple(names),
-        shared=tuple(_shared(each, together, names) for each in compared(together)),
+        shared=tuple(_shared(each, together, names) for each in shared_parameters(together)),
         own={name: tuple(_own(model, rig)) for rig, name in enumerate(names)},
         log_bayes_factor=float(log_bayes_factor(together)),
         remarks=together.groups.remarks,

@@ -50,7 +50,7 @@ class Compared(NamedTuple):
         return float(chi2_law.sf(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
 
 
-def compared(together: Together) -> Iterator[Compared]:
+def shared_parameters(together: Together) -> Iterator[Compared]:
     """All shared constants, then all shared parameters of effects."""
     fitted = together.fitted
     model, covariance = fitted.model, fitted.covariance
