@@ -20,7 +20,8 @@ from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.joint import JointHypothesis, alone_on, in_common
 from prb3r.diagnosis.library.scope import Scope
-from prb3r.diagnosis.result.common import write_common
+from prb3r.diagnosis.result.common import Common, SharedParameter, write_common
+from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.run import joint_diagnosis_of
 from prb3r.diagnosis.search.joint_pool import shared_constants
 from prb3r.diagnosis.stages import Task
@@ -193,3 +194,21 @@ def test_the_record_is_plain_and_says_what_is_shared(tmp_path):
     assert strain["together"]["low"] < LAW["knee_strain"] < strain["together"]["high"]
     assert strain["statement"].startswith("The recordings agree on the strain at the knee")
     assert record["own"] == {"short": [], "thick": []}
+
+
+def test_what_is_not_shared_is_said_in_words():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    strain = SharedParameter(
+        "", "friction_coefficient", ("a", "b"), estimate, (estimate, Estimate(0.5)), 1.0, True, 1.0, ()
+    )
+    common = Common(
+        ("a", "b"), (strain,), {"a": (), "b": ("edge_wrap", "gravity")}, {"edge_wrap": ("b",)}, -5.0, ("x",)
+    )
+    assert list(common.sentences) == [
+        "ln of the evidence of what is shared against each recording by itself: -5.0, which speaks against sharing.",
+        "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
+        "not told by b alone.",
+        "The recordings do not share edge wrap: b has its own, a none.",
+        "Of b alone: edge wrap, gravity.",
+        "note: x",
+    ]

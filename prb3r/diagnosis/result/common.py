@@ -78,6 +78,8 @@ class Common:
     shared: tuple[SharedParameter, ...]
     own: Mapping[str, tuple[str, ...]]
     """Effects by recording that are its own."""
+    unshared: Mapping[str, tuple[str, ...]]
+    """Effects that recordings could share and do not, each with those that have their own."""
     log_bayes_factor: float
     """ln of how much more probable the recordings are together, with what they share, than each by itself."""
     remarks: tuple[str, ...]
@@ -92,6 +94,11 @@ class Common:
         )
         yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
         yield from (parameter.statement for parameter in self.shared)
+        for effect, owners in self.unshared.items():
+            others = [name for name in self.recordings if name not in owners]
+            rest = f", {' and '.join(others)} none" if others else ""
+            said = f"{' and '.join(owners)} {'has its' if len(owners) == 1 else 'have their'} own{rest}"
+            yield f"The recordings do not share {effect.replace('_', ' ')}: {said}."
         for name, effects in self.own.items():
             if effects:
                 yield f"Of {name} alone: {', '.join(effects).replace('_', ' ')}."
@@ -113,6 +120,7 @@ class Common:
                 for parameter in self.shared
             ],
             "own": {name: list(effects) for name, effects in self.own.items()},
+            "unshared": {effect: list(owners) for effect, owners in self.unshared.items()},
             "statements": list(self.sentences),
         }
 
@@ -124,6 +132,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
         recordings=tuple(names),
         shared=tuple(_shared(each, together, names) for each in shared_parameters(together)),
         own={name: tuple(_own(model, rig)) for rig, name in enumerate(names)},
+        unshared=_unshared(together, names),
         log_bayes_factor=float(log_bayes_factor(together)),
         remarks=together.groups.remarks,
     )
@@ -134,6 +143,22 @@ def _own(model: JointModel, rig: int) -> Iterator[str]:
         part = hypothesis.parts[rig]
         if part is not None and len(hypothesis.rigs) == 1:
             yield part.name
+
+
+def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Effects of single rigs that stand among what could be in common, and whose they are."""
+    common = [each for each in together.search.library if len(each.rigs) > 1]
+    owners = dict[str, tuple[str, ...]]()
+    for hypothesis in together.fitted.model.hypotheses:
+        own, rig = hypothesis.first, hypothesis.rigs[0]
+        could = [part for each in common if (part := each.parts[rig]) is not None]
+        if (
+            own
+            and len(hypothesis.rigs) == 1
+            and any((part.kind, part.place) == (own.kind, own.place) for part in could)
+        ):
+            owners[own.name] = (*owners.get(own.name, ()), names[rig])
+    return owners
 
 
 def _shared(each: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
