@@ -3,13 +3,17 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, overload
 
 from matplotlib.figure import Figure
 
+from prb3r.diagnosis.result.common import write_common
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.files import write_record
-from prb3r.diagnosis.run import diagnosis_of
+from prb3r.diagnosis.result.files import default_folder, write_record
+from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
+from prb3r.diagnosis.together import JointDiagnosis
 from prb3r.errors import Problem, SpecError
+from prb3r.model.given import Given
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
 from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
@@ -138,14 +142,81 @@ class DiagnosisReport(Diagnosis):
         return brief(self)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class JointReport(JointDiagnosis):
+    """Several recordings diagnosed together, each a diagnosis that draws its figures and writes its files."""
+
+    diagnoses: tuple[DiagnosisReport, ...]
+
+    def report(self, folder: str | Path) -> list[Path]:
+        """Write into `folder` all that `prb3r diagnose --together` writes; the files written.
+
+        Raises
+        ------
+        SpecError
+            If the folder cannot be made or written to.
+        EngineError
+            If the disk is full.
+        """
+        files = [
+            path
+            for diagnosis in self.diagnoses
+            for path in diagnosis.report(Path(folder) / default_folder(diagnosis.name).name)
+        ]
+        return [write_common(self.common, folder), *files]
+
+    def __repr__(self) -> str:
+        return "\n".join([*map(repr, self.diagnoses), *self.common.sentences])
+
+
+Recorded = Recording | str | Path
+"""A recording, or its folder."""
+
+
+@overload
 def diagnose(
-    recording: Recording | str | Path,
+    recording: Recorded,
     *,
-    holdout: Sequence[Recording | str | Path] = (),
+    together: Literal[False] = False,
+    holdout: Sequence[Recorded] = (),
+    assume: Given | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    report: Callable[[str], None] = ...,
+) -> DiagnosisReport: ...
+
+
+@overload
+def diagnose(
+    recording: Sequence[Recorded],
+    *,
+    together: Literal[True],
+    holdout: Sequence[Recorded] = (),
+    assume: Given | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    report: Callable[[str], None] = ...,
+) -> JointReport: ...
+
+
+def diagnose(
+    recording: Recorded | Sequence[Recorded],
+    *,
+    together: bool = False,
+    holdout: Sequence[Recorded] = (),
+    assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
     report: Callable[[str], None] = lambda step: None,
-) -> DiagnosisReport:
-    """Diagnose a recording, given as its folder or read already; parameters and errors as of `diagnosis_of`."""
-    diagnosis = diagnosis_of(recording, holdout=holdout, seed=seed, jobs=jobs, report=report)
-    return DiagnosisReport(**vars(diagnosis))
+) -> DiagnosisReport | JointReport:
+    """Diagnose a recording, given as its folder or read already, or several `together` with what their rigs share.
+
+    Parameters and errors as of `diagnosis_of` and `joint_diagnosis_of`.
+    """
+    if together != (not isinstance(recording, Recording | str | Path)):
+        raise SpecError(Problem("diagnose", "several recordings are given with together=True, one without"))
+    if isinstance(recording, Recording | str | Path):
+        diagnosis = diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
+        return DiagnosisReport(**vars(diagnosis))
+    found = joint_diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
+    return JointReport(tuple(DiagnosisReport(**vars(diagnosis)) for diagnosis in found.diagnoses), found.common)

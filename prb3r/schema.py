@@ -73,6 +73,7 @@ MEANINGS = {
     "segment": "Number of the segment, 1 at the base.",
     "share": "Of the cable's tension that is let go.",
     "sharpness": "How sharp the knee is.",
+    "sharing": "What the rig has in common with those that it is diagnosed together with.",
     "side": "Toward which offsets plates must bend for it; absent: both.",
     "states": "Equilibria that are kept: none, those of last steps (final), or of all steps (path).",
     "stiffness_n_m2": "Bending stiffness that each cable adds to the plates it runs through, N m^2.",

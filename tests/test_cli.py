@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from diagnosis.simulated import write_recording
+from diagnosis.sisters import write_sister
 
 ROOT = Path(__file__).parents[1]
 PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"
@@ -217,6 +218,21 @@ def test_diagnose_is_judged_on_other_recordings(tmp_path):
     assert record["heldout"]["sequences"][0] == "small rig: out"
     assert record["heldout"]["rmse_explained_m"] < 0.7 * record["heldout"]["rmse_calibrated_m"]
     assert not pd.read_parquet(tmp_path / "out/residuals.parquet")["held_out"].any()
+
+
+def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path):
+    short, thick = (write_sister(tmp_path / name, name) for name in ("short", "thick"))
+    alone = prb3r("diagnose", short, thick, "-o", tmp_path / "out")
+    assert alone.returncode == 2
+    assert "several recordings go with --together" in alone.stderr
+    done = prb3r("diagnose", short, thick, "--together", "-o", tmp_path / "out", "-j", 1)
+    assert done.returncode == 0, done.stderr
+    assert "The recordings agree on Young's modulus: 197" in done.stdout
+    assert json.loads((tmp_path / "out/together.json").read_text())["recordings"] == ["short", "thick"]
+    for name in ("short", "thick"):
+        record = json.loads((tmp_path / "out" / name / "diagnosis.json").read_text())
+        assert record["verdict"] == "explained"
+        assert (tmp_path / "out" / name / "report.html").exists()
 
 
 def test_diagnose_exits_with_1_where_nothing_explains(tmp_path):

@@ -22,7 +22,7 @@ ORDER = {
     "study": "workspace metrics wishes spec axes tree loads cases resolve columns compare work plan tables manifest "
     "run designs decide advice",
     "recording": "recording findings units steps markers reading writing plausibility",
-    "diagnosis": "confidence settings library fit evidence search checks result stages run",
+    "diagnosis": "confidence settings library fit evidence search checks result stages together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style framing page study diagnosis proof",
     "bench": "prototype methods scaling jacobians diagnosis measure tables",

@@ -10,6 +10,9 @@ from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
+from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
+from prb3r.errors import Problem, SpecError
+from prb3r.model.given import Given, manipulator_of
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind, Recording
 from prb3r.runs.backends.process_map import process_map
@@ -19,6 +22,7 @@ def diagnosis_of(
     recording: Recording | str | Path,
     *,
     holdout: Sequence[Recording | str | Path] = (),
+    assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
     report: stages.Report = lambda step: None,
@@ -28,6 +32,8 @@ def diagnosis_of(
     Parameters
     ----------
     holdout : other recordings that the diagnosis is judged on, instead of sequences of this one.
+    assume : a manipulator with effects found before, such as an `explained.toml`: they are refitted, and kept unless
+        the recording contradicts them.
     seed : of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis.
     jobs : worker processes.
     report : hears the name of every step as it begins.
@@ -35,13 +41,53 @@ def diagnosis_of(
     Raises
     ------
     RecordingError
-        With every problem of the files, or if nothing near the nominal manipulator is in balance under the loads.
+        With every problem of the recordings' files, or if nothing near the nominal manipulator is in balance under the
+        loads.
+    SpecError
+        With every problem of the manipulator that is assumed.
     """
-    whole, *others = [
-        given if isinstance(given, Recording) else load_recording(given) for given in (recording, *holdout)
-    ]
+    assumed = None if assume is None else manipulator_of(assume)
+    (whole,), others = _read([recording]), _read(holdout)
     with process_map(jobs) as apply:
-        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others), report, apply)
+        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
+    return _judged_on(diagnosis, others)
+
+
+def joint_diagnosis_of(
+    recordings: Sequence[Recording | str | Path],
+    *,
+    holdout: Sequence[Recording | str | Path] = (),
+    assume: Given | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    report: stages.Report = lambda step: None,
+) -> JointDiagnosis:
+    """The diagnosis of several recordings with what their rigs share; parameters and errors as of `diagnosis_of`.
+
+    Raises
+    ------
+    SpecError
+        If there are fewer than two recordings, or two of one name.
+    """
+    assumed = None if assume is None else manipulator_of(assume)
+    read, others = _read(recordings), _read(holdout)
+    names = [recording.name for recording in read]
+    if len(read) < 2:
+        raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        raise SpecError(Problem("together", f"two recordings are named {name!r}; give them names of their own"))
+    tasks = [stages.Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
+    with process_map(jobs) as apply:
+        found = diagnose_together(tasks, report, apply)
+    return replace(found, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in found.diagnoses))
+
+
+def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
+    return [each if isinstance(each, Recording) else load_recording(each) for each in given]
+
+
+def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
+    """A diagnosis judged on other recordings, if there are any."""
     if not others:
         return diagnosis
     carried = [(other, on_other(diagnosis, other)) for other in others]

@@ -107,6 +107,10 @@ class Settings:
     survival_odds: float = 150.0
     """A model survives while the best is at most so many times as probable: beyond, evidence against it is decisive
     (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
+    assumed_presence: float = 0.9
+    """Prior probability of an effect that was found before.  Choice: found wrongly, or gone, once in ten."""
+    parting_presence: float = 0.1
+    """Prior probability that a rig which is said to share something has its own after all.  Choice."""
     most_rivals: int = 4
     """Rivals of an effect that experiments are sought for.  Choice, for the reader."""
 

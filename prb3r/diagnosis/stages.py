@@ -24,14 +24,24 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
-from prb3r.diagnosis.result.remarks import noisy, not_predicted, scattered, strained, weighed, wrong_weights
+from prb3r.diagnosis.result.remarks import (
+    found_before,
+    noisy,
+    not_predicted,
+    scattered,
+    strained,
+    weighed,
+    wrong_weights,
+)
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.assumed import Assumed, assumed_of
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.selection import Choice, choose
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
+from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
@@ -51,6 +61,8 @@ class Task:
     hold_out: bool = True
     """Whether sequences are set aside; not where another recording is held out instead."""
     settings: Settings = Settings()
+    assumed: Manipulator | None = None
+    """A manipulator with effects that were found before; they are refitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +192,8 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     fitted, doubts = without_outliers(calibrated.fitted)
     predict = fitted.model.predict
     library = hypotheses(Scope.of(predict.recording, predict.chain, fitted.solved.states), task.without)
-    searched = Search(tuple(library), task.seed, apply)
+    assumed = assumed_of(task.assumed, predict.recording.manipulator, library) if task.assumed else Assumed()
+    searched = Search(library, task.seed, apply, assumed, task.settings.assumed_presence)
     fitted, doubts = without_wrong_weights(fitted, doubts, searched)
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)
 
@@ -243,6 +256,7 @@ def check(searched: Searched) -> Investigation:
         remarks=(
             *doubted.recording.remarks,
             *strained(choice.fitted),
+            *found_before(doubted.search.assumed, choice),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
             *wrong_weights(training, choice.doubts.weights),

@@ -62,6 +62,7 @@ def load_recording(path: str | Path) -> Recording:
         measurement=described.measurement,
         prior=described.prior,
         tolerance=described.tolerance,
+        sharing=described.sharing,
         image_centre_m=described.image_centre_m,
         sequences=tuple(names),
         steps=steps,

@@ -79,6 +79,15 @@ class Tolerance(Strict):
         return MARKER_SHARE * longest if self.marker_m is None else self.marker_m
 
 
+class Sharing(Strict):
+    """What the rig has in common with those that it is diagnosed together with."""
+
+    material: bool = True
+    """Whether its plates are of the same stock: Young's modulus and how it changes with strain."""
+    friction: bool = True
+    """Whether its cables rub in its holes as theirs do."""
+
+
 OWN_SHARE, MARKER_SHARE = 0.005, 0.01
 """Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths: a
 part made by hand, and a marker of the width of a plate's thickness put on by eye."""
@@ -94,6 +103,7 @@ class RecordingFile(Strict):
     measurement: Measurement
     prior: Prior = Prior()
     tolerance: Tolerance = Tolerance()
+    sharing: Sharing = Sharing()
 
 
 class Readings(NamedTuple):
@@ -137,6 +147,7 @@ class Recording:
     """Of the rows of `steps`."""
     readings: Readings
     tolerance: Tolerance = Tolerance()
+    sharing: Sharing = Sharing()
     remarks: tuple[str, ...] = ()
     """What reading repaired, counted or took for something else, each one sentence."""
 

@@ -69,6 +69,8 @@ def write_again(recording: Recording, folder: str | Path) -> None:
         image_centre_m=recording.image_centre_m,
         measurement=recording.measurement,
         prior=recording.prior,
+        tolerance=recording.tolerance,
+        sharing=recording.sharing,
     )
     plain = recording.manipulator.model_dump(exclude_none=True)
     manipulator = {key: value for key, value in plain.items() if value != []}

@@ -7,23 +7,44 @@ save a third of all load paths.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.prediction import Solution
+from prb3r.diagnosis.settings import Settings
+
+S = TypeVar("S")
+F_co = TypeVar("F_co", covariant=True)
+
+
+class Fittable(Protocol[S, F_co]):
+    """What is fitted: a model of one recording, or of several together."""
+
+    @property
+    def settings(self) -> Settings: ...
+
+    def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
+
+    def solve(self, p: np.ndarray) -> S: ...
+
+    def residuals(self, p: np.ndarray, solved: S) -> np.ndarray: ...
+
+    def jacobian(self, p: np.ndarray, solved: S) -> np.ndarray: ...
+
+    def fitted(self, p: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, solved: S, done: bool) -> F_co: ...
+
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e8
 """Of the normal equations, relative to their diagonal: at first, and where a step is as good as undamped or nothing."""
 
 
-class Point(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Point(Generic[S]):
     """A model at some parameters."""
 
     p: np.ndarray
-    solved: Solution
+    solved: S
     residual: np.ndarray
 
     @property
@@ -33,7 +54,7 @@ class Point(NamedTuple):
         return squares if np.isfinite(squares) else np.inf
 
 
-def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> Fit | None:
+def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> F_co | None:
     """The model with the parameters of least chi-square, from `start`; None where that is not finite.
 
     A step uphill is taken back and shortened.  Derivatives are exact at the start,
@@ -46,7 +67,7 @@ def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: floa
     """
     settings = model.settings
 
-    def at(p: np.ndarray) -> Point:
+    def at(p: np.ndarray) -> Point[S]:
         solved = model.solve(p)
         return Point(p, solved, model.residuals(p, solved))
 
@@ -81,10 +102,29 @@ def fit(model: Model, start: np.ndarray, fixed: Sequence[int] = (), useful: floa
             jacobian = model.jacobian(here.p, here.solved)
     if not exact:
         jacobian = model.jacobian(here.p, here.solved)
-    return Fit(model, here.p, here.residual, jacobian, here.solved, converged)
+    return model.fitted(here.p, here.residual, jacobian, here.solved, converged)
 
 
-def polished(fitted: Fit) -> Fit:
+class Fitted(Protocol):
+    """Where a fit ended."""
+
+    @property
+    def model(self) -> Any: ...
+
+    @property
+    def p(self) -> np.ndarray: ...
+
+    @property
+    def chi2(self) -> float: ...
+
+    @property
+    def converged(self) -> bool: ...
+
+
+F = TypeVar("F", bound=Fitted)
+
+
+def polished(fitted: F) -> F:
     """The fit begun again where it ended, until it converges or beginning again brings nothing that counts.
 
     At a kink, as where disks just touch, steps may promise for ever what they do not bring.
@@ -97,7 +137,7 @@ def polished(fitted: Fit) -> Fit:
         if again is None or again.chi2 > fitted.chi2:
             break
         idle = fitted.chi2 - again.chi2 < settings.idle_gain
-        fitted = replace(again, converged=again.converged or idle)
+        fitted = replace(again, converged=again.converged or idle)  # type: ignore[type-var]
     return fitted
 
 

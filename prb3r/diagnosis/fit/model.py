@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from prb3r.diagnosis.fit.belief import Belief, Rows
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.prediction import Constants, Predictor, Solution
 from prb3r.diagnosis.fit.response import across, interval, response
@@ -39,6 +40,8 @@ class Model:
     noise: Noise
     hypotheses: tuple[Hypothesis, ...] = ()
     settings: Settings = field(default_factory=Settings)
+    belief: Belief | None = None
+    """What other recordings say of its parameters, by `names`."""
 
     def adding(self, *more: Hypothesis) -> "Model":
         """The model with more effects."""
@@ -131,13 +134,24 @@ class Model:
         free = [free.prior_sd for hypothesis in self.hypotheses for free in hypothesis.free]
         return np.concatenate([self.priors, free])
 
+    @property
+    def names(self) -> tuple[object, ...]:
+        """(p,) constants by their names, parameters of effects by hypothesis and name."""
+        of_effects = [(hypothesis, free.name) for hypothesis in self.hypotheses for free in hypothesis.free]
+        return (*self.varied, *of_effects)
+
+    @cached_property
+    def believed(self) -> Rows:
+        """What other recordings say, as rows; none where there are none."""
+        return (self.belief or Belief((), np.zeros((0, 0)), np.zeros(0))).rows(self.names)
+
     def readings(self, solved: Solution) -> np.ndarray:
         """(r,) of a solution; steps that are not in balance held where the last one was."""
         lost = self.predict.lost(solved)
         return solved.readings if lost is None else lost.readings
 
     def residuals(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + p,) whitened misfit of predicted readings, then the priors.
+        """(r + p + k,) whitened misfit of predicted readings, then the priors, then what other recordings say.
 
         A step without equilibrium counts as held where the last one was, and dearer the less of it was followed.
         """
@@ -147,7 +161,8 @@ class Model:
         else:
             white = self.noise.whiten(self.predict.misfit(lost.readings)) * (1 + FARTHER * lost.missing)
             white += np.where(lost.missing > 0, np.where(white < 0, -LOST, LOST), 0.0)
-        return np.concatenate([white, -p / self.deviations])
+        others = self.believed
+        return np.concatenate([white, -p / self.deviations, others.target - others.root @ p])
 
     def moved(self, p: np.ndarray, solved: Solution) -> np.ndarray:
         """(r, p) derivatives of the readings; 0 where a step has no equilibrium."""
@@ -177,8 +192,13 @@ class Model:
         return np.nan_to_num(out)
 
     def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + p, p) derivatives of the residuals."""
-        return -np.vstack([self.noise.whiten(self.moved(p, solved)), np.diag(1 / self.deviations)])
+        """(r + p + k, p) derivatives of the residuals."""
+        white = self.noise.whiten(self.moved(p, solved))
+        return -np.vstack([white, np.diag(1 / self.deviations), self.believed.root])
+
+    def fitted(self, p: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, solved: Solution, done: bool) -> "Fit":
+        """The fit that ended at `p`; `done`: whether it has converged."""
+        return Fit(self, p, residual, jacobian, solved, done)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,9 +209,9 @@ class Fit:
     p: np.ndarray
     """(p,) parameters; those of effects in their own scale."""
     residual: np.ndarray
-    """(r + p,) whitened, with prior rows."""
+    """(r + p + k,) whitened, with prior rows and those of other recordings."""
     jacobian: np.ndarray
-    """(r + p, p) of the residuals."""
+    """(r + p + k, p) of the residuals."""
     solved: Solution
     converged: bool = True
     """Whether no step promises, or begun again brings, a fall of chi-square that counts."""
@@ -203,8 +223,8 @@ class Fit:
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom that are left: readings and priors of constants less parameters."""
-        known = np.isfinite(self.model.priors).sum()
+        """Degrees of freedom that are left: readings and what is known of constants less parameters."""
+        known = np.isfinite(self.model.priors).sum() + len(self.model.believed.target)
         return int(self.model.predict.recording.readings.count + known - len(self.p))
 
     @property
@@ -236,7 +256,7 @@ class Fit:
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
     def apart(self, other: "Fit") -> np.ndarray:
-        """(r + p,) residuals of this fit less those of another one, 0 at priors of effects, which need not be the
+        """(r + p + k,) residuals of this fit less those of another one, 0 at priors of effects, which need not be the
         same."""
         shared = self.model.predict.recording.readings.count + len(self.model.varied)
         out = np.zeros(len(self.residual))
@@ -245,7 +265,7 @@ class Fit:
 
     @cached_property
     def basis(self) -> np.ndarray:
-        """(r + p, k) orthonormal basis of what the parameters can explain."""
+        """(r + p + k, b) orthonormal basis of what the parameters can explain."""
         return basis_of(self.jacobian)
 
 

@@ -93,6 +93,15 @@ class Hypothesis:
         return EFFECT_KINDS[self.kind].once
 
     @property
+    def costly(self) -> bool:
+        """Whether every prediction with it is slow, as states follow the load path where else each stands alone."""
+        return EFFECT_KINDS[self.kind].follows_history
+
+    def excludes(self, other: "Hypothesis") -> bool:
+        """Whether both cannot hold."""
+        return self == other or (self.kind == other.kind and self.once)
+
+    @property
     def mechanical(self) -> bool:
         """Whether the states change, not only their reading."""
         return not issubclass(EFFECT_KINDS[self.kind], Observation)

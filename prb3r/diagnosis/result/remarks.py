@@ -10,6 +10,8 @@ from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.search.assumed import Assumed
+from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -49,6 +51,18 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
         + "; look at its weights and its order, or at what it loads that no other sequence does"
         for sequence in failed
     ]
+
+
+def found_before(assumed: Assumed, choice: Choice) -> list[str]:
+    """What was assumed and cannot be looked for, and what was not found again; nothing where nothing was assumed."""
+    remarks = [f"assumed, but not looked for: {reason}" for reason in assumed.unknown]
+    for hypothesis in assumed.values:
+        if hypothesis not in choice.fitted.model.hypotheses:
+            share = sum(survivor.probability for survivor in choice.survivors if hypothesis in survivor.effects)
+            contradicted = share < choice.fitted.model.settings.alike_rate
+            how = "these data contradict it" if contradicted else f"these data do not tell it (probability {share:.2g})"
+            remarks.append(f"assumed, but not found again: {hypothesis.name}: {how}")
+    return remarks
 
 
 CONSTANT_NAMES = {

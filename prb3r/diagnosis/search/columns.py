@@ -79,11 +79,11 @@ def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[
         if hypothesis in known or not hypothesis.by_degrees:
             parts.append(column.start)
             continue
-        parts.append(_first_size(hypothesis, column.start, coefficient, model.friction(fitted.p)))
+        parts.append(first_size(hypothesis, column.start, coefficient, model.friction(fitted.p)))
     return tuple(linear.columns[k].hypothesis for k in chosen), np.concatenate(parts)
 
 
-def _first_size(hypothesis: Hypothesis, start: np.ndarray, coefficient: np.ndarray, friction: float) -> np.ndarray:
+def first_size(hypothesis: Hypothesis, start: np.ndarray, coefficient: np.ndarray, friction: float) -> np.ndarray:
     """Where a full fit of a new effect begins: the linearised size, within half of the way to its bounds."""
     low, high = np.array([free.bounds(friction) for free in hypothesis.free]).T
     way = np.sign(start) if hypothesis.kinked else np.where(start < high, 1.0, -1.0)

@@ -145,7 +145,7 @@ class LinearModel:
 
 def excludes(first: Hypothesis, second: Hypothesis) -> bool:
     """Whether two hypotheses cannot both hold."""
-    return first == second or (first.kind == second.kind and first.once)
+    return first.excludes(second)
 
 
 def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], width: int, most: int) -> list[Proposal]:

@@ -13,10 +13,9 @@ from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
-from prb3r.diagnosis.search.linear_selection import best_sets, worth_fitting
+from prb3r.diagnosis.search.linear_selection import LinearModel, best_sets, worth_fitting
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 
@@ -93,20 +92,30 @@ class Pool:
         """Fit the sets that the linearised model around one fit puts first."""
         fitted, settings = self.fits[effects], self.settings
         self.expanded.add(effects)
-        linear, present = linear_model(fitted, self.search.library, self.search.log_odds)
+        linear, present = self.linearised(fitted)
         most = min(len(present) + settings.most_new, settings.most_effects)
         sets = best_sets(linear, [frozenset(), present], settings.beam, most)
         base, tasks = linear.evidence(present), []
         count = settings.costly_proposals if fitted.costly else settings.proposals
         for proposal in worth_fitting(sets, len(present), count):
-            hypotheses, start = beginning(fitted, linear, sorted(proposal.chosen))
-            costly = any(SUSPECTS[hypothesis.kind].costly for hypothesis in set(hypotheses) - effects)
+            hypotheses, start = self.beginning(fitted, linear, sorted(proposal.chosen))
+            costly = any(hypothesis.costly for hypothesis in set(hypotheses) - effects)
             least = base + settings.costly_gain if costly else base - settings.proposal_reach
             if frozenset(hypotheses) not in self.fits and proposal.evidence >= least:
                 model = replace(fitted.model, hypotheses=hypotheses)
                 tasks.append((model, start, self._useful(hypotheses)))
         for richer in self.search.apply(_fitted, tasks):
             self.add(richer)
+
+    def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
+        """The linearised model around a fit, and which of its columns are those of the fitted effects."""
+        return linear_model(fitted, self.search.library, self.search.log_odds)
+
+    def beginning(
+        self, fitted: Fit, linear: LinearModel, chosen: Sequence[int]
+    ) -> tuple[tuple[Hypothesis, ...], np.ndarray]:
+        """The hypotheses of a chosen set, and the parameters that a full fit of them begins from."""
+        return beginning(fitted, linear, chosen)
 
     def _useful(self, hypotheses: Sequence[Hypothesis]) -> float:
         """The chi-square beyond which a fit of these effects would be of no use."""
@@ -115,12 +124,16 @@ class Pool:
 
     def under(self, noise: Noise) -> "Pool":
         """The models worth it, and that without effects, refitted under another covariance."""
+        chosen = self.worth_keeping()
+        tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
+        return Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
+
+    def worth_keeping(self) -> list[Effects]:
+        """The models that may still be good under another covariance, and that without effects."""
         least = self.evidence[self.ranked[0]] - self.settings.useful_reach
         most = self.settings.costly_kept if self.best.costly else self.settings.kept_models
         kept = [effects for effects in self.ranked if self.evidence[effects] >= least][:most]
-        chosen = dict.fromkeys([*kept, frozenset()])
-        tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
-        return Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
+        return list(dict.fromkeys([*kept, Effects()]))
 
     def survivors(self) -> tuple[Survivor, ...]:
         """Models in balance whose evidence is within reach of the best, most probable first."""

@@ -96,6 +96,8 @@ def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
     """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
     chosen = choice.fitted
     effects, others = chosen.model.hypotheses, chosen.model.without(number).hypotheses
+    if effects[number] in choice.settled:
+        return []
     refitted = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, effects[number], others)]
     out: dict[Hypothesis, Rival] = {}
     for fitted in [*refitted, *replacements(chosen, number, search)]:

@@ -1,7 +1,7 @@
 """Among what is searched, and how."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.assumed import Assumed
 
 TESTED_TOGETHER = 16
 """Hypotheses that are tested in one task: as many as are differentiated together."""
@@ -27,13 +28,19 @@ class Search:
     """Of the draws that tell how large the largest score is by chance."""
     apply: Apply = serially
     """Where full fits and costly tests are made."""
+    assumed: Assumed = field(default_factory=Assumed)
+    """What was found before."""
+    assumed_presence: float = 0.5
+    """Prior probability of every effect that was."""
 
     @cached_property
     def log_odds(self) -> Mapping[Hypothesis, float]:
-        """ln of the prior odds of every hypothesis: those of its kind, shared among its places."""
+        """ln of the prior odds of every hypothesis: those of its kind, shared among its places; where it was found
+        before, its own."""
         kinds = [hypothesis.kind for hypothesis in self.library]
         odds = {kind: logit(SUSPECTS[kind].presence) - np.log(kinds.count(kind)) for kind in set(kinds)}
-        return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library}
+        known = dict.fromkeys(self.assumed.values, float(logit(self.assumed_presence)))
+        return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
 
 
 def examine(fitted: Fit, search: Search) -> Scores:

@@ -10,6 +10,8 @@ from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.assumed import fit_assumed
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.small_loads import from_small_loads
@@ -34,6 +36,8 @@ class Choice:
     chi2_threshold: float
     doubts: Doubts
     level: EstimatedLevel
+    settled: frozenset[Hypothesis] = frozenset()
+    """Effects that other recordings show too, so that no rival is sought for them on this one."""
 
     @property
     def structured(self) -> bool:
@@ -71,7 +75,7 @@ class Choice:
 def choose(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     """The models that survive, under the noise that the best of them leaves."""
     settings = calibrated.model.settings
-    pool, around = Pool(search, settings, [calibrated]), Effects()
+    pool, around = Pool(search, settings, [calibrated, fit_assumed(calibrated, search.assumed)]), Effects()
     if calibrated.reduced > settings.gross:
         pool.add(from_small_loads(calibrated, search, doubts))
     expansions = settings.most_expansions

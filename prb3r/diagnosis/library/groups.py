@@ -1,0 +1,59 @@
+"""Which rigs share what: those whose recordings say so and whose files do not contradict it."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.library.joint import Group
+from prb3r.recording.recording import Recording
+
+GIGA = 1e9
+
+
+class Groups(NamedTuple):
+    """What several rigs have in common."""
+
+    of: Mapping[Group, tuple[int, ...]]
+    """Numbers of the rigs that share material, and of those that share friction; none or two at least."""
+    same_sections: bool
+    """Whether all plates of rigs with the same material have the same section, so that laws in curvature mean the
+    same."""
+    remarks: tuple[str, ...]
+    """What is not shared and why, and what sharing rests on."""
+
+
+def groups_of(recordings: Sequence[Recording]) -> Groups:
+    """What the rigs of several recordings share.
+
+    Young's modulus is shared as the factor on the stated one, which must be the same; where files state bending
+    stiffnesses, these are taken for that modulus times a second moment of area.
+    """
+    material = tuple(k for k, recording in enumerate(recordings) if recording.sharing.material)
+    friction = tuple(k for k, recording in enumerate(recordings) if recording.sharing.friction)
+    remarks = []
+    stated = [recordings[k].manipulator for k in material]
+    if len({manipulator.youngs_modulus_pa for manipulator in stated}) > 1:
+        values = " and ".join(f"{each:.4g}" for each in sorted({other.youngs_modulus_pa / GIGA for other in stated}))
+        remarks.append(f"material is not shared: the files state {values} GPa; state one modulus for one material")
+        material = ()
+    rubbing = [recordings[k].manipulator.friction for k in friction]
+    if len({(each.coefficient, each.wrap) for each in rubbing}) > 1:
+        remarks.append("friction is not shared: the files state different coefficients or different turns (wrap)")
+        friction = ()
+    if len(material) > 1:
+        segments = [segment for manipulator in stated for segment in manipulator.segment]
+        if any(segment.bending_stiffness_n_m2 is not None for segment in segments):
+            remarks.append(
+                "stated bending stiffnesses are taken for the stated modulus times a second moment of area: "
+                "where they were measured, set material = false under [sharing]"
+            )
+        if not all(np.isfinite(manipulator.outer_fibre).all() for manipulator in stated):
+            remarks.append("bending laws are shared as strain only where all files state outer_fibre_m")
+    groups: dict[Group, tuple[int, ...]] = {"material": material, "friction": friction}
+    sections = {
+        (segment.width_m, segment.thickness_m, segment.bending_stiffness_n_m2, segment.outer_fibre_m)
+        for manipulator in stated
+        for segment in manipulator.segment
+    }
+    return Groups({name: rigs for name, rigs in groups.items() if len(rigs) > 1}, len(sections) == 1, tuple(remarks))

@@ -1,0 +1,204 @@
+"""What several recordings have in common, as plain data: shared parameters, whether they agree, and in sentences."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prb3r.diagnosis.confidence import NORMAL_REACH
+from prb3r.diagnosis.fit.joint import JointModel
+from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
+from prb3r.diagnosis.search.together import Together
+from prb3r.quantities import describe, name_in_words
+from prb3r.runs.files import ensure_writable, write_whole
+
+TOGETHER_FILE = "together.json"
+CONSTANT_FILES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
+IN_WORDS: Mapping[str, tuple[str, float, str]] = {
+    "youngs_modulus_pa": ("Young's modulus", 1e-9, " GPa"),
+    "friction_coefficient": ("the friction coefficient", 1.0, ""),
+    "knee_strain": ("the strain at the knee", 100.0, " %"),
+    "presliding_m": ("the presliding travel", 1e6, " micrometres"),
+}
+"""What a parameter is called, and the factor and the unit that people read it in; others by their names."""
+IMITATED = 0.05
+"""Probability from which on it is said that a parameter may be shared although values with the same effects differ."""
+DECIDED = 3.0
+"""Logarithm of a Bayes factor from which on it decides: "strong" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995)
+773)."""
+
+
+@dataclass(frozen=True)
+class SharedParameter:
+    """A parameter that recordings share."""
+
+    effect: str
+    """Name of the effect that it belongs to; empty: a constant."""
+    parameter: str
+    recordings: tuple[str, ...]
+    together: Estimate
+    alone: tuple[Estimate, ...]
+    """From each recording with the same effects; without an interval where it does not tell."""
+    p: float
+    """Chance of values that far apart, if they are the same."""
+    agrees: bool
+    probability: float
+    """That it is the same on all, over the surviving joint models."""
+    own: tuple[str, ...]
+    """Recordings that were given their own after all."""
+
+    @property
+    def statement(self) -> str:
+        """Whether the recordings agree on it, with the numbers."""
+        stem = name_in_words(self.parameter)
+        plain = (f"the {stem.lower()}", 1.0, f" {describe(self.parameter).unit}".removesuffix(" 1"))
+        what, factor, unit = IN_WORDS.get(self.parameter, plain)
+        if self.effect:
+            what += f" of {self.effect.replace('_', ' ')}"
+        said = [
+            f"{each.times(factor)}{unit} on {name}" if each.low is not None else f"not told by {name} alone"
+            for name, each in zip(self.recordings, self.alone, strict=True)
+        ]
+        if not self.agrees:
+            doubt = f", or an effect of one rig imitates that (probability {self.probability:.0%})"
+            told = doubt if self.probability > IMITATED else ""
+            return f"The recordings do not agree on {what}: {' against '.join(said)}{told}."
+        return f"The recordings agree on {what}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
+
+
+@dataclass(frozen=True)
+class Common:
+    """What several recordings have in common."""
+
+    recordings: tuple[str, ...]
+    shared: tuple[SharedParameter, ...]
+    own: Mapping[str, tuple[str, ...]]
+    """Effects by recording that are its own."""
+    unshared: Mapping[str, tuple[str, ...]]
+    """Effects that recordings could share and do not, each with those that have their own."""
+    log_bayes_factor: float
+    """ln of how much more probable the recordings are together, with what they share, than each by itself."""
+    remarks: tuple[str, ...]
+    """What was not shared, and what sharing rests on."""
+
+    @property
+    def sentences(self) -> Iterator[str]:
+        """What is shared, whether that is borne out, and what is each rig's own."""
+        factor = self.log_bayes_factor
+        ruled = (
+            "bears sharing out" if factor > DECIDED else "speaks against sharing" if factor < -DECIDED else "is open"
+        )
+        yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
+        yield from (parameter.statement for parameter in self.shared)
+        for effect, owners in self.unshared.items():
+            others = [name for name in self.recordings if name not in owners]
+            rest = f", {' and '.join(others)} none" if others else ""
+            said = f"{' and '.join(owners)} {'has its' if len(owners) == 1 else 'have their'} own{rest}"
+            yield f"The recordings do not share {effect.replace('_', ' ')}: {said}."
+        for name, effects in self.own.items():
+            if effects:
+                yield f"Of {name} alone: {', '.join(effects).replace('_', ' ')}."
+        yield from (f"note: {remark}" for remark in self.remarks)
+
+    def as_json(self) -> dict[str, Any]:
+        """As plain numbers, texts, lists and mappings."""
+        return {
+            "schema": 1,
+            "recordings": list(self.recordings),
+            "log_bayes_factor": self.log_bayes_factor,
+            "shared": [
+                asdict(parameter)
+                | {
+                    "together": parameter.together._asdict(),
+                    "alone": [each._asdict() for each in parameter.alone],
+                    "statement": parameter.statement,
+                }
+                for parameter in self.shared
+            ],
+            "own": {name: list(effects) for name, effects in self.own.items()},
+            "unshared": {effect: list(owners) for effect, owners in self.unshared.items()},
+            "statements": list(self.sentences),
+        }
+
+
+def common_of(together: Together, names: Sequence[str]) -> Common:
+    """What is told of recordings called `names` together."""
+    model = together.fitted.model
+    return Common(
+        recordings=tuple(names),
+        shared=tuple(_shared(each, together, names) for each in shared_parameters(together)),
+        own={name: tuple(_own(model, rig)) for rig, name in enumerate(names)},
+        unshared=_unshared(together, names),
+        log_bayes_factor=float(log_bayes_factor(together)),
+        remarks=together.groups.remarks,
+    )
+
+
+def _own(model: JointModel, rig: int) -> Iterator[str]:
+    for hypothesis in model.hypotheses:
+        part = hypothesis.parts[rig]
+        if part is not None and len(hypothesis.rigs) == 1:
+            yield part.name
+
+
+def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Effects of single rigs that stand among what could be in common, and whose they are."""
+    common = [each for each in together.search.library if len(each.rigs) > 1]
+    owners = dict[str, tuple[str, ...]]()
+    for hypothesis in together.fitted.model.hypotheses:
+        own, rig = hypothesis.first, hypothesis.rigs[0]
+        could = [part for each in common if (part := each.parts[rig]) is not None]
+        if (
+            own
+            and len(hypothesis.rigs) == 1
+            and any((part.kind, part.place) == (own.kind, own.place) for part in could)
+        ):
+            owners[own.name] = (*owners.get(own.name, ()), names[rig])
+    return owners
+
+
+def _shared(each: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
+    settings = together.fitted.model.settings
+    file_name = CONSTANT_FILES.get(each.name, each.name)
+
+    def estimate(told: Told) -> Estimate:
+        ends = [told.u + side * NORMAL_REACH * told.sd for side in (0.0, -1.0, 1.0)]
+        if each.free is None:
+            nominal = together.fitted.model.rigs[each.rigs[0]].predict.recording.manipulator
+            value = nominal.youngs_modulus_pa if each.name == "log_stiffness" else nominal.friction.coefficient
+            values = [float(value * np.exp(end)) for end in ends]
+        else:
+            values = [each.free.value(end) for end in ends]
+        return Estimate(values[0], *sorted(values[1:])) if np.isfinite(told.sd) else Estimate(values[0])
+
+    return SharedParameter(
+        effect=each.effect,
+        parameter=file_name,
+        recordings=tuple(names[rig] for rig in each.rigs),
+        together=estimate(each.joint),
+        alone=tuple(estimate(told) for told in each.alone),
+        p=each.p,
+        agrees=not each.parted and each.p >= settings.alarm_rate,
+        probability=together.shared_probability(each.effect, each.name),
+        own=tuple(names[rig] for rig in each.parted),
+    )
+
+
+def write_common(common: Common, folder: str | Path) -> Path:
+    """Write `together.json` into a folder; the file.
+
+    Raises
+    ------
+    SpecError
+        If the folder cannot be made or written to.
+    EngineError
+        If the disk is full.
+    """
+    folder = Path(folder)
+    ensure_writable(folder)
+    text = json.dumps(common.as_json(), indent=1, allow_nan=False, ensure_ascii=False)
+    return write_whole(folder / TOGETHER_FILE, (text + "\n").encode())

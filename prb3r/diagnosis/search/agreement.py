@@ -1,0 +1,125 @@
+"""What recordings agree on: every shared parameter as each tells it alone, and the evidence of sharing."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.search.together import Alone, Together
+from prb3r.diagnosis.settings import Settings
+
+UNTOLD = 0.9
+"""Share of its prior standard deviation from which on a parameter counts as not told by a recording.  Choice."""
+
+
+class Told(NamedTuple):
+    """A parameter in its own scale `u`."""
+
+    u: float
+    sd: float
+    """Infinite where it is not told."""
+
+
+class Compared(NamedTuple):
+    """A shared parameter, as several recordings tell it together and each alone with the same effects."""
+
+    effect: str
+    """Name of the effect that it belongs to; empty: a constant."""
+    name: str
+    rigs: tuple[int, ...]
+    joint: Told
+    alone: tuple[Told, ...]
+    """In the order of `rigs`."""
+    free: Free | None
+    """What turns `u` into a value; None: a logarithm of a factor."""
+    parted: tuple[int, ...]
+    """Rigs that have their own after all."""
+
+    @property
+    def p(self) -> float:
+        """Chance of values that far apart, if they are the same."""
+        known = np.array([told for told in self.alone if np.isfinite(told.sd)])
+        if len(known) < 2:
+            return 1.0
+        value, weight = known[:, 0], known[:, 1] ** -2
+        return float(chi2_law.sf(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
+
+
+def shared_parameters(together: Together) -> Iterator[Compared]:
+    """All shared constants, then all shared parameters of effects."""
+    fitted = together.fitted
+    model, covariance = fitted.model, fitted.covariance
+    parts = [fitted.part(k) for k in range(len(model.rigs))]
+    alone = [fit(part.model, part.p) or part for part in parts]
+    own = [np.sqrt(np.diag(each.covariance)) for each in alone]
+
+    def told(rig: int, row: int) -> Told:
+        untold = own[rig][row] > UNTOLD * alone[rig].model.deviations[row]
+        return Told(float(alone[rig].p[row]), np.inf if untold else float(own[rig][row]))
+
+    def joint(column: int) -> Told:
+        return Told(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))
+
+    for column, (name, rigs) in enumerate(model.varied):
+        if len(rigs) > 1:
+            each = tuple(told(rig, parts[rig].model.varied.index(name)) for rig in rigs)
+            parted = tuple(
+                hypothesis.parted
+                for hypothesis in model.hypotheses
+                if hypothesis.parted is not None and hypothesis.parting and hypothesis.parting.name == name
+            )
+            yield Compared("", name, rigs, joint(column), each, None, parted)
+    for hypothesis, span in zip(model.hypotheses, model.spans, strict=True):
+        for place, slot in enumerate(hypothesis.slots):
+            if slot.rig is None and len(hypothesis.rigs) > 1:
+                rows = [int(np.flatnonzero(model.maps[rig][:, span.start + place])[0]) for rig in hypothesis.rigs]
+                each = tuple(told(rig, row) for rig, row in zip(hypothesis.rigs, rows, strict=True))
+                yield Compared(
+                    hypothesis.name, slot.free.name, hypothesis.rigs, joint(span.start + place), each, slot.free, ()
+                )
+
+
+def log_bayes_factor(together: Together) -> float:
+    """ln of how much more probable the recordings are with what they share than each by itself, sets of effects that
+    were found taken for the only ones."""
+    joint = whole_evidence(together.fitted, together.search.log_odds)
+    apart = 0.0
+    for alone, each in zip(together.alone, together.each, strict=True):
+        odds = {**each.search.log_odds, **alone.search.log_odds}
+        worth = [whole_evidence(fitted, odds) for fitted in _by_itself(alone, each)]
+        apart += max(worth)
+    return joint - apart
+
+
+def _by_itself(alone: Alone, each: Alone) -> Iterator[Any]:
+    """Models of a recording without what the others say, under the noise that was found with them."""
+    noise, settings = each.choice.fitted.model.noise, each.choice.fitted.model.settings
+    chosen = [each.choice.fitted, alone.choice.fitted, *(known.fitted for known in alone.choice.survivors)]
+    seen = set()
+    for fitted in chosen[: settings.later_expansions]:
+        effects = frozenset((own.kind, own.place) for own in fitted.model.hypotheses)
+        if effects not in seen:
+            seen.add(effects)
+            again = fit(replace(fitted.model, noise=noise, belief=None), fitted.p)
+            if again is not None:
+                yield again
+
+
+def whole_evidence(fitted: Any, log_odds: Any) -> float:
+    """As `log_evidence`, the integral over the constants included; flat priors as wide as handbooks are wrong."""
+    settings: Settings = fitted.model.settings
+    constants = len(fitted.model.varied)
+    names = [name if isinstance(name, str) else name[0] for name in fitted.model.varied]
+    widths = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}
+    deviations = np.array(
+        [sd if np.isfinite(sd) else widths[name] for name, sd in zip(names, fitted.model.priors, strict=True)]
+    )
+    normal = fitted.jacobian[:, :constants].T @ fitted.jacobian[:, :constants]
+    normal += np.diag(np.where(np.isfinite(fitted.model.priors), 0.0, deviations**-2))
+    volume = np.linalg.slogdet(normal)[1] + 2 * np.log(deviations).sum()
+    return log_evidence(fitted, log_odds) - volume / 2

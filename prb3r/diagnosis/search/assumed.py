@@ -1,0 +1,109 @@
+"""Starting from what was found before: effects of a manipulator file as hypotheses that are refitted, and a start for
+them.
+
+A size found before is a start and no more: beside the prior of its kind it would be told twice if it came from the
+same recording.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import RUBBING, Fit
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.linear_selection import excludes
+from prb3r.model.effects.base import Effect
+from prb3r.model.manipulator import Manipulator
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """What is known of a rig beforehand."""
+
+    values: Mapping[Hypothesis, Mapping[str, float]] = field(default_factory=dict)
+    """Effects that were found before, each with its sizes."""
+    constants: Mapping[str, float] = field(default_factory=dict)
+    """`log_stiffness`, `log_friction`: logarithms of what they were over the nominal ones."""
+    unknown: tuple[str, ...] = ()
+    """Effects that are no hypotheses here, each with the reason."""
+
+
+def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypothesis]) -> Assumed:
+    """What a manipulator `known` before says of a rig, in terms of the `library` of its recording.
+
+    Effects that the `nominal` manipulator has as well stay as they are there.
+    """
+    own = list(nominal.effect)
+    values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
+    for effect in known.effect:
+        if effect in own:
+            own.remove(effect)
+            continue
+        hypothesis = same_place(effect, library)
+        rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)
+        if hypothesis is None:
+            unknown.append(f"{_named(effect)}: {_why_unknown(effect, nominal)}")
+        elif rival:
+            unknown.append(f"{_named(effect)}: cannot stand beside {rival.name}")
+        else:
+            values[hypothesis] = {free.name: getattr(effect, free.name) for free in hypothesis.free}
+    constants = {"log_stiffness": float(np.log(known.youngs_modulus_pa / nominal.youngs_modulus_pa))}
+    if known.friction.coefficient > 0 and nominal.friction.coefficient > 0:
+        constants["log_friction"] = float(np.log(known.friction.coefficient / nominal.friction.coefficient))
+    return Assumed(values, constants, tuple(unknown))
+
+
+def same_place(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
+    """The hypothesis of which an effect is one size; None where the library has none such."""
+    given = _plain(effect)
+    for hypothesis in library:
+        place = {name: value for name, value in given.items() if name not in {free.name for free in hypothesis.free}}
+        sizes = all(free.name in given for free in hypothesis.free)
+        if hypothesis.kind == effect.kind and sizes and place == dict(hypothesis.place):
+            return hypothesis
+    return None
+
+
+def _plain(effect: Effect) -> dict[str, Any]:
+    values = effect.model_dump(exclude={"kind"}, exclude_none=True)
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+
+
+def _named(effect: Effect) -> str:
+    places = {name: value for name, value in _plain(effect).items() if not isinstance(value, float | tuple)}
+    listed = ", ".join(f"{name} {value}" for name, value in places.items())
+    return effect.kind + (f" ({listed})" if listed else "")
+
+
+def _why_unknown(effect: Effect, nominal: Manipulator) -> str:
+    problems = [problem.removeprefix(f"effect {effect.kind}: ") for problem in effect.problems(nominal)]
+    if problems:
+        return "; ".join(problems)
+    if effect.kind not in SUSPECTS:
+        return "no effect that a diagnosis looks for"
+    if SUSPECTS[effect.kind].once and effect.kind in {known.kind for known in nominal.effect}:
+        return "the nominal manipulator has one already"
+    return "not looked for at that place or in that form, as this recording could not show it there"
+
+
+def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
+    """The model with all effects of `assumed`, refitted from what they were; None without any."""
+    if not assumed.values:
+        return None
+    model = calibrated.model.adding(*assumed.values)
+    known = zip(model.varied, calibrated.p, strict=True)
+    constants = [assumed.constants.get(name, value) for name, value in known]
+    friction = calibrated.model.friction(np.array(constants))
+    for hypothesis, values in assumed.values.items():
+        if hypothesis.kind == RUBBING and not hypothesis.place:
+            friction = values["coefficient"]
+    sizes = [
+        free.at(values[free.name], friction)
+        for hypothesis, values in assumed.values.items()
+        for free in hypothesis.free
+    ]
+    return fit(model, np.array([*constants, *sizes]))

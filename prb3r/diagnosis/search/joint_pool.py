@@ -1,0 +1,138 @@
+"""Sets of effects on several rigs together: what may be shared, what each rig may have, and the models that were
+fitted."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.special import logit
+
+from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.joint import JointFit, JointModel
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.groups import Groups
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, JointHypothesis, alone_on, in_common
+from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.joint_columns import joint_beginning, joint_linear_model
+from prb3r.diagnosis.search.linear_selection import LinearModel
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class JointSearch:
+    """Among what is searched on several rigs together, and how."""
+
+    library: tuple[JointHypothesis, ...]
+    log_odds: Mapping[JointHypothesis, float]
+    """ln of the prior odds of every hypothesis."""
+    apply: Apply = field(default=serially)
+
+
+def joint_search(alone: Sequence[Search], shared: Mapping[str, tuple[int, ...]], groups: Groups, settings: Settings):
+    """What is searched: everything that may be in common, everything on each rig, and shared constants that part.
+
+    What is in common has the odds of its kind; that one rig has for itself what it should share is less likely.
+    """
+    count, parting = len(alone), float(logit(settings.parting_presence))
+    common = list(in_common([search.library for search in alone], groups.of, groups.same_sections))
+    odds = dict[JointHypothesis, float]()
+    for joint in common:
+        places = sum(other.kind == joint.kind for other in common)
+        odds[joint] = float(logit(SUSPECTS[joint.kind].presence) - np.log(places))
+        known = [search.log_odds[own] for search in alone for own in search.assumed.values if _same(own, joint)]
+        odds[joint] = max([odds[joint], *known])
+    for rig, search in enumerate(alone):
+        shared_here = {(joint.kind, part.place) for joint in common if (part := joint.parts[rig]) is not None}
+        for own in search.library:
+            less = parting if (own.kind, own.place) in shared_here else 0.0
+            odds[alone_on(rig, own, count)] = search.log_odds[own] + less
+    for name, rigs in shared.items():
+        sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
+        for rig in rigs if len(rigs) > 2 else rigs[1:]:  # of two it is the same whose the other value is
+            apart = Free(name, 0.0, -settings.farthest, settings.farthest, sd=sd)
+            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(rigs) - 1)
+    return JointSearch(tuple(odds), odds, alone[0].apply)
+
+
+def _same(own: Hypothesis, joint: JointHypothesis) -> bool:
+    return any(part is not None and (part.kind, part.place) == (own.kind, own.place) for part in joint.parts)
+
+
+def shared_constants(models: Sequence[Any], groups: Groups) -> dict[str, tuple[int, ...]]:
+    """Constants that the rigs of `models` share, and which of them do: those that all of a group fit."""
+    found = {name: groups.of.get(group, ()) for name, group in CONSTANT_GROUPS.items()}
+    return {name: rigs for name, rigs in found.items() if rigs and all(name in models[k].varied for k in rigs)}
+
+
+class JointPool(Pool):
+    """All joint models that were fitted in full, by their effects; as a pool of one recording."""
+
+    def linearised(self, fitted: Any) -> tuple[LinearModel, frozenset[int]]:
+        """As of a pool of one recording."""
+        return joint_linear_model(fitted, self.search.library, self.search.log_odds)  # type: ignore[arg-type]
+
+    def beginning(self, fitted: Any, linear: LinearModel, chosen: Sequence[int]) -> Any:
+        """As of a pool of one recording."""
+        return joint_beginning(fitted, linear, chosen)
+
+    def under_each(self, noises: Sequence[Noise]) -> "JointPool":
+        """The models worth it, and that without effects, refitted under other covariances, one for each recording."""
+        tasks = []
+        for effects in self.worth_keeping():
+            fitted: Any = self.fits[effects]
+            rigs = tuple(replace(rig, noise=noise) for rig, noise in zip(fitted.model.rigs, noises, strict=True))
+            tasks.append((replace(fitted.model, rigs=rigs), fitted.p))
+        return JointPool(self.search, self.settings, self.search.apply(fit_joint, tasks))
+
+
+def fit_joint(task: tuple[JointModel, np.ndarray]) -> Any:
+    """A joint model fitted from its start; None where that is not finite."""
+    fitted: JointFit | None = fit(*task)
+    return fitted
+
+
+def start_set(
+    model: JointModel, library: Sequence[JointHypothesis], chosen: Sequence[Any], first: int
+) -> tuple[JointModel, np.ndarray]:
+    """The union of what was found on each rig alone, shared kinds and shared constants as on rig `first`; and a start.
+
+    `chosen`: a fit of every rig alone.
+    """
+    effects: dict[JointHypothesis, np.ndarray] = {}
+    for rig in (first, *(k for k in range(len(chosen)) if k != first)):
+        fitted = chosen[rig]
+        friction, shares = fitted.model.friction(fitted.p), fitted.model.shares(fitted.p)
+        for own, u in zip(fitted.model.hypotheses, shares, strict=True):
+            joint = _in_library(own, rig, library)
+            part = joint.parts[rig] if joint else None
+            if joint is None or part is None or (rig != first and joint not in effects and len(joint.rigs) > 1):
+                continue
+            at = effects.setdefault(joint, np.zeros(len(joint.slots)))
+            values = [free.value(size, friction) for free, size in zip(own.free, u, strict=True)]
+            for place, free, value in zip(joint.places(rig), part.free, values, strict=True):
+                if rig == first or joint.slots[place].rig == rig:
+                    at[place] = free.at(value, friction)
+    whole = replace(model, hypotheses=tuple(effects))
+    constants = [
+        chosen[owner].p[chosen[owner].model.varied.index(name)]
+        for name, rigs in model.varied
+        for owner in [first if first in rigs else rigs[0]]
+    ]
+    return whole, np.concatenate([constants, *effects.values()])
+
+
+def _in_library(own: Hypothesis, rig: int, library: Sequence[JointHypothesis]) -> JointHypothesis | None:
+    """What an effect of one rig is among joint ones: in common if it can be, else its own."""
+    alike = [
+        joint
+        for joint in library
+        if (part := joint.parts[rig]) is not None
+        and (part.kind, part.place) == (own.kind, own.place)
+        and [free.name for free in part.free] == [free.name for free in own.free]
+    ]
+    return max(alike, key=lambda joint: len(joint.rigs), default=None)

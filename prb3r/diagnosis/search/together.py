@@ -1,0 +1,192 @@
+"""Which effects explain several recordings together: sets found on each alone are starts, then all are in view."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
+from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
+from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.renewal import level_under
+from prb3r.diagnosis.fit.joint import JointFit, JointModel
+from prb3r.diagnosis.fit.least_squares import fit, polished
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.groups import Groups
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.coarser import told_share
+from prb3r.diagnosis.search.joint_pool import (
+    JointPool,
+    JointSearch,
+    fit_joint,
+    joint_search,
+    shared_constants,
+    start_set,
+)
+from prb3r.diagnosis.search.pool import Effects, Survivor
+from prb3r.diagnosis.search.search import Search, examine
+from prb3r.diagnosis.search.selection import Choice, simplest
+
+
+class Alone(NamedTuple):
+    """A recording by itself."""
+
+    choice: Choice
+    search: Search
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """What several recordings tell together."""
+
+    alone: tuple[Alone, ...]
+    groups: Groups
+    search: JointSearch
+    fitted: JointFit
+    """The smallest joint model that is not much less probable than the best that contains it."""
+    each: tuple[Alone, ...]
+    """Every recording with what the others say of what they share."""
+    survivors: tuple[Survivor, ...]
+    """Joint models, most probable first; their `fitted` are joint fits."""
+
+    def shared_probability(self, effect: str, constant: str) -> float:
+        """Probability that an effect by name, or if that is empty a constant, is the same on all its rigs."""
+
+        def holds(hypotheses: frozenset[Any]) -> bool:
+            if effect:
+                return any(each.name == effect for each in hypotheses)
+            return not any(each.parting and each.parting.name == constant for each in hypotheses)
+
+        return float(sum(survivor.probability for survivor in self.survivors if holds(survivor.effects)))
+
+
+def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
+    """The joint models that survive, under the noise that the best of them leaves."""
+    settings = alone[0].choice.fitted.model.settings
+    rigs = tuple(replace(each.choice.fitted.model, hypotheses=()) for each in alone)
+    model = JointModel(rigs, shared_constants(rigs, groups))
+    search = joint_search([each.search for each in alone], model.shared, groups, settings)
+    wide: Any = replace(settings, most_effects=settings.most_effects * len(alone))
+    starts = _starts(model, search, alone)
+    pool = JointPool(search, wide, search.apply(fit_joint, starts))  # type: ignore[arg-type]
+    doubts, around = [each.choice.doubts for each in alone], Effects()
+    for _ in range(settings.renewals):
+        pool.explore(settings.later_expansions)
+        best: Any = pool.best
+        parts = [best.part(k) for k in range(len(alone))]
+        levels = [
+            level_under(part, doubted, own.search.library)
+            for part, doubted, own in zip(parts, doubts, alone, strict=True)
+        ]
+        near = all(level.level.near(doubted.level) for level, doubted in zip(levels, doubts, strict=True))
+        if near and around == frozenset(best.model.hypotheses):
+            break
+        around = frozenset(best.model.hypotheses)
+        doubts = [replace(doubted, level=level.level) for doubted, level in zip(doubts, levels, strict=True)]
+        pool = pool.under_each(
+            [
+                doubted.noise(part.model.predict, part.solved, settings)
+                for part, doubted in zip(parts, doubts, strict=True)
+            ]
+        )
+    noise = list(zip(doubts, levels, strict=True))
+    survivors = pool.survivors()
+    fitted: Any = polished(simplest(survivors, settings.simpler_reach))
+    each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
+    if any(own.choice.structured for own in each):
+        fitted, survivors = _standing(pool, fitted, each)
+        each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
+    return Together(tuple(alone), groups, search, fitted, each, survivors)
+
+
+def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
+    """What stands where some recordings are not explained, under a coarser likelihood of these; as in `coarser`."""
+    settings, noises = fitted.model.settings, []
+    for rig, own in enumerate(each):
+        part, doubts = fitted.part(rig), own.choice.doubts
+        if own.choice.structured:
+            scale = doubts.level.scale / np.sqrt(told_share(part))
+            coarser = replace(doubts, level=doubts.level._replace(scale=float(scale)))
+            noises.append(coarser.noise(part.model.predict, part.solved, settings))
+        else:
+            noises.append(part.model.noise)
+    coarse = pool.under_each(noises)
+    coarse.explore(settings.later_expansions)
+    survivors = coarse.survivors()
+    standing: Any = simplest(survivors, settings.simpler_reach)
+    exact = fit(replace(standing.model, rigs=fitted.model.rigs), standing.p)
+    return (fitted if exact is None else polished(exact)), survivors
+
+
+def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
+    """Where joint fits begin: without effects, and from what each recording shows alone."""
+    plain = [each.choice.calibrated for each in alone]
+    starts = [start_set(model, (), plain, first=0)]
+    for chosen in (
+        [each.choice.fitted for each in alone],
+        [each.choice.survivors[0].fitted for each in alone],
+    ):
+        starts += [start_set(model, search.library, chosen, first) for first in range(len(alone))]
+    return starts
+
+
+def _with_others(
+    rig: int,
+    alone: Alone,
+    search: JointSearch,
+    joint: tuple[JointFit, Sequence[Survivor]],
+    noise: tuple[Doubts, EstimatedLevel],
+) -> Alone:
+    """A recording with what the others say: the chosen joint model and all that survive, as they are on one rig."""
+    fitted, survivors = joint
+    own = _own_search(alone.search, rig, search)
+    chosen = polished(at_minimum(fitted, rig))
+    calibrated = replace(alone.choice.calibrated.model, noise=chosen.model.noise)
+    found = {frozenset(chosen.model.hypotheses): chosen}
+    shares, worth = dict[Effects, float](), dict[Effects, float]()
+    for survivor in survivors:
+        whole: Any = survivor.fitted
+        effects = frozenset(whole.model.members[rig].hypotheses)
+        if effects not in found:
+            found[effects] = at_minimum(whole, rig)
+        shares[effects] = shares.get(effects, 0.0) + survivor.probability
+        worth[effects] = max(worth.get(effects, -np.inf), survivor.log_evidence)
+    ranked = sorted(shares, key=lambda effects: -shares[effects])
+    choice = Choice(
+        calibrated=fit(calibrated, alone.choice.calibrated.p) or alone.choice.calibrated,
+        fitted=chosen,
+        tried=tuple(found.values()),
+        survivors=tuple(Survivor(found[effects], worth[effects], shares[effects]) for effects in ranked),
+        scores=examine(chosen, own),
+        chi2_threshold=chi2_threshold(chosen),
+        doubts=noise[0],
+        level=noise[1],
+        settled=frozenset(
+            part for each in fitted.model.hypotheses if len(each.rigs) > 1 and (part := each.parts[rig]) is not None
+        ),
+    )
+    return Alone(choice, own)
+
+
+def at_minimum(fitted: JointFit, rig: int) -> Fit:
+    """One recording's model with what the others say, at its minimum.
+
+    That is where the joint fit ended, but for a constant that parts from the shared one, of which the others say
+    nothing.
+    """
+    part = fitted.believed(rig)
+    parted = any(each.parted == rig for each in fitted.model.hypotheses)
+    return (fit(part.model, part.p) or part) if parted else part
+
+
+def _own_search(search: Search, rig: int, joint: JointSearch) -> Search:
+    """What is searched on one rig: what is in common with the bounds that it has there."""
+    common = [part for each in joint.library if len(each.rigs) > 1 and (part := each.parts[rig]) is not None]
+    by_place = {(part.kind, part.place): part for part in common}
+
+    def moved(own: Hypothesis) -> Hypothesis:
+        return by_place.get((own.kind, own.place), own)
+
+    assumed = replace(search.assumed, values={moved(own): size for own, size in search.assumed.values.items()})
+    return replace(search, library=tuple(moved(own) for own in search.library), assumed=assumed)

@@ -1,0 +1,75 @@
+"""Several recordings diagnosed together: each alone, then all with what their rigs share, then each with the others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.library.groups import groups_of
+from prb3r.diagnosis.result.common import Common, common_of
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.together import Alone, choose_together
+from prb3r.diagnosis.stages import STAGES, Report, Searched, Task, check, without_blunders
+from prb3r.errors import Problem, RecordingError
+
+
+@dataclass(frozen=True, eq=False)
+class JointDiagnosis:
+    """What several recordings tell together."""
+
+    diagnoses: tuple[Diagnosis, ...]
+    """One for each recording, in their order: with what the others say of what they share."""
+    common: Common
+    """What is shared, and whether the recordings agree on it."""
+
+
+def joint_steps(recordings: Sequence[str]) -> list[str]:
+    """The steps that are reported for recordings of these names, in their order."""
+    before, after = STAGES[: STAGES.index("check")], STAGES[STAGES.index("check") + 1 :]
+    each = [f"{stage} of {name}" for name in recordings for stage in before]
+    return [*each, "together", *(f"check of {name}" for name in recordings), *after]
+
+
+def diagnose_together(
+    tasks: Sequence[Task], report: Report = lambda stage: None, apply: Apply = serially
+) -> JointDiagnosis:
+    """Diagnose several recordings with what their rigs share.
+
+    Parameters
+    ----------
+    report : hears every step of `joint_steps` as it begins.
+    apply : applies a function to many tasks, in worker processes for instance.
+
+    Raises
+    ------
+    RecordingError
+        If nothing near a nominal manipulator is in balance under its recorded loads.
+    """
+    found = [_alone(task, report, apply) for task in tasks]
+    report("together")
+    groups = groups_of([searched.tested.doubted.recording for searched, _ in found])
+    alone = [Alone(searched.choice, searched.tested.doubted.search) for searched, _ in found]
+    together = choose_together(alone, groups)
+    names = [searched.tested.doubted.recording.name for searched, _ in found]
+    investigations = []
+    for (searched, blunders), each, name in zip(found, together.each, names, strict=True):
+        report(f"check of {name}")
+        doubted = replace(searched.tested.doubted, search=each.search)
+        checked = check(Searched(replace(searched.tested, doubted=doubted), each.choice))
+        others = " and ".join(other for other in names if other != name)
+        said = f"diagnosed together with {others}: what they share is fitted to all of them"
+        checked = replace(checked, remarks=(*checked.remarks, said))
+        investigations.append(replace(checked, verdict="set-up", blunders=blunders) if blunders else checked)
+    report("tell")
+    return JointDiagnosis(tuple(map(tell, investigations)), common_of(together, names))
+
+
+def _alone(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Blunder, ...]]:
+    """A recording searched by itself, without the blunders of its set-up."""
+    name = task.recording.name
+    report(f"set-up of {name}")
+    try:
+        return without_blunders(task, lambda stage: report(f"{stage} of {name}"), apply)
+    except ValueError as error:
+        raise RecordingError(Problem(name, str(error))) from None

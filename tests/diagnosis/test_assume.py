@@ -1,0 +1,70 @@
+"""Starting from effects found before: refitted, dropped where contradicted, and nothing invented beside them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import MU, Case, E, diagnosed, manipulator, recorded
+
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.run import diagnosis_of
+from prb3r.diagnosis.search.assumed import assumed_of
+from prb3r.diagnosis.stages import Task, run_stages
+from prb3r.model.given import manipulator_of
+
+WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}
+
+
+@pytest.fixture(scope="module")
+def again():
+    """The recording with a weak plate, diagnosed with its own explanation."""
+    return run_stages(Task(recorded(), assumed=diagnosed().manipulators["explained"]))
+
+
+def test_the_same_data_with_their_own_explanation_name_the_same_and_no_more(again):
+    assert [effect.name for effect in again.effects] == [effect.name for effect in diagnosed().effects]
+    factor, before = again.effects[0].parameters["factor"], diagnosed().effects[0].parameters["factor"]
+    assert factor.value == pytest.approx(before.value, abs=0.1 * (before.high - before.low))
+    assert factor.high - factor.low == pytest.approx(before.high - before.low, rel=0.1)  # nothing counted twice
+    assert not any("assumed" in remark for remark in again.remarks)
+
+
+def test_what_is_assumed_is_refitted_and_what_cannot_be_is_said():
+    strange = [
+        {**WEAK, "factor": 0.95},
+        {"kind": "weakened_plate", "plate": 9, "factor": 0.9},
+        {"kind": "empirical_moment", "terms": [{"of": "bend", "coefficient": 0.1}]},
+    ]
+    segment = manipulator()["segment"][0]
+    longer = manipulator(effects=strange) | {"segment": [{**segment, "plates": 6}, segment]}
+    found = diagnosis_of(recorded(), assume=longer)
+    assert [effect.name for effect in found.effects] == ["weakened_plate (plate 4)"]
+    factor = found.effects[0].parameters["factor"]
+    assert factor.low < WEAK["factor"] < factor.high
+    assert any("weakened_plate (plate 9): there is no plate 9, only 6" in remark for remark in found.remarks)
+    assert any("empirical_moment: no effect that a diagnosis looks for" in remark for remark in found.remarks)
+
+
+def test_what_the_data_contradict_is_dropped_and_said():
+    assumed = manipulator_of(manipulator(effects=[{"kind": "weakened_plate", "plate": 2, "factor": 0.6}]))
+    found = run_stages(Task(recorded(Case(hidden=(), seed=1)), assumed=assumed))
+    assert found.verdict == "adequate"
+    assert any(remark.startswith("assumed, but not found again: weakened_plate (plate 2)") for remark in found.remarks)
+
+
+def test_what_the_nominal_manipulator_has_stays_with_it():
+    recording = recorded()
+    loss = {"kind": "pulley_friction", "efficiency": 0.9}
+    with_loss = manipulator_of(manipulator(effects=[loss]))
+    known = manipulator_of(manipulator(1.2 * E, MU / 2, [loss, {**WEAK, "factor": 0.8}]))
+    chain = with_loss.plain_chain()
+    bends = np.full((len(recording.steps), chain.plates), 0.1)
+    library = hypotheses(Scope(replace(recording, manipulator=with_loss), chain, bends))
+    assumed = assumed_of(known, with_loss, library)
+    assert {hypothesis.name: values for hypothesis, values in assumed.values.items()} == {
+        "weakened_plate (plate 4)": {"factor": 0.8}
+    }
+    assert not assumed.unknown
+    assert np.exp(assumed.constants["log_stiffness"]) == pytest.approx(1.2)
+    assert np.exp(assumed.constants["log_friction"]) == pytest.approx(0.5)

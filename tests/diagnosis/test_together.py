@@ -1,0 +1,214 @@
+"""Recordings of sister rigs together: what they share is told better by both, and what they contradict is said."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from diagnosis.sisters import LAW, E, recorded_sister, write_sister
+
+import prb3r
+from prb3r.diagnosis.fit.belief import Belief
+from prb3r.diagnosis.fit.calibrate import nominal_noise
+from prb3r.diagnosis.fit.joint import JointModel
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Model
+from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.groups import groups_of
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.joint import JointHypothesis, alone_on, in_common
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.result.common import Common, SharedParameter, write_common
+from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.run import joint_diagnosis_of
+from prb3r.diagnosis.search.joint_pool import shared_constants
+from prb3r.diagnosis.stages import Task
+from prb3r.diagnosis.together import diagnose_together
+from prb3r.errors import SpecError
+from prb3r.recording.recording import Sharing
+
+TRUE_E, TRUE_MU = 1.05 * E, 0.27
+
+
+@cache
+def together(modulus=TRUE_E, friction=TRUE_MU):
+    """The short rig and a thick one of some modulus and friction."""
+    rigs = recorded_sister("short"), recorded_sister("thick", modulus, friction)
+    return diagnose_together([Task(recording) for recording in rigs])
+
+
+def shared(found):
+    return {(each.effect.split(" ")[0], each.parameter): each for each in found.common.shared}
+
+
+def width(estimate):
+    return estimate.high - estimate.low
+
+
+def test_what_rigs_share_is_found_once_and_narrower_than_from_either_alone():
+    found = together()
+    assert [[effect.kind for effect in each.effects] for each in found.diagnoses] == [["nonlinear_plate"]] * 2
+    assert found.common.log_bayes_factor > 3
+    truth = {
+        ("", "youngs_modulus_pa"): TRUE_E,
+        ("", "friction_coefficient"): TRUE_MU,
+        ("nonlinear_plate", "knee_strain"): LAW["knee_strain"],
+        ("nonlinear_plate", "ratio"): LAW["ratio"],
+    }
+    told = shared(found)
+    assert told.keys() == truth.keys()
+    for key, value in truth.items():
+        each = told[key]
+        assert each.agrees
+        assert each.probability > 0.5
+        assert each.together.low - width(each.together) / 2 < value < each.together.high + width(each.together) / 2
+        assert width(each.together) < 0.9 * min(map(width, each.alone))
+    for diagnosis in found.diagnoses:  # the same law, each on its own geometry
+        law = next(effect for effect in diagnosis.manipulators["explained"].effect if effect.kind == "nonlinear_plate")
+        assert law.knee_strain == pytest.approx(told["nonlinear_plate", "knee_strain"].together.value)
+        assert diagnosis.verdict == "explained"
+        assert diagnosis.heldout.chi2_explained < 1.3 * diagnosis.heldout.readings
+
+
+def test_the_interval_beside_an_effect_is_that_of_all_recordings():
+    found = together()
+    strain = shared(found)["nonlinear_plate", "knee_strain"]
+    for diagnosis in found.diagnoses:
+        own = diagnosis.effects[0].parameters["knee_strain"]
+        assert width(own) == pytest.approx(width(strain.together), rel=0.25)
+
+
+def test_contradicting_stiffnesses_are_said_and_each_rig_keeps_its_own():
+    found = together(modulus=1.25 * E)
+    stiffness = shared(found)["", "youngs_modulus_pa"]
+    assert not stiffness.agrees
+    assert stiffness.own == ("thick",)
+    assert "do not agree on Young's modulus: 197" in stiffness.statement
+    thick = found.diagnoses[1].constants["youngs_modulus_pa"]
+    assert thick.low - (thick.high - thick.low) / 2 < 1.25 * E < thick.high + (thick.high - thick.low) / 2
+    assert shared(found)["nonlinear_plate", "knee_strain"].agrees
+    assert all([effect.kind for effect in each.effects] == ["nonlinear_plate"] for each in found.diagnoses)
+
+
+@cache
+def joint_model(parted=False):
+    """Both rigs with the law that they share, gravity on the first and, if `parted`, an own stiffness of the second."""
+    recordings = recorded_sister("short"), recorded_sister("thick")
+    rigs, libraries = [], []
+    for recording in recordings:
+        predict = predictor(recording)
+        rigs.append(Model(predict, nominal_noise(predict)))
+        libraries.append(hypotheses(Scope.of(recording, predict.chain, predict.equilibria(Constants()))))
+    groups = groups_of(recordings)
+    common = list(in_common(libraries, groups.of, groups.same_sections))
+    law = next(each for each in common if each.name == "nonlinear_plate (law bilinear)")
+    gravity = alone_on(0, next(own for own in libraries[0] if own.kind == "gravity"), 2)
+    own = JointHypothesis("own log_stiffness", (None, None), (), Free("log_stiffness", 0.0, -1.0, 1.0, sd=0.4), 1)
+    chosen = (law, gravity, own) if parted else (law, gravity)
+    return JointModel(tuple(rigs), shared_constants(rigs, groups), chosen)
+
+
+def test_the_joint_jacobian_is_the_derivative_of_the_joint_residuals():
+    model = joint_model(parted=True)
+    assert [(name, rigs) for name, rigs in model.varied if len(rigs) > 1] == [
+        ("log_stiffness", (0, 1)),
+        ("log_friction", (0, 1)),
+    ]
+    p = np.random.default_rng(3).normal(0, 0.01, model.count)
+    jacobian = model.jacobian(p, model.solve(p))
+    for k in range(model.count):
+        moved = [p + sign * 1e-4 * (np.arange(model.count) == k) for sign in (-1, 1)]
+        low, high = (model.residuals(each, model.solve(each)) for each in moved)
+        scale = np.abs(jacobian[:, k]).max()
+        assert jacobian[:, k] == pytest.approx((high - low) / 2e-4, rel=1e-4, abs=1e-4 * scale)
+
+
+def test_a_recording_with_what_the_others_say_is_as_sure_as_all_together():
+    """What the others say of shared parameters, all else of theirs free, is the marginal of a normal distribution."""
+    fitted = fit(joint_model(), np.zeros(joint_model().count))
+    assert fitted.converged
+    for rig, whole in enumerate(fitted.model.maps):
+        own = fitted.believed(rig)
+        expected = whole @ fitted.covariance @ whole.T
+        assert own.covariance == pytest.approx(expected, rel=1e-4, abs=1e-6 * np.abs(expected).max())
+        assert np.abs(own.jacobian.T @ own.residual).max() < 1e-3 * np.linalg.norm(own.jacobian, axis=0).max()
+        alone = fitted.part(rig)
+        assert (np.diag(alone.covariance) >= np.diag(own.covariance) * (1 - 1e-6)).all()
+        again = fit(own.model, own.p)
+        assert again.p == pytest.approx(own.p, abs=0.02 * np.sqrt(np.diag(own.covariance)).max())
+
+
+def test_what_is_believed_of_some_parameters_leaves_the_others_open():
+    covariance = np.array([[4.0, 1.0, 0.5], [1.0, 2.0, 0.3], [0.5, 0.3, 1.0]])
+    mean = np.array([1.0, -2.0, 0.5])
+    precision = np.linalg.inv(covariance)
+    rows = Belief(("a", "b", "c"), precision, precision @ mean).rows(("c", "z", "a"))
+    kept = [2, 0]
+    normal = rows.root[:, [0, 2]].T @ rows.root[:, [0, 2]]
+    assert np.linalg.inv(normal) == pytest.approx(covariance[np.ix_(kept, kept)])
+    assert np.linalg.solve(normal, rows.root[:, [0, 2]].T @ rows.target) == pytest.approx(mean[kept])
+    assert not rows.root[:, 1].any()
+
+
+def test_files_decide_what_is_shared(tmp_path):
+    """One nominal modulus and one nominal coefficient, unless a recording says otherwise."""
+
+    def groups(**changes):
+        first = recorded_sister("short")
+        other = replace(recorded_sister("thick"), sharing=Sharing(**changes.pop("sharing", {})))
+        return groups_of([first, replace(other, manipulator=other.manipulator.model_copy(update=changes))])
+
+    assert groups().of == {"material": (0, 1), "friction": (0, 1)}
+    assert groups(sharing={"material": False}).of == {"friction": (0, 1)}
+    softer = groups(youngs_modulus_pa=1.7e11)
+    assert softer.of == {"friction": (0, 1)}
+    assert "170 and 187 GPa" in softer.remarks[0]
+    smooth = recorded_sister("thick").manipulator.friction.model_copy(update={"coefficient": 0.1})
+    assert groups(friction=smooth).of == {"material": (0, 1)}
+    folder = write_sister(tmp_path / "thick", "thick", sharing={"friction": False})
+    assert prb3r.load_recording(folder).sharing == Sharing(friction=False)
+    text = (folder / "recording.toml").read_text().replace("friction = false", "rubbing = false")
+    (folder / "recording.toml").write_text(text)
+    with pytest.raises(prb3r.RecordingError, match=r"unknown.*'rubbing'|rubbing"):
+        prb3r.load_recording(folder)
+
+
+def test_what_cannot_be_diagnosed_together_is_refused():
+    short = recorded_sister("short")
+    with pytest.raises(SpecError, match="two recordings are named 'short'"):
+        joint_diagnosis_of([short, short])
+    with pytest.raises(SpecError, match="two recordings or more, not 1"):
+        prb3r.diagnose([short], together=True)
+    with pytest.raises(SpecError, match="together=True"):
+        prb3r.diagnose([short, short])
+
+
+def test_the_record_is_plain_and_says_what_is_shared(tmp_path):
+    found = together()
+    path = write_common(found.common, tmp_path)
+    record = json.loads(path.read_text())
+    assert record["recordings"] == ["short", "thick"]
+    strain = next(each for each in record["shared"] if each["parameter"] == "knee_strain")
+    assert strain["together"]["low"] < LAW["knee_strain"] < strain["together"]["high"]
+    assert strain["statement"].startswith("The recordings agree on the strain at the knee")
+    assert record["own"] == {"short": [], "thick": []}
+
+
+def test_what_is_not_shared_is_said_in_words():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    strain = SharedParameter(
+        "", "friction_coefficient", ("a", "b"), estimate, (estimate, Estimate(0.5)), 1.0, True, 1.0, ()
+    )
+    common = Common(
+        ("a", "b"), (strain,), {"a": (), "b": ("edge_wrap", "gravity")}, {"edge_wrap": ("b",)}, -5.0, ("x",)
+    )
+    assert list(common.sentences) == [
+        "ln of the evidence of what is shared against each recording by itself: -5.0, which speaks against sharing.",
+        "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
+        "not told by b alone.",
+        "The recordings do not share edge wrap: b has its own, a none.",
+        "Of b alone: edge wrap, gravity.",
+        "note: x",
+    ]
