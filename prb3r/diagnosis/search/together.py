@@ -153,12 +153,14 @@ def _with_others(
         shares[effects] = shares.get(effects, 0.0) + survivor.probability
         worth[effects] = max(worth.get(effects, -np.inf), survivor.log_evidence)
     ranked = sorted(shares, key=lambda effects: -shares[effects])
+    scores, best = examine(chosen, own), found[ranked[0]]
     choice = Choice(
         calibrated=fit(calibrated, alone.choice.calibrated.p) or alone.choice.calibrated,
         fitted=chosen,
         tried=tuple(found.values()),
         survivors=tuple(Survivor(found[effects], worth[effects], shares[effects]) for effects in ranked),
-        scores=examine(chosen, own),
+        scores=scores,
+        scores_of_best=scores if best is chosen else examine(best, own),
         chi2_threshold=chi2_threshold(chosen),
         doubts=noise[0],
         level=noise[1],
