@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
@@ -30,12 +31,13 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     with matplotlib.rc_context(style.RC):
         figures = save_figure(confusion_figure(proof), folder, "confusion")
     text = write_whole(folder / "proof.md", proof_page(proof).encode())
+    write_whole(folder / "recordings.csv", pd.DataFrame(case_columns(proof)).to_csv(index=False).encode())
     numbers = write_whole(folder / "proof.json", json.dumps(plain_proof(proof), indent=1, default=str).encode())
     write_arrow(
         arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
         folder / "cases.parquet",
     )
-    return [text, numbers, folder / "cases.parquet", *figures]
+    return [text, numbers, folder / "recordings.csv", folder / "cases.parquet", *figures]
 
 
 def proof_page(proof: Proof) -> str:
@@ -58,8 +60,8 @@ def proof_page(proof: Proof) -> str:
         "bootstrapped interval. *Met* by the point estimate, *shown* by the whole interval. Numbers in brackets: "
         "on how many of the recordings another method was judged. A failure counts against every score it belongs to.",
         "",
-        f"Engine less rig without effects, whitened norm of a whole recording: at most {max(proof.bias):.2g} over all "
-        "designs.",
+        f"Engine less rig without effects, whitened norm of a whole recording: at most "
+        f"{max(proof.bias, default=0.0):.2g} over all designs.",
         "",
         "![Named effect by true effect](confusion.png)",
         "",
@@ -130,7 +132,10 @@ def _hidden_row(case: OpenedCase) -> list[str]:
 
 
 def _designs(proof: Proof) -> list[str]:
-    rows = [{**design.described(), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
+    bench = [design for design in proof.designs if not design.flavour.is_real]
+    rows = [{**design.described(), "bias": bias} for design, bias in zip(bench, proof.bias, strict=True)]
+    if not rows:
+        return []
     cells = [[f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
     return ["## Designs", "", *markdown_table(list(rows[0]), cells)]
 
@@ -184,6 +189,13 @@ def case_columns(proof: Proof) -> dict[str, list[Any]]:
         "concealed": [_concealed(c.label) for c in cases],
         "kinds": [", ".join(c.label.kinds) for c in cases],
         "awkward": [", ".join(c.label.awkward) for c in cases],
+        "worth": [", ".join(f"{worth:.2g}" for worth in c.label.worth) for c in cases],
+        "imperfections": [_build(c.label) for c in cases],
+        "blunder": [c.label.blunder["said"] if c.label.blunder else "" for c in cases],
+        "blunder_said": ["; ".join(" = ".join(said) for said in c.verdict.setup) for c in cases],
+        "missed": [_missed(c) for c in cases],
+        "models": [" | ".join(", ".join(model) for model in c.verdict.models[:4]) for c in cases],
+        "noise": [_finite(c.verdict.noise) for c in cases],
         "norm": [c.label.norm for c in cases],
         "distance": [_finite(c.label.distance) for c in cases],
         "nearest": [min(c.label.nearest, key=c.label.nearest.__getitem__, default="") for c in cases],
@@ -196,6 +208,22 @@ def case_columns(proof: Proof) -> dict[str, list[Any]]:
         "seconds": [c.verdict.seconds for c in cases],
         "reason": [c.verdict.reason for c in cases],
     }
+
+
+def _build(label: Label) -> str:
+    """Of a real rig, what was off in one number each."""
+    if label.build is None:
+        return ""
+    slips = [name for name in ("gaps", "gross") if label.build[name]]
+    return ", ".join([f"noise {label.build['noise']:.2f}", f"tension {label.build['tension']:.2f}", *slips])
+
+
+def _missed(case: OpenedCase) -> str:
+    """Errors elsewhere before and after, and how much bands cover."""
+    return "; ".join(
+        f"{m.name}: {1e3 * m.calibrated_m:.2f} -> {1e3 * m.explained_m:.2f} mm, covered {m.covered:.0%}"
+        for m in case.missed
+    )
 
 
 def _right(case: OpenedCase) -> bool | None:

@@ -22,6 +22,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel, NamedEffect
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.rivals import added
 from prb3r.diagnosis.settings import Settings
+from prb3r.proof.judging.forecast import Forecast, forecasts
 from prb3r.recording.recording import Recording
 
 
@@ -74,9 +75,20 @@ class Verdict:
     explained: tuple[float, float] = (0.0, 0.0)
     loading: tuple[float, float, float] | None = None
     """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
+    models: tuple[tuple[str, ...], ...] = ()
+    """Effects by name of every surviving model, most probable first."""
+    setup: tuple[tuple[str, ...], ...] = ()
+    """Of each blunder that is said: it, and those that look the same."""
+    noise: float = np.nan
+    """Factor that is found on the stated noise."""
+    elsewhere: tuple[Forecast, ...] = ()
+    """At the targets that were asked for."""
+    forecasting: float = 0.0
+    """Time of a processor that these took, s."""
     proposals: tuple[ExperimentClaim, ...] = ()
     remarks: tuple[str, ...] = ()
     seconds: float = 0.0
+    """Of a processor, without what forecasts took."""
     reason: str = ""
 
 
@@ -92,23 +104,29 @@ class MethodTask:
     seed: int
     settings: Settings = Settings()
     """Of the diagnosis."""
+    targets: tuple[Mapping[str, Any], ...] = ()
+    """Loads and designs that predictions are asked for: nothing of them is used before the verdict."""
 
 
 def verdict_of(task: MethodTask) -> Verdict:
     """The verdict of a method on a recording; what raises is a verdict too."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     try:
         verdict = METHODS[task.method](task)
     except Exception as error:
         first = next(iter(str(error).splitlines()), "")
         verdict = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
-    return replace(verdict, seconds=round(time.perf_counter() - begin, 3))
+    return replace(verdict, seconds=round(time.process_time() - begin - verdict.forecasting, 3))
 
 
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
     settings = replace(task.settings, **ablation)
-    return _verdict(task, stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings)))
+    found = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
+    begin = time.process_time()
+    elsewhere = forecasts(found, task.targets) if task.targets else ()
+    spent = time.process_time() - begin
+    return replace(_verdict(task, found), elsewhere=elsewhere, forecasting=spent)
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -201,7 +219,10 @@ def _verdict(task: MethodTask, found: Diagnosis) -> Verdict:
         heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
         calibrated=_constants(found.calibrated),
         explained=_constants(found.explained),
-        loading=_loading(task.recording),
+        loading=None if task.targets else _loading(task.recording),
+        models=tuple(model.effects for model in found.models),
+        setup=tuple((blunder.blunder, *blunder.alike) for blunder in found.setup),
+        noise=found.noise.scale,
         proposals=tuple(
             ExperimentClaim((pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps))
             for pair in found.experiments
