@@ -3,56 +3,32 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.design import Design, LoadSteps
-from prb3r.proof.concealed.folder import recording_from_folder
 from prb3r.proof.concealed.labels import Label
-from prb3r.proof.concealed.recordings import bias_of, recording_of
+from prb3r.proof.concealed.recordings import bias_of
 from prb3r.proof.concealed.sealing import Seal
 from prb3r.proof.judging.experiments import promising, resolved, tested
 from prb3r.proof.judging.intervals import Score, share_of
-from prb3r.proof.judging.methods import METHODS, MethodTask, Verdict, verdict_of
+from prb3r.proof.judging.methods import METHODS
 from prb3r.proof.judging.missed import miss_of
 from prb3r.proof.judging.opened import OpenedCase
 from prb3r.proof.judging.real_scores import REAL_GOALS, REAL_INFORMATION
 from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal
+from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.settings import SETTINGS
+from prb3r.proof.tasks import RecordingTask, VerdictTask, answer, record
 from prb3r.recording.recording import Recording
 from prb3r.runs.journal import Journal, Stages
 from prb3r.runs.provenance import environment, fingerprint
 
 MAIN = "diagnose"
 """The method that is proved."""
-
-
-@dataclass(frozen=True)
-class RecordingTask:
-    """A recording to be made of the rig."""
-
-    design: Design
-    label: Label
-    extra: LoadSteps = ()
-    """Steps of one more sequence."""
-
-
-class VerdictTask(NamedTuple):
-    """A recording, or why there is none, and who is to judge it."""
-
-    case: int
-    recording: Recording | str
-    without: frozenset[str]
-    method: str
-    seed: int
-    settings: Settings = Settings()
-    """Of the diagnosis."""
-    targets: tuple[Mapping[str, Any], ...] = ()
-    """Loads and designs that predictions are asked for."""
 
 
 @dataclass(frozen=True)
@@ -237,24 +213,6 @@ def concealed_recordings(cases: int, seed: int, stages: Stages, classes: Sequenc
     stages.say("recordings")
     tasks = tuple(RecordingTask(designs[label.design], label) for label in labels)
     return Concealed(seed, tuple(designs), seal, tasks, tuple(stages.results("recordings", record, tasks)))
-
-
-def record(task: RecordingTask) -> Recording | str:
-    """A recording, or why there is none."""
-    try:
-        if task.design.flavour.is_real:
-            return recording_from_folder(task.design, task.label)
-        return recording_of(task.design, task.label, task.extra)
-    except (ValueError, SpecError) as error:
-        return str(error)
-
-
-def answer(task: VerdictTask) -> Verdict:
-    """The verdict on a recording; on none, a failure."""
-    if isinstance(task.recording, str):
-        return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
-    asked = task.without, task.method, task.seed, task.settings, task.targets
-    return verdict_of(MethodTask(task.case, task.recording, *asked))
 
 
 def _with_tip_loads(design: Design, steps: Sequence[Mapping[str, float]]) -> LoadSteps:

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.judging.intervals import Score
-from prb3r.proof.judging.methods import Verdict
 from prb3r.proof.judging.opened import OpenedCase
 from prb3r.proof.judging.scores import GOALS, Goal
+from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.prove import MAIN, answer, concealed_recordings, stages_of
 from prb3r.proof.settings import SETTINGS
 

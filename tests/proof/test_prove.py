@@ -24,8 +24,8 @@ from prb3r.proof.concealed.recordings import bias_of, recording_of
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.concealed.sealing import Seal
 from prb3r.proof.judging.intervals import median_of, share_of
-from prb3r.proof.judging.methods import Claim, Verdict
 from prb3r.proof.judging.opened import OpenedCase, first_right, parameters, plate_error
+from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.sizes import detectable_norm, squared_distance
 

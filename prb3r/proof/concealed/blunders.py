@@ -3,25 +3,31 @@
 Written from what a person does at the bench, and not from how the diagnosis undoes it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
+from prb3r.proof.concealed.blundering import (
+    Details,
+    Tables,
+    count_from_tip,
+    count_from_zero,
+    exchange_cables,
+    exchange_disks,
+    exchange_sequences,
+    in_degrees,
+    in_kilograms,
+    mirror,
+    note_end,
+    note_late,
+    play_backwards,
+    turn_offsets,
+    turn_slips,
+)
 from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.settings import SETTINGS
 from prb3r.recording.recording import Kind
-
-Details = Mapping[str, Any]
-
-
-class Tables(NamedTuple):
-    """What stands in a recording's folder."""
-
-    manipulator: Mapping[str, Any]
-    steps: pd.DataFrame
-    markers: pd.DataFrame
 
 
 class BlunderKind(NamedTuple):
@@ -71,26 +77,9 @@ def _pairs_once(design: Design) -> list[dict[str, Any]]:
     ]
 
 
-def _exchange_cables(tables: Tables, details: Details) -> Tables:
-    steps, (a, b) = tables.steps.copy(), details["cables"]
-    rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
-    for form in ("cable_{}_n", "slip_{}"):
-        first, second = form.format(a), form.format(b)
-        steps.loc[rows, [first, second]] = steps.loc[rows, [second, first]].to_numpy()
-    return tables._replace(steps=steps)
-
-
 def _exchange_said(details: Details) -> str:
     where = f" in sequence {details['sequence']}" if "sequence" in details else ""
     return f"cables {' and '.join(details['cables'])} are exchanged{where}"
-
-
-def _turn_offsets(tables: Tables, details: Details) -> Tables:
-    cables = [
-        {**cable, "offset_m": -cable["offset_m"]} if details.get("cable") in (None, cable["name"]) else cable
-        for cable in tables.manipulator["cable"]
-    ]
-    return tables._replace(manipulator={**tables.manipulator, "cable": cables})
 
 
 def _ends(design: Design) -> list[dict[str, Any]]:
@@ -103,79 +92,17 @@ def _ends(design: Design) -> list[dict[str, Any]]:
     ]
 
 
-def _note_end(tables: Tables, details: Details) -> Tables:
-    cables = [
-        {**cable, "ends_at_segment": details["noted"]} if cable["name"] == details["cable"] else cable
-        for cable in tables.manipulator["cable"]
-    ]
-    return tables._replace(manipulator={**tables.manipulator, "cable": cables})
-
-
 def _declared(design: Design) -> bool:
     return design.friction > 0 and not design.follows_path
-
-
-def _turn_slips(tables: Tables, details: Details) -> Tables:
-    steps = tables.steps.copy()
-    rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
-    steps.loc[rows, [name for name in steps if name.startswith("slip_")]] *= -1
-    return tables._replace(steps=steps)
 
 
 def _sequences(design: Design) -> list[dict[str, Any]]:
     return [{"sequence": name} for name in sequence_names(design)]
 
 
-def _mirror(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    for name in markers.columns.intersection(["y_m", "angle_rad", "bend_rad"]):
-        markers[name] *= -1
-    return tables._replace(markers=markers)
-
-
-def _count_from_tip(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    markers["disk"] = details["disks"] + 1 - markers["disk"]
-    return tables._replace(markers=markers)
-
-
-def _count_from_zero(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    markers["disk"] -= 1
-    return tables._replace(markers=markers)
-
-
-def _exchange_disks(tables: Tables, details: Details) -> Tables:
-    markers, (a, b) = tables.markers.copy(), details["disks"]
-    markers["disk"] = markers["disk"].replace({a: b, b: a})
-    return tables._replace(markers=markers)
-
-
-def _in_kilograms(tables: Tables, details: Details) -> Tables:
-    steps = tables.steps.copy()
-    rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
-    columns = [name for name in steps if name.startswith("cable_")]
-    steps.loc[rows, columns] = (steps.loc[rows, columns] / tables.manipulator["gravity_m_s2"]).round(4)
-    return tables._replace(steps=steps)
-
-
 def _kilograms_said(details: Details) -> str:
     of = f"of sequence {details['sequence']} " if "sequence" in details else ""
     return f"weights {of}noted as newtons are kilograms"
-
-
-def _play_backwards(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    rows = markers["sequence"].eq(details["sequence"])
-    last = tables.steps.loc[tables.steps["sequence"].eq(details["sequence"]), "step"].max()
-    markers.loc[rows, "step"] = last + 1 - markers.loc[rows, "step"]
-    return tables._replace(markers=markers)
-
-
-def _note_late(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    markers["step"] -= 1
-    return tables._replace(markers=markers[markers["step"] > 0])
 
 
 def _of_equal_length(design: Design) -> list[dict[str, Any]]:
@@ -188,86 +115,74 @@ def _of_equal_length(design: Design) -> list[dict[str, Any]]:
     ]
 
 
-def _exchange_sequences(tables: Tables, details: Details) -> Tables:
-    markers, (a, b) = tables.markers.copy(), details["sequences"]
-    markers["sequence"] = markers["sequence"].replace({a: b, b: a})
-    return tables._replace(markers=markers)
-
-
-def _in_degrees(tables: Tables, details: Details) -> Tables:
-    markers = tables.markers.copy()
-    markers["angle_rad"] = np.degrees(markers["angle_rad"])
-    return tables._replace(markers=markers)
-
-
 def _listed(names: Sequence[Any]) -> str:
     return " and ".join(map(str, names))
 
 
 BLUNDERS: dict[str, BlunderKind] = {
-    "cables exchanged": BlunderKind(_pairs, _exchange_cables, _exchange_said),
-    "cables exchanged once": BlunderKind(_pairs_once, _exchange_cables, _exchange_said),
+    "cables exchanged": BlunderKind(_pairs, exchange_cables, _exchange_said),
+    "cables exchanged once": BlunderKind(_pairs_once, exchange_cables, _exchange_said),
     "offset sign": BlunderKind(
         lambda design: [{"cable": name} for name in design.cables],
-        _turn_offsets,
+        turn_offsets,
         lambda details: f"offset_m of cable {details['cable']} has the wrong sign",
     ),
     "all offset signs": BlunderKind(
-        lambda design: [{}], _turn_offsets, lambda details: "offset_m of every cable has the wrong sign"
+        lambda design: [{}], turn_offsets, lambda details: "offset_m of every cable has the wrong sign"
     ),
     "cable end": BlunderKind(
         _ends,
-        _note_end,
+        note_end,
         lambda details: f"cable {details['cable']} ends at segment {details['true']}, not where the file says",
     ),
     "slip sign": BlunderKind(
         lambda design: [{}] if _declared(design) else [],
-        _turn_slips,
+        turn_slips,
         lambda details: "slip is declared with the wrong sign",
     ),
     "slip sign once": BlunderKind(
         lambda design: _sequences(design) if _declared(design) else [],
-        _turn_slips,
+        turn_slips,
         lambda details: f"slip is declared with the wrong sign in sequence {details['sequence']}",
     ),
     "mirrored": BlunderKind(
-        lambda design: [{}], _mirror, lambda details: "the pictures are mirrored: the rig was seen from behind"
+        lambda design: [{}], mirror, lambda details: "the pictures are mirrored: the rig was seen from behind"
     ),
     "from the tip": BlunderKind(
         lambda design: [{"disks": design.plates}],
-        _count_from_tip,
+        count_from_tip,
         lambda details: "the disks are counted from the tip",
     ),
     "one off": BlunderKind(
         lambda design: [] if Kind.BEND in design.kinds else [{}],
-        _count_from_zero,
+        count_from_zero,
         lambda details: "the disks are counted one off: the first disk after the base is counted as 0",
     ),
     "disks exchanged": BlunderKind(
         lambda design: [{"disks": [a, b]} for a in range(1, design.plates) for b in range(a + 1, design.plates + 1)],
-        _exchange_disks,
+        exchange_disks,
         lambda details: f"disks {_listed(details['disks'])} are exchanged",
     ),
-    "kilograms": BlunderKind(lambda design: [{}], _in_kilograms, _kilograms_said),
-    "kilograms once": BlunderKind(_sequences, _in_kilograms, _kilograms_said),
+    "kilograms": BlunderKind(lambda design: [{}], in_kilograms, _kilograms_said),
+    "kilograms once": BlunderKind(_sequences, in_kilograms, _kilograms_said),
     "backwards": BlunderKind(
         _sequences,
-        _play_backwards,
+        play_backwards,
         lambda details: f"the pictures of sequence {details['sequence']} are in backward order",
     ),
     "step late": BlunderKind(
         lambda design: [{}],
-        _note_late,
+        note_late,
         lambda details: "the pictures of every sequence belong to the step after the one they are noted at",
     ),
     "sequences exchanged": BlunderKind(
         _of_equal_length,
-        _exchange_sequences,
+        exchange_sequences,
         lambda details: f"the pictures of sequences {_listed(details['sequences'])} are exchanged",
     ),
     "degrees": BlunderKind(
         lambda design: [{}] if Kind.ANGLE in design.kinds else [],
-        _in_degrees,
+        in_degrees,
         lambda details: "angle_rad is in degrees",
     ),
 }

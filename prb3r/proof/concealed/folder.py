@@ -6,7 +6,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from prb3r.proof.concealed.blunders import Tables, blundered, sequence_names
+from prb3r.proof.concealed.blundering import Tables
+from prb3r.proof.concealed.blunders import blundered, sequence_names
 from prb3r.proof.concealed.build import Build, as_built, scatter
 from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.design import Design, LoadSteps, followed

@@ -8,7 +8,7 @@ from prb3r.proof.concealed.design import Design
 from prb3r.proof.concealed.elsewhere import target_states
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.real import build_of
-from prb3r.proof.judging.methods import Verdict
+from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.settings import SETTINGS
 
 LOST_SHARE = 1.0

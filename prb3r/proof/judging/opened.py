@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.proof.concealed.labels import Label
-from prb3r.proof.judging.methods import Claim, Verdict
 from prb3r.proof.judging.missed import Missed
+from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 

@@ -5,9 +5,10 @@ from typing import Any
 
 from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS
 from prb3r.proof.judging.intervals import Score, mean_of, median_of, quantile_of, share_of
-from prb3r.proof.judging.methods import Claim, kind_of
+from prb3r.proof.judging.methods import kind_of
 from prb3r.proof.judging.opened import OpenedCase, failed, mentioned, same_place
 from prb3r.proof.judging.scores import Goal, Measure, Test
+from prb3r.proof.judging.verdict import Claim
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
