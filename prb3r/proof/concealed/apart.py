@@ -63,10 +63,13 @@ def squared_distances(
 
 
 def _rival_columns(design: Design, effects: Sequence[Mapping[str, Any]], seen: Any, whole: np.ndarray) -> list[Any]:
-    """Of every candidate of a kind that the rig has not: its change per unit or as a whole, and whether it is sized."""
+    """Of every candidate of a kind that the rig has not: its change per unit or as a whole, and whether it is sized.
+
+    Holes are worn by all their cables: those of single cables are many, and each is a pass of the rig.
+    """
     there, out = {effect["kind"] for effect in effects}, []
     for group in candidates(design):
-        if group[0].kind in there or group[0].kind == "slip_history":
+        if group[0].kind in {*there, "slip_history"} or (group[0].kind == "worn_hole" and len(group[0].place) > 1):
             continue
         parts = [(form, seen([*effects, form.effect(form.probe)])) for form in group]
         changes = [(moved[0] - whole) / form.probe for form, moved in parts if moved is not None]

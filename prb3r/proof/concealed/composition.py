@@ -15,11 +15,14 @@ from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
+BENCH_CLASSES = tuple(name for name in SETTINGS.population.shares if name not in REAL_CLASSES)
+"""Of rigs without imperfections."""
+
 
 def flavours(cases: int, classes: Collection[str] = ()) -> list[Flavour]:
     """Of the designs of a run of so many recordings of some classes (empty: all); every real rig is one of its own."""
     asked = counts(cases, classes)
-    bench = sum(count for cls, count in asked.items() if cls not in REAL_CLASSES)
+    bench = sum(asked.get(cls, 0) for cls in BENCH_CLASSES)
     real = [_real_flavour(cls, i) for cls in REAL_CLASSES for i in range(asked.get(cls, 0))]
     return (_bench_flavours(bench) if bench else []) + real
 
