@@ -423,12 +423,13 @@ def bench_command(as_json, diagnosis, output) -> None:
 
 @main.command("prove")
 @click.option("-o", "--output", default="results/proof", show_default=True, help="Folder for tables and figures.")
-@click.option("--cases", type=click.IntRange(8), default=None, help="Recordings [default: 1200, about an hour].")
+@click.option("--cases", type=click.IntRange(1), default=None, help="Recordings [default: all of a full run].")
+@click.option("--class", "classes", multiple=True, metavar="CLASS", help="Of these classes alone; may be repeated.")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=None, help="Worker processes [default: all cores].")
 @click.option("--seed", type=click.IntRange(0), default=2, show_default=True, help="Of everything; 1 is for tuning.")
 @click.option("--settings", is_flag=True, help="Instead: how scores move with each number among the settings.")
 @click.option("--only", multiple=True, metavar="SETTING", help="Of these settings alone; may be repeated.")
-def prove_command(output, cases, jobs, seed, settings, only) -> None:
+def prove_command(output, cases, classes, jobs, seed, settings, only) -> None:
     """Benchmark of the diagnosis on concealed effects: labels are sealed, and opened after the last verdict.
 
     An interrupted run goes on where it stopped when it is started again.
@@ -451,6 +452,8 @@ def prove_command(output, cases, jobs, seed, settings, only) -> None:
         from prb3r.present.proof.scores import scores_table
         from prb3r.proof.prove import run_proof
 
-        proof = run_proof(cases or SETTINGS.population.full, seed, jobs, say, folder / ".journal")
+        shares = SETTINGS.population.shares
+        cases = cases or sum(share for name, share in shares.items() if not classes or name in classes)
+        proof = run_proof(cases, seed, jobs, say, folder / ".journal", classes)
         table, files = scores_table(proof), publish_proof(proof, folder)
     click.echo("\n".join([*table, "", f"{len(files)} files in {output}"]))

@@ -3,50 +3,32 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.settings import Settings
+from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.labels import Label
-from prb3r.proof.concealed.recordings import bias_of, recording_of
+from prb3r.proof.concealed.recordings import bias_of
 from prb3r.proof.concealed.sealing import Seal
 from prb3r.proof.judging.experiments import promising, resolved, tested
 from prb3r.proof.judging.intervals import Score, share_of
-from prb3r.proof.judging.methods import METHODS, MethodTask, Verdict, verdict_of
+from prb3r.proof.judging.methods import METHODS
+from prb3r.proof.judging.missed import miss_of
 from prb3r.proof.judging.opened import OpenedCase
+from prb3r.proof.judging.real_scores import REAL_GOALS, REAL_INFORMATION
 from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal
+from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.settings import SETTINGS
+from prb3r.proof.tasks import RecordingTask, VerdictTask, answer, record
 from prb3r.recording.recording import Recording
 from prb3r.runs.journal import Journal, Stages
 from prb3r.runs.provenance import environment, fingerprint
 
 MAIN = "diagnose"
 """The method that is proved."""
-
-
-@dataclass(frozen=True)
-class RecordingTask:
-    """A recording to be made of the rig."""
-
-    design: Design
-    label: Label
-    extra: LoadSteps = ()
-    """Steps of one more sequence."""
-
-
-class VerdictTask(NamedTuple):
-    """A recording, or why there is none, and who is to judge it."""
-
-    case: int
-    recording: Recording | str
-    without: frozenset[str]
-    method: str
-    seed: int
-    settings: Settings = Settings()
-    """Of the diagnosis."""
 
 
 @dataclass(frozen=True)
@@ -63,18 +45,31 @@ class Concealed:
 
     def verdict_task(self, case: int, method: str) -> VerdictTask:
         """Of a case and the method that is to judge it."""
-        return VerdictTask(case, self.recordings[case], self._without(case), method, self.seed)
+        return VerdictTask(
+            case, self.recordings[case], self._without(case), method, self.seed, targets=self._targets(case)
+        )
+
+    def is_real(self, case: int) -> bool:
+        """Whether a recording is of a rig with imperfections."""
+        return self.tasks[case].design.flavour.is_real
 
     def experiment(self, verdict: Verdict) -> RecordingTask | None:
         """The recording again, with the experiment that a verdict proposes; None if it promises nothing."""
         if (proposal := promising(verdict)) is None:
             return None
         task = self.tasks[verdict.case]
+        if task.design.flavour.is_real:
+            return None
         return replace(task, extra=_with_tip_loads(task.design, proposal.steps))
 
     def second_task(self, case: int, recording: Recording | str) -> VerdictTask:
         """Of a case after its experiment."""
         return VerdictTask(case, recording, self._without(case), MAIN, self.seed)
+
+    def _targets(self, case: int) -> tuple[Mapping[str, Any], ...]:
+        """What is asked beyond the verdict: other loads and another design, without what is true there."""
+        label = self.tasks[case].label
+        return () if label.blunder else label.targets
 
     def _without(self, case: int) -> frozenset[str]:
         """Kinds taken out of the library of the diagnosis."""
@@ -90,7 +85,11 @@ class Concealed:
         """
         verdicts = list(verdicts)
         labels = {label.case: label for label in self.seal.opened({verdict.case for verdict in verdicts})}
-        return [OpenedCase(labels[v.case], v, self._friction(labels[v.case])) for v in verdicts]
+        return [
+            OpenedCase(label, v, self._friction(label), miss_of(self.designs[label.design], label, v))
+            for v in verdicts
+            for label in [labels[v.case]]
+        ]
 
     def _friction(self, label: Label) -> float:
         """True friction coefficient of a recording."""
@@ -123,11 +122,17 @@ class Proof:
         """Every line of the table."""
         measured = [(goal, goal.measure(self.cases[method])) for goal in (*GOALS, *INFORMATION)]
         after = share_of([resolved(*pair) for pair in self.followed if tested(pair[0])] if method == MAIN else [])
-        return [*measured[: len(GOALS)], (FOLLOWED, after), *measured[len(GOALS) :]]
+        real = [(goal, goal.measure(self.cases[method])) for goal in (*REAL_GOALS, *REAL_INFORMATION)]
+        return [*measured[: len(GOALS)], (FOLLOWED, after), *measured[len(GOALS) :], *real]
 
 
 def run_proof(
-    cases: int, seed: int, jobs: int, say: Callable[[str], None] = lambda text: None, kept: Path | None = None
+    cases: int,
+    seed: int,
+    jobs: int,
+    say: Callable[[str], None] = lambda text: None,
+    kept: Path | None = None,
+    classes: Sequence[str] = (),
 ) -> Proof:
     """Run the benchmark.
 
@@ -138,21 +143,29 @@ def run_proof(
     jobs : worker processes.
     say : hears what is under way, the hash of the labels among it.
     kept : file of what is there already if the run was interrupted; removed at the end.
+    classes : of recordings; empty: all.
 
     Raises
     ------
     EngineError
         If `kept` cannot be written.
+    SpecError
+        If there is no such class.
     """
-    stages = stages_of(cases, seed, jobs, say, kept)
-    concealed = concealed_recordings(cases, seed, stages)
-    bias = stages.results("bias", bias_of, concealed.designs)
+    known = SETTINGS.population.shares
+    if unknown := [name for name in classes if name not in known]:
+        problems = (Problem(name, f"is no class of recordings{did_you_mean(name, known)}") for name in unknown)
+        raise SpecError(*problems)
+    stages = stages_of(cases, seed, jobs, say, kept, classes)
+    concealed = concealed_recordings(cases, seed, stages, classes)
+    bench = [design for design in concealed.designs if not design.flavour.is_real]
+    bias = stages.results("bias", bias_of, bench)
     say("verdicts")
     compared = SETTINGS.protocol.compared
     asked = [
         concealed.verdict_task(case, method)
         for case in range(cases)
-        for method in (METHODS if case % compared == 0 else (MAIN,))
+        for method in (METHODS if case % compared == 0 and not concealed.is_real(case) else (MAIN,))
     ]
     verdicts = stages.results("verdicts", answer, asked)
     again = [(v.case, task) for v in verdicts if v.method == MAIN and (task := concealed.experiment(v)) is not None]
@@ -177,18 +190,20 @@ def run_proof(
     return proof
 
 
-def stages_of(cases: int, seed: int, jobs: int, say: Callable[[str], None], kept: Path | None) -> Stages:
+def stages_of(
+    cases: int, seed: int, jobs: int, say: Callable[[str], None], kept: Path | None, classes: Sequence[str] = ()
+) -> Stages:
     """Stages that go on where an interrupted run of the same benchmark stopped; arguments as of :func:`run_proof`."""
-    journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed}")
+    journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed} {sorted(classes)}")
     return Stages(journal, jobs, say)
 
 
-def concealed_recordings(cases: int, seed: int, stages: Stages) -> Concealed:
+def concealed_recordings(cases: int, seed: int, stages: Stages, classes: Sequence[str] = ()) -> Concealed:
     """Draw designs and labels, seal the labels, and record; the hash of the labels is said before the recordings."""
-    numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases))]
+    numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases, classes))]
     stages.say(f"{len(numbered)} designs")
     designs = stages.results("designs", drawn_design, numbered)
-    asked = requests(seed, cases, designs)
+    asked = requests(seed, cases, designs, classes)
     by_design = [(design, [request for request in asked if request.design == k]) for k, design in enumerate(designs)]
     stages.say(f"{cases} labels; what can be told apart is computed with the rig")
     labels = [label for part in stages.results("labels", labels_of, by_design) for label in part]
@@ -198,21 +213,6 @@ def concealed_recordings(cases: int, seed: int, stages: Stages) -> Concealed:
     stages.say("recordings")
     tasks = tuple(RecordingTask(designs[label.design], label) for label in labels)
     return Concealed(seed, tuple(designs), seal, tasks, tuple(stages.results("recordings", record, tasks)))
-
-
-def record(task: RecordingTask) -> Recording | str:
-    """A recording, or why there is none."""
-    try:
-        return recording_of(task.design, task.label, task.extra)
-    except ValueError as error:
-        return str(error)
-
-
-def answer(task: VerdictTask) -> Verdict:
-    """The verdict on a recording; on none, a failure."""
-    if isinstance(task.recording, str):
-        return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
-    return verdict_of(MethodTask(task.case, task.recording, task.without, task.method, task.seed, task.settings))
 
 
 def _with_tip_loads(design: Design, steps: Sequence[Mapping[str, float]]) -> LoadSteps:

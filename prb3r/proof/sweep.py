@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.proof.concealed.composition import BENCH_CLASSES
 from prb3r.proof.judging.intervals import Score
-from prb3r.proof.judging.methods import Verdict
 from prb3r.proof.judging.opened import OpenedCase
 from prb3r.proof.judging.scores import GOALS, Goal
+from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.prove import MAIN, answer, concealed_recordings, stages_of
 from prb3r.proof.settings import SETTINGS
 
@@ -92,7 +93,7 @@ def run_sweep(
     kept: Path | None = None,
     only: Sequence[str] = (),
 ) -> SettingsSweep:
-    """Judge the same concealed recordings with every variant of the settings.
+    """Judge the same concealed recordings of bench rigs with every variant of the settings.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def run_sweep(
         problems = (Problem(name, f"is no number among the settings{did_you_mean(name, known)}") for name in unknown)
         raise SpecError(*problems)
     stages = stages_of(cases, seed, jobs, say, kept)
-    concealed = concealed_recordings(cases, seed, stages)
+    concealed = concealed_recordings(cases, seed, stages, BENCH_CLASSES)
     tasks = [concealed.verdict_task(case, MAIN) for case in range(cases)]
 
     def opened(stage: str, chosen: Settings) -> list[OpenedCase]:

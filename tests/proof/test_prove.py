@@ -13,7 +13,7 @@ from prb3r.present.proof.report import publish_proof
 from prb3r.proof import prove as run
 from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.candidates import candidates, concealable
-from prb3r.proof.concealed.composition import counts, drawn_design, flavours, labels_of, requests
+from prb3r.proof.concealed.composition import BENCH_CLASSES, counts, drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.design import Flavour, followed, largest_bend
 from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.distances import distance_to_pairs, distance_without_a_step, linear_distance, nearest_by_kind
@@ -24,8 +24,8 @@ from prb3r.proof.concealed.recordings import bias_of, recording_of
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.concealed.sealing import Seal
 from prb3r.proof.judging.intervals import median_of, share_of
-from prb3r.proof.judging.methods import Claim, Verdict
 from prb3r.proof.judging.opened import OpenedCase, first_right, parameters, plate_error
+from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.sizes import detectable_norm, squared_distance
 
@@ -40,15 +40,15 @@ def responses():
 
 def test_a_full_run_is_composed_as_the_protocol_asks():
     whole = counts(1200)
-    assert sum(whole.values()) == 1200
-    assert whole["clean"] >= 400
-    assert whole["single"] >= 400
+    assert sum(whole.values()) == 1200 == SETTINGS.population.full
+    assert whole["clean"] + whole["imperfect-clean"] >= 400
+    assert whole["several"] >= 300
     assert sum(counts(61).values()) == 61
     designs = [
         design_of(SEED, k, flavour) for k, flavour in enumerate([Flavour.PLAIN] * 3 + [Flavour.LOADING, Flavour.POOR])
     ]
-    asked = requests(SEED, 240, designs)
-    assert asked == requests(SEED, 240, designs)
+    asked = requests(SEED, 240, designs, BENCH_CLASSES)
+    assert asked == requests(SEED, 240, designs, BENCH_CLASSES)
     assert [each.case for each in asked] == list(range(240))
     single = Counter(each.kind for each in asked if each.cls == "single")
     assert set(single) == set(concealable())
@@ -58,7 +58,10 @@ def test_a_full_run_is_composed_as_the_protocol_asks():
     assert max(sizes.values()) - min(sizes.values()) <= 2
     assert {each.kind for each in asked if each.cls == "foreign"} == set(LAWS)
     assert {designs[each.design].flavour for each in asked if each.cls == "hidden"} == {Flavour.LOADING}
-    assert Counter(each.kind for each in asked if each.cls == "clean")["awkward"] == counts(240)["clean"] // 2
+    assert (
+        Counter(each.kind for each in asked if each.cls == "clean")["awkward"]
+        == counts(240, BENCH_CLASSES)["clean"] // 2
+    )
 
 
 @pytest.mark.parametrize("number", range(6))
@@ -220,10 +223,10 @@ def test_a_refit_with_the_full_rig_is_no_farther_than_by_the_linear_rule(respons
 
 
 def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
-    monkeypatch.setattr(run, "flavours", lambda cases: [Flavour.PLAIN, Flavour.POOR])
+    monkeypatch.setattr(run, "flavours", lambda cases, classes: [Flavour.PLAIN, Flavour.POOR])
     monkeypatch.setattr(run, "METHODS", {run.MAIN: run.METHODS[run.MAIN]})
     said = []
-    proof = run.run_proof(6, SEED, 2, said.append)
+    proof = run.run_proof(6, SEED, 2, said.append, classes=BENCH_CLASSES)
     assert [case.label.case for case in proof.main] == list(range(6))
     assert any(proof.digest in text for text in said)
     assert said.index(f"labels sealed, SHA-256 {proof.digest}") < said.index("verdicts")

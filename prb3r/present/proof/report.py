@@ -1,23 +1,23 @@
 """The benchmark on paper: table of scores, confusion matrix, one row a case."""
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
 from prb3r.present import style
 from prb3r.present.page import save_figure
+from prb3r.present.proof.cases import case_columns, concealed_text
+from prb3r.present.proof.real import real_section
 from prb3r.present.proof.scores import goal_text, scores_table
-from prb3r.proof.concealed.labels import Label
 from prb3r.proof.judging.breakdown import by_effect, confusion
-from prb3r.proof.judging.methods import Verdict
-from prb3r.proof.judging.opened import OpenedCase, failed, first_right, mentioned
+from prb3r.proof.judging.opened import OpenedCase, failed
 from prb3r.proof.prove import Proof
 from prb3r.proof.settings import SETTINGS
 from prb3r.runs.files import write_whole
@@ -25,17 +25,19 @@ from prb3r.runs.store import arrow_table, write_arrow
 
 
 def publish_proof(proof: Proof, folder: Path) -> list[Path]:
-    """Write `proof.md`, `proof.json`, `cases.parquet` and the figure of the confusion matrix."""
+    """Write `proof.md`, `proof.json`, `cases.parquet`, the same as `recordings.csv`, and the confusion matrix."""
     folder.mkdir(parents=True, exist_ok=True)
+    singles = bool(confusion(proof.main)[0])
     with matplotlib.rc_context(style.RC):
-        figures = save_figure(confusion_figure(proof), folder, "confusion")
+        figures = save_figure(confusion_figure(proof), folder, "confusion") if singles else []
     text = write_whole(folder / "proof.md", proof_page(proof).encode())
+    write_whole(folder / "recordings.csv", pd.DataFrame(case_columns(proof)).to_csv(index=False).encode())
     numbers = write_whole(folder / "proof.json", json.dumps(plain_proof(proof), indent=1, default=str).encode())
     write_arrow(
         arrow_table(case_columns(proof), provenance={"seed": proof.seed, "labels": proof.digest}),
         folder / "cases.parquet",
     )
-    return [text, numbers, folder / "cases.parquet", *figures]
+    return [text, numbers, folder / "recordings.csv", folder / "cases.parquet", *figures]
 
 
 def proof_page(proof: Proof) -> str:
@@ -54,17 +56,22 @@ def proof_page(proof: Proof) -> str:
         "",
         *scores_table(proof),
         "",
-        "Shares with Wilson intervals, medians with intervals of order statistics, held-out error pooled with a "
-        "bootstrapped interval. *Met* by the point estimate, *shown* by the whole interval. Numbers in brackets: "
-        "on how many of the recordings another method was judged. A failure counts against every score it belongs to.",
+        "Shares with Wilson intervals (of effects and names clustered by rig), medians with intervals of order "
+        "statistics, held-out error pooled with a bootstrapped interval. *Met* by the point estimate, *shown* by the "
+        "whole interval. Numbers in brackets: on how many of the recordings another method was judged. A failure "
+        "counts against every score it belongs to. "
+        "Seconds are those of a processor.",
         "",
-        f"Engine less rig without effects, whitened norm of a whole recording: at most {max(proof.bias):.2g} over all "
-        "designs.",
+        f"Engine less rig without effects, whitened norm of a whole recording: at most "
+        f"{max(proof.bias, default=0.0):.2g} over all designs.",
         "",
-        "![Named effect by true effect](confusion.png)",
+        *real_section(proof),
         "",
-        *_effects(proof),
-        "",
+        *(
+            ["![Named effect by true effect](confusion.png)", "", *_effects(proof), ""]
+            if confusion(proof.main)[0]
+            else []
+        ),
         *_hidden(proof),
         "",
         *_designs(proof),
@@ -90,6 +97,9 @@ def _effects(proof: Proof) -> list[str]:
 
 def _hidden(proof: Proof) -> list[str]:
     """What calibration alone would have reported where it hides the effect."""
+    chosen = [case for case in proof.main if _is_hidden(case)]
+    if not chosen:
+        return []
     lines = [
         "## Where calibration hides the effect",
         "",
@@ -109,7 +119,7 @@ def _hidden(proof: Proof) -> list[str]:
         "mu",
         "verdict",
     )
-    return lines + markdown_table(head, [_hidden_row(case) for case in proof.main if _is_hidden(case)])
+    return lines + markdown_table(head, [_hidden_row(case) for case in chosen])
 
 
 def _is_hidden(case: OpenedCase) -> bool:
@@ -126,27 +136,16 @@ def _hidden_row(case: OpenedCase) -> list[str]:
     ]
     chance = f"{verdict.loading[2]:.2g}" if verdict.loading else "–"
     said = ", ".join(claim.kind for claim in verdict.named) or verdict.verdict
-    return [str(label.case), _concealed(label), chance, *errors, said]
+    return [str(label.case), concealed_text(label), chance, *errors, said]
 
 
 def _designs(proof: Proof) -> list[str]:
-    rows = [{**design.described(), "bias": bias} for design, bias in zip(proof.designs, proof.bias, strict=True)]
+    bench = [design for design in proof.designs if not design.flavour.is_real]
+    rows = [{**design.described(), "bias": bias} for design, bias in zip(bench, proof.bias, strict=True)]
+    if not rows:
+        return []
     cells = [[f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
     return ["## Designs", "", *markdown_table(list(rows[0]), cells)]
-
-
-def _concealed(label: Label) -> str:
-    """The truth in one line."""
-    if label.foreign is not None:
-        return f"{label.foreign[0]} {label.foreign[1]:.3g}"
-    if label.wrong_weight is not None:
-        q, k, name, factor = label.wrong_weight
-        return f"sequence s{q + 1}, step {k + 1}: {factor:g} of the noted weight on cable {name}"
-    shown = lambda value: f"{value:.4g}" if isinstance(value, float) else str(value)  # noqa: E731
-    return "; ".join(
-        f"{effect['kind']} {', '.join(f'{name} {shown(v)}' for name, v in effect.items() if name != 'kind')}".strip()
-        for effect in label.effects
-    )
 
 
 def plain_proof(proof: Proof) -> dict[str, Any]:
@@ -171,49 +170,6 @@ def plain_proof(proof: Proof) -> dict[str, Any]:
         "confusion": {"true": rows, "named": columns, "count": table.tolist()},
         "bias": list(proof.bias),
     }
-
-
-def case_columns(proof: Proof) -> dict[str, list[Any]]:
-    """One row a recording and method."""
-    cases = [case for cases in proof.cases.values() for case in cases]
-    return {
-        "case": [c.label.case for c in cases],
-        "method": [c.verdict.method for c in cases],
-        "class": [c.label.cls for c in cases],
-        "design": [c.label.design for c in cases],
-        "concealed": [_concealed(c.label) for c in cases],
-        "kinds": [", ".join(c.label.kinds) for c in cases],
-        "awkward": [", ".join(c.label.awkward) for c in cases],
-        "norm": [c.label.norm for c in cases],
-        "distance": [_finite(c.label.distance) for c in cases],
-        "nearest": [min(c.label.nearest, key=c.label.nearest.__getitem__, default="") for c in cases],
-        "verdict": [c.verdict.verdict for c in cases],
-        "named": [_claims(c.verdict) for c in cases],
-        "indistinguishable": [", ".join(sorted(mentioned(c.verdict))) for c in cases],
-        "first_right": [_right(c) for c in cases],
-        "reduced_chi2_calibrated": [_finite(c.verdict.reduced[0]) for c in cases],
-        "reduced_chi2_explained": [_finite(c.verdict.reduced[1]) for c in cases],
-        "seconds": [c.verdict.seconds for c in cases],
-        "reason": [c.verdict.reason for c in cases],
-    }
-
-
-def _right(case: OpenedCase) -> bool | None:
-    return first_right(case) if case.label.effects else None
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _claims(verdict: Verdict) -> str:
-    """Named effects with their values."""
-    texts = []
-    for claim in verdict.named:
-        places = [f"{key} {value}" for key, value in claim.place.items()]
-        values = [f"{name} {value[0]:.4g}" for name, value in claim.parameters.items()]
-        texts.append(" ".join([claim.kind, *places, *values]) + (" (in part)" if claim.partial else ""))
-    return "; ".join(texts)
 
 
 def confusion_figure(proof: Proof) -> Figure:

@@ -1,6 +1,6 @@
 """What a run consists of: designs, and a request for every recording on a design that can show it."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -10,15 +10,39 @@ from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.drawing import label_of
 from prb3r.proof.concealed.foreign import LAWS, possible
 from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.real import REAL_CLASSES, real_label
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
+BENCH_CLASSES = tuple(name for name in SETTINGS.population.shares if name not in REAL_CLASSES)
+"""Of rigs without imperfections."""
 
-def flavours(cases: int) -> list[Flavour]:
-    """Of the designs of a run of so many recordings."""
+
+def flavours(cases: int, classes: Collection[str] = ()) -> list[Flavour]:
+    """Of the designs of a run of so many recordings of some classes (empty: all); every real rig is one of its own."""
+    asked = counts(cases, classes)
+    bench = sum(asked.get(cls, 0) for cls in BENCH_CLASSES)
+    real = [_real_flavour(cls, i) for cls in REAL_CLASSES for i in range(asked.get(cls, 0))]
+    return (_bench_flavours(bench) if bench else []) + real
+
+
+def _real_flavour(cls: str, i: int) -> Flavour:
+    """Of recording `i` of a class of real rigs."""
+    chosen = SETTINGS.real
+    if _last(i, chosen.bare_every):
+        return Flavour.REAL_BARE
+    if _last(i + 1, chosen.history_every):
+        untold = cls == "several" and _last(i // chosen.history_every, 2)
+        slow = cls == "several" or _last(i // chosen.history_every, 4)
+        return Flavour.REAL_UNTOLD if untold else Flavour.REAL_HISTORY if slow else Flavour.REAL
+    return Flavour.REAL
+
+
+def _bench_flavours(cases: int) -> list[Flavour]:
+    """Of the designs that are bench rigs without imperfections."""
     chosen = SETTINGS.population
-    share = cases / chosen.full
+    share = cases / chosen.bench
     plain = max(chosen.fewest_plain, round(chosen.plain_designs * share))
     special = max(chosen.fewest_special, round(chosen.special_designs * share))
     history = chosen.history_designs if cases >= chosen.history_from else 0
@@ -27,10 +51,10 @@ def flavours(cases: int) -> list[Flavour]:
     )
 
 
-def counts(cases: int) -> dict[str, int]:
-    """Recordings of every class; they add up to `cases`."""
-    chosen = SETTINGS.population
-    exact = {name: cases * share / chosen.full for name, share in chosen.shares.items()}
+def counts(cases: int, classes: Collection[str] = ()) -> dict[str, int]:
+    """Recordings of every class, or of some; they add up to `cases`."""
+    shares = {name: share for name, share in SETTINGS.population.shares.items() if not classes or name in classes}
+    exact = {name: cases * share / sum(shares.values()) for name, share in shares.items()}
     out = {name: int(value) for name, value in exact.items()}
     late = sorted(exact, key=lambda name: out[name] - exact[name])
     for name in late[: cases - sum(out.values())]:
@@ -38,15 +62,20 @@ def counts(cases: int) -> dict[str, int]:
     return out
 
 
-def requests(seed: int, cases: int, designs: Sequence[Design]) -> list[Request]:
+def requests(seed: int, cases: int, designs: Sequence[Design], classes: Collection[str] = ()) -> list[Request]:
     """Every recording of a run, on designs that can show it, spread evenly over them."""
-    rng, shows = np.random.default_rng([seed, 0]), [kinds(design) for design in designs]
-    asked = [(cls, *_asked(cls, i)) for cls, count in counts(cases).items() for i in range(count)]
-    load = np.zeros(len(designs))
+    bench = [design for design in designs if not design.flavour.is_real]
+    rng, shows = np.random.default_rng([seed, 0]), [kinds(design) for design in bench]
+    asked = [(cls, *_asked(cls, i)) for cls, count in counts(cases, classes).items() for i in range(count)]
+    load, own = np.zeros(len(bench)), len(bench)
     out = []
     for case, (cls, kind, multiple) in enumerate(asked):
-        able = [k for k, design in enumerate(designs) if _able(design, shows[k], cls, kind, case)]
-        able = able or [k for k, design in enumerate(designs) if design.flavour == Flavour.PLAIN]
+        if cls in REAL_CLASSES:
+            out.append(Request(case, seed, cls, own, kind, multiple))
+            own += 1
+            continue
+        able = [k for k, design in enumerate(bench) if _able(design, shows[k], cls, kind, case)]
+        able = able or [k for k, design in enumerate(bench) if design.flavour == Flavour.PLAIN]
         chosen = min(able, key=lambda k: (load[k], rng.random()))
         load[chosen] += 1
         out.append(Request(case, seed, cls, chosen, kind, multiple))
@@ -58,6 +87,12 @@ def _asked(cls: str, i: int) -> tuple[str, float]:
     chosen, library = SETTINGS.population, concealable()
     in_turn = chosen.multiples[(i + i // len(library)) % len(chosen.multiples)]
     match cls:
+        case "several" | "imperfect-clean":
+            return "", 0.0
+        case "imperfect-single":
+            return library[i % len(library)], SETTINGS.real.single_multiple
+        case "blunder":
+            return ("several" if _last(i, 2) else ""), 0.0
         case "clean":
             return ("awkward" if _last(i, chosen.awkward_every) else ""), in_turn
         case "pair":
@@ -98,6 +133,8 @@ def _able(design: Design, shown: set[str], cls: str, kind: str, case: int) -> bo
 def labels_of(task: tuple[Design, Sequence[Request]]) -> list[Label]:
     """The labels of all requests for one design."""
     design, asked = task
+    if design.flavour.is_real:
+        return [real_label(request, design) for request in asked]
     responses = Responses(design)
     loading = Responses(design, design.loading_only) if design.flavour == Flavour.LOADING else None
     return [label_of(request, responses, loading) for request in asked]

@@ -26,6 +26,24 @@ class Flavour(StrEnum):
     """Unloading in the last sequences alone: calibration can hide effects."""
     POOR = "poor"
     """Few sequences, loading only, with little read: effects are confused."""
+    REAL = "real"
+    """A rig with imperfections; slip directions are declared."""
+    REAL_BARE = "real, bare"
+    """The same, its nominal model without friction."""
+    REAL_HISTORY = "real, history"
+    """The same with friction that follows the load path."""
+    REAL_UNTOLD = "real, history untold"
+    """The same, its nominal model with declared slip."""
+
+    @property
+    def is_real(self) -> bool:
+        """Whether designs of it have imperfections that no file tells."""
+        return self in (Flavour.REAL, Flavour.REAL_BARE, Flavour.REAL_HISTORY, Flavour.REAL_UNTOLD)
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether the rig follows the load path, so that designs are small."""
+        return self in (Flavour.HISTORY, Flavour.REAL_HISTORY, Flavour.REAL_UNTOLD)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Designs drawn from a seed: manipulators, load programs and cameras in the ranges of the settings."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,7 +32,7 @@ def _drawn(rng: np.random.Generator, number: int, flavour: Flavour) -> Design:
     u, cameras = rng.uniform, SETTINGS.cameras
     manipulator = _manipulator(rng, flavour)
     kinds = cameras.read_of_others
-    if flavour == Flavour.PLAIN:
+    if flavour == Flavour.PLAIN or flavour.is_real:
         kinds = cameras.read[int(rng.integers(len(cameras.read)))]
     elif flavour == Flavour.POOR:
         kinds = cameras.read_of_poor[int(rng.integers(len(cameras.read_of_poor)))]
@@ -46,24 +46,26 @@ def _drawn(rng: np.random.Generator, number: int, flavour: Flavour) -> Design:
     if Kind.ANGLE in kinds or Kind.BEND in kinds:
         measurement["angle_sd_rad"] = u(*cameras.angle_sd_rad)
     flat = rng.random() < cameras.no_prior or flavour == Flavour.POOR
-    program = _program(rng, manipulator, flavour)
+    program = drawn_program(rng, manipulator, flavour)
     return Design(number, flavour, manipulator, measurement, {} if flat else cameras.prior, kinds, program, 0.0)
 
 
 def _manipulator(rng: np.random.Generator, flavour: Flavour) -> dict[str, Any]:
     """The contents of a manipulator file."""
-    u, ranges, history = rng.uniform, SETTINGS.manipulators, flavour == Flavour.HISTORY
-    segments = int(rng.choice(ranges.history_segments if history else ranges.segments))
-    fewest, most = ranges.history_plates if history else ranges.plates
+    u, ranges, slow = rng.uniform, SETTINGS.manipulators, flavour.is_slow
+    segments = int(rng.choice(ranges.history_segments if slow else ranges.segments))
+    fewest, most = ranges.history_plates if slow else ranges.plates
+    if flavour.is_real and not slow:
+        fewest, most = SETTINGS.real.plates
     total = int(rng.integers(max(fewest, ranges.plates_per_segment * segments), most + 1))
     plates = np.full(segments, total // segments)
     plates[: total % segments] += 1
     length, clamp = u(*ranges.length_m), u(*ranges.clamp_m)
     thickness = np.sort(u(*ranges.thickness_m, segments))[::-1]
     cables = _cables(rng, segments)
-    frictionless = flavour == Flavour.PLAIN and rng.random() < ranges.frictionless
+    frictionless = flavour == Flavour.REAL_BARE or (flavour == Flavour.PLAIN and rng.random() < ranges.frictionless)
     friction: dict[str, Any] = {"coefficient": 0.0 if frictionless else u(*ranges.friction)}
-    if history:
+    if flavour in (Flavour.HISTORY, Flavour.REAL_HISTORY):
         friction |= {"direction": "history", "presliding_m": 10 ** u(*ranges.presliding_log10_m)}
     return {
         "name": "concealed",
@@ -102,10 +104,10 @@ def _cables(rng: np.random.Generator, segments: int) -> list[dict[str, Any]]:
     return [{"name": str(j + 1), **cable} for j, cable in enumerate(cables)]
 
 
-def _program(rng: np.random.Generator, manipulator: Mapping[str, Any], flavour: Flavour) -> tuple[LoadSteps, ...]:
+def drawn_program(rng: np.random.Generator, manipulator: Mapping[str, Any], flavour: Flavour) -> tuple[LoadSteps, ...]:
     """Sequences in which cables rise and fall, or rise alone."""
     ranges, cables = SETTINGS.programs, manipulator["cable"]
-    m, few = len(cables), flavour in (Flavour.HISTORY, Flavour.POOR)
+    m, few = len(cables), flavour.is_slow or flavour == Flavour.POOR
     if few:
         sequences = ranges.few_sequences
     elif flavour == Flavour.LOADING:
@@ -185,8 +187,13 @@ def _moderate(design: Design) -> Design | None:
             if bend <= ranges.largest_bend_rad and turn <= ranges.largest_turn_rad:
                 idle = (np.abs(plate_bends(states)).max(0) < ranges.idle_rad).any()
                 return replace(design, largest_bend=bend) if bend > ranges.least_bend_rad and not idle else None
-        design = replace(design, program=tuple(tuple(map(_weaker, steps)) for steps in design.program))
+        design = replace(design, program=weaker_program(design.program))
     return None
+
+
+def weaker_program(program: Sequence[LoadSteps]) -> tuple[LoadSteps, ...]:
+    """A program with all loads reduced a little."""
+    return tuple(tuple(map(_weaker, steps)) for steps in program)
 
 
 def _weaker(step: Mapping[str, float]) -> dict[str, float]:

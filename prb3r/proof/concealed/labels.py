@@ -62,12 +62,28 @@ class Label:
     """Sequence, step and cable whose applied tension is another than the noted, and its factor."""
     hidden_norm: float | None = None
     """Of the change in the sequences with loading only, calibration refitted."""
+    build: Mapping[str, Any] | None = None
+    """Imperfections of a real rig: fields of :class:`prb3r.proof.concealed.build.Build`."""
+    worth: tuple[float, ...] = ()
+    """Of each effect of a real rig: by how much other loads are missed without it, RMS in sd of a reading."""
+    apart: tuple[float, ...] = ()
+    """Of each effect of a real rig: squared distance to the nearest of a kind that it has not; empty: unknown."""
+    targets: tuple[Mapping[str, Any], ...] = ()
+    """Other loads and another design, each a name, the contents of a manipulator file and a program."""
+    blunder: Mapping[str, Any] | None = None
+    """Of the set-up: its kind, its details, and what is to be `said` of it."""
     note: str = ""
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of its effects, in their order."""
         return tuple(effect["kind"] for effect in self.effects)
+
+    @property
+    def follows_path(self) -> bool:
+        """Whether friction follows the load path, told or untold."""
+        told = any(target["manipulator"]["friction"].get("direction") == "history" for target in self.targets)
+        return told or "slip_history" in self.kinds
 
     @property
     def distance(self) -> float:

@@ -1,7 +1,8 @@
 """Proposed experiments: which are carried out, and whether they told two explanations apart."""
 
-from prb3r.proof.judging.methods import ExperimentClaim, Verdict, kind_of, name_of
+from prb3r.proof.judging.methods import kind_of, name_of
 from prb3r.proof.judging.opened import OpenedCase, confident
+from prb3r.proof.judging.verdict import ExperimentClaim, Verdict
 from prb3r.proof.settings import SETTINGS
 
 

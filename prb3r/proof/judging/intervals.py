@@ -1,10 +1,10 @@
 """Shares, medians and ratios with intervals of the confidence of the protocol."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom, binomtest
+from scipy.stats import binom, norm
 
 from prb3r.proof.settings import SETTINGS
 
@@ -22,24 +22,62 @@ class Score:
     """Of a share: those that count for it."""
 
 
-def share_of(outcomes: Sequence[bool]) -> Score:
-    """A share and Wilson's interval; of nothing, the whole range from 0 to 1."""
+def share_of(outcomes: Sequence[bool], clusters: Sequence[Hashable] | None = None) -> Score:
+    """A share and Wilson's interval; of nothing, the whole range from 0 to 1.
+
+    Outcomes of one cluster are alike: the interval is that of as many independent ones as have the same variance
+    (Kish's design effect, never below one).
+    """
     hits, count = int(sum(outcomes)), len(outcomes)
     if not count:
         return Score(np.nan, 0.0, 1.0, 0, 0)
-    interval = binomtest(hits, count).proportion_ci(SETTINGS.protocol.confidence, method="wilson")
-    return Score(hits / count, float(interval.low), float(interval.high), count, hits)
+    share = hits / count
+    effective = count / _design_effect(np.asarray(outcomes, float), clusters)
+    low, high = _wilson(share, effective)
+    return Score(share, low, high, count, hits)
 
 
-def median_of(values: Sequence[float]) -> Score:
-    """A median and the interval between order statistics that covers it [David and Nagaraja, Order Statistics, 7.1]."""
+def _design_effect(outcomes: np.ndarray, clusters: Sequence[Hashable] | None) -> float:
+    """Variance of a share over that of independent outcomes, from the sums of clusters (Cochran, 11.2)."""
+    share, count = outcomes.mean(), len(outcomes)
+    if clusters is None or share in (0, 1):
+        return 1.0
+    _, of = np.unique(np.asarray(list(map(str, clusters))), return_inverse=True)
+    groups = int(of.max()) + 1
+    if groups < 2:
+        return 1.0
+    away = np.bincount(of, outcomes - share)
+    return max(float(away @ away / count**2 * groups / (groups - 1) / (share * (1 - share) / count)), 1.0)
+
+
+def _wilson(share: float, count: float) -> tuple[float, float]:
+    """Ends of Wilson's interval, also of a number of outcomes that is not whole."""
+    z2 = norm.ppf(0.5 + SETTINGS.protocol.confidence / 2) ** 2
+    middle = (share + z2 / (2 * count)) / (1 + z2 / count)
+    half = np.sqrt(z2 * (share * (1 - share) / count + z2 / (4 * count**2))) / (1 + z2 / count)
+    return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
+
+
+def quantile_of(values: Sequence[float], share: float) -> Score:
+    """A quantile and the interval of order statistics that covers it [David and Nagaraja, Order Statistics, 7.1]."""
     ordered = np.sort(np.asarray(values, float))
     count = len(ordered)
     if not count:
         return Score(np.nan, np.nan, np.nan, 0)
-    low = int(binom.ppf((1 - SETTINGS.protocol.confidence) / 2, count, 0.5))
-    low, high = max(low - 1, 0), min(count - low, count - 1)
-    return Score(float(np.median(ordered)), float(ordered[low]), float(ordered[high]), count)
+    outside = (1 - SETTINGS.protocol.confidence) / 2
+    ends = [int(binom.ppf(tail, count, share)) for tail in (outside, 1 - outside)]
+    low, high = max(ends[0] - 1, 0), min(ends[1], count - 1)
+    return Score(float(np.quantile(ordered, share)), float(ordered[low]), float(ordered[high]), count)
+
+
+def median_of(values: Sequence[float]) -> Score:
+    """A median; its interval as that of any quantile."""
+    return quantile_of(values, 0.5)
+
+
+def mean_of(values: Sequence[float]) -> Score:
+    """A mean with a bootstrapped interval."""
+    return ratio_of([(value, 1.0) for value in values])
 
 
 def ratio_of(parts: Sequence[tuple[float, float]]) -> Score:

@@ -4,8 +4,8 @@ Nothing here knows a label or the rig: a recording in, a verdict out.
 """
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -22,62 +22,9 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel, NamedEffect
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.rivals import added
 from prb3r.diagnosis.settings import Settings
+from prb3r.proof.judging.forecast import forecasts
+from prb3r.proof.judging.verdict import Claim, ExperimentClaim, Verdict
 from prb3r.recording.recording import Recording
-
-
-@dataclass(frozen=True)
-class Claim:
-    """One effect that a verdict names."""
-
-    kind: str
-    place: Mapping[str, Any]
-    parameters: Mapping[str, tuple[float, float | None, float | None]] = field(default_factory=dict)
-    """Value, low and high."""
-    sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)
-    """Places that are not told apart."""
-    rivals: tuple[tuple[str, Mapping[str, Any], float, float], ...] = ()
-    """Kind, place, squared distance, and how much worse they fit."""
-    partial: bool = False
-
-
-@dataclass(frozen=True)
-class ExperimentClaim:
-    """An experiment that is to tell two explanations apart."""
-
-    names: tuple[str, str]
-    """Of the two effects."""
-    separation: float
-    """Squared distance that it promises."""
-    steps: tuple[Mapping[str, float], ...]
-    """Load columns of each step."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What a method says of a recording."""
-
-    case: int
-    method: str
-    verdict: str
-    """That of the diagnosis, or `failed`."""
-    named: tuple[Claim, ...] = ()
-    reduced: tuple[float, float] = (np.nan, np.nan)
-    """Chi-square per degree of freedom, calibrated and explained."""
-    largest: tuple[float, float, float, float] = (np.nan,) * 4
-    """Largest z and its threshold, of what calibration leaves and of what the explanation leaves."""
-    chi2: tuple[float, float] = (np.nan, np.nan)
-    """Of the explanation, and its threshold."""
-    heldout: tuple[float, float, int] | None = None
-    """Squared whitened error on held-out sequences, calibrated and explained, and the number of readings."""
-    calibrated: tuple[float, float] = (0.0, 0.0)
-    """ln of the factors on E and mu."""
-    explained: tuple[float, float] = (0.0, 0.0)
-    loading: tuple[float, float, float] | None = None
-    """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
-    proposals: tuple[ExperimentClaim, ...] = ()
-    remarks: tuple[str, ...] = ()
-    seconds: float = 0.0
-    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -92,23 +39,29 @@ class MethodTask:
     seed: int
     settings: Settings = Settings()
     """Of the diagnosis."""
+    targets: tuple[Mapping[str, Any], ...] = ()
+    """Loads and designs that predictions are asked for: nothing of them is used before the verdict."""
 
 
 def verdict_of(task: MethodTask) -> Verdict:
     """The verdict of a method on a recording; what raises is a verdict too."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     try:
         verdict = METHODS[task.method](task)
     except Exception as error:
         first = next(iter(str(error).splitlines()), "")
         verdict = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
-    return replace(verdict, seconds=round(time.perf_counter() - begin, 3))
+    return replace(verdict, seconds=round(time.process_time() - begin - verdict.forecasting, 3))
 
 
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
     settings = replace(task.settings, **ablation)
-    return _verdict(task, stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings)))
+    found = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
+    begin = time.process_time()
+    elsewhere = forecasts(found, task.targets) if task.targets else ()
+    spent = time.process_time() - begin
+    return replace(_verdict(task, found), elsewhere=elsewhere, forecasting=spent)
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -201,7 +154,10 @@ def _verdict(task: MethodTask, found: Diagnosis) -> Verdict:
         heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
         calibrated=_constants(found.calibrated),
         explained=_constants(found.explained),
-        loading=_loading(task.recording),
+        loading=None if task.targets else _loading(task.recording),
+        models=tuple(model.effects for model in found.models),
+        setup=tuple((blunder.blunder, *blunder.alike) for blunder in found.setup),
+        noise=found.noise.scale,
         proposals=tuple(
             ExperimentClaim((pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps))
             for pair in found.experiments

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.proof.concealed.labels import Label
-from prb3r.proof.judging.methods import Claim, Verdict
+from prb3r.proof.judging.missed import Missed
+from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
@@ -18,6 +19,8 @@ class OpenedCase(NamedTuple):
     verdict: Verdict
     friction: float
     """True coefficient."""
+    missed: tuple[Missed, ...] = ()
+    """Of other loads and another design."""
 
 
 def size_class(label: Label) -> float:
@@ -61,13 +64,13 @@ def right_claim(case: OpenedCase) -> Claim | None:
     true = case.label.effects[0]
     for claim in confident(case.verdict):
         if claim.kind == true["kind"] and all(
-            _same(claim.place.get(name), true.get(name)) for name in RECORDS[claim.kind].places
+            same_place(claim.place.get(name), true.get(name)) for name in RECORDS[claim.kind].places
         ):
             return claim
     return None
 
 
-def _same(said: Any, true: Any) -> bool:
+def same_place(said: Any, true: Any) -> bool:
     """Whether two values of a place are the same, lists in any order."""
     listed = lambda value: sorted(map(str, value)) if isinstance(value, list | tuple) else str(value)  # noqa: E731
     return listed(said) == listed(true)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from prb3r.proof.settings.bench import Imperfections
 from prb3r.proof.settings.population import Foreign, Labels, Population
 from prb3r.proof.settings.protocol import Protocol
+from prb3r.proof.settings.real import RealRigs
 from prb3r.proof.settings.rigs import Cameras, Manipulators, Programs
 from prb3r.proof.settings.sizes import Sizes
 
@@ -21,6 +22,7 @@ class ProofSettings:
     labels: Labels = field(default_factory=Labels)
     foreign: Foreign = field(default_factory=Foreign)
     imperfections: Imperfections = field(default_factory=Imperfections)
+    real: RealRigs = field(default_factory=RealRigs)
     protocol: Protocol = field(default_factory=Protocol)
 
 

@@ -9,17 +9,23 @@ class Population:
     """Recordings and designs of a run."""
 
     full: int = 1200
-    """Recordings of a full run: about an hour on two cores, intervals of one to four per cent."""
+    """Recordings of a full run: intervals of two to six per cent."""
+    bench: int = 1200
+    """Recordings of bench rigs without imperfections that the numbers of designs below are for."""
     shares: Mapping[str, int] = field(
         default_factory=lambda: {
-            "clean": 400,
-            "single": 420,
-            "pair": 84,
-            "foreign": 84,
-            "deleted": 44,
-            "decoy": 44,
-            "confusable": 60,
-            "hidden": 64,
+            "clean": 220,
+            "single": 200,
+            "pair": 40,
+            "foreign": 42,
+            "deleted": 22,
+            "decoy": 22,
+            "confusable": 30,
+            "hidden": 32,
+            "several": 300,
+            "imperfect-single": 60,
+            "imperfect-clean": 182,
+            "blunder": 50,
         }
     )
     """Recordings of each class in a full run: a rate of 1 % needs 400 (Wilson: 0.4 to 2.5 %), and twenty-one kinds at

@@ -1,0 +1,108 @@
+"""How a rig was really built, measured and read: its imperfections, which no file tells."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from prb3r.proof.concealed.design import Design
+from prb3r.proof.settings import SETTINGS
+
+NestedFloats = Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Build:
+    """Imperfections of one rig and its camera; `n` plates, `m` cables.  Relative deviations unless said."""
+
+    length: Sequence[float]
+    """(n,)"""
+    thickness: Sequence[float]
+    """(n,)"""
+    offset: NestedFloats
+    """(n, m)"""
+    marker_m: NestedFloats
+    """(n, 2) of the marker of each disk after the base, in the disk's frame."""
+    noise: float
+    """Factor on the stated deviation of readings."""
+    tension: float
+    """Factor on the stated scatter of tensions."""
+    gaps: bool = False
+    """Whether readings are missing."""
+    gross: bool = False
+    """Whether there are gross outliers."""
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON takes it."""
+        return asdict(self)
+
+
+def drawn_build(rng: np.random.Generator, design: Design) -> Build:
+    """Imperfections at random."""
+    chosen, n, m = SETTINGS.real, design.plates, len(design.cables)
+    segment = np.repeat(np.arange(len(design.manipulator["segment"])), _plates(design.manipulator))
+
+    def off(*shape: int) -> np.ndarray:
+        return rng.uniform(-chosen.geometry / 2, chosen.geometry / 2, shape)
+
+    def factor(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    return Build(
+        length=(off(segment[-1] + 1)[segment] + off(n)).tolist(),
+        thickness=(off(segment[-1] + 1)[segment] + off(n)).tolist(),
+        offset=(off(m)[None, :] + off(n, m)).tolist(),
+        marker_m=(chosen.marker_sd_m * np.clip(rng.standard_normal((n, 2)), -2, 2)).tolist(),
+        noise=factor(*chosen.noise),
+        tension=factor(*chosen.tension),
+        gaps=bool(rng.random() < 1 / chosen.gaps_every),
+        gross=bool(rng.random() < 1 / chosen.gaps_every),
+    )
+
+
+def as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]:
+    """The contents of a manipulator's file with every plate a segment of its own, as it was made."""
+    counts = _plates(manipulator)
+    ends = np.cumsum(counts)
+    drawn = [segment for segment in manipulator["segment"] for _ in range(segment["plates"])]
+    segments = [
+        {
+            **segment,
+            "plates": 1,
+            "length_m": segment["length_m"] * (1 + build.length[i]),
+            "thickness_m": segment["thickness_m"] * (1 + build.thickness[i]),
+        }
+        for i, segment in enumerate(drawn)
+    ]
+    cables = []
+    for j, cable in enumerate(manipulator["cable"]):
+        reach = int(ends[cable["ends_at_segment"] - 1])
+        holes = [cable["offset_m"] * (1 + build.offset[i][j]) for i in range(reach)]
+        cables.append({**cable, "offset_m": holes, "ends_at_segment": reach})
+    effects = [own for effect in manipulator["effect"] for own in _by_plate(effect, counts)]
+    return {**manipulator, "segment": segments, "cable": cables, "effect": effects}
+
+
+def _plates(manipulator: Mapping[str, Any]) -> list[int]:
+    return [segment["plates"] for segment in manipulator["segment"]]
+
+
+def _by_plate(effect: Mapping[str, Any], counts: Sequence[int]) -> list[dict[str, Any]]:
+    """An effect of a segment as one of each of its plates; others as they are."""
+    if effect["kind"] != "segment_stiffness":
+        return [dict(effect)]
+    last = int(np.sum(counts[: effect["segment"]]))
+    first = last - counts[effect["segment"] - 1] + 1
+    return [{"kind": "weakened_plate", "plate": i, "factor": effect["factor"]} for i in range(first, last + 1)]
+
+
+def scatter(rng: np.random.Generator, build: Build, shape: tuple[int, int, int]) -> np.ndarray:
+    """(steps, disks, kinds) reading noise in stated deviations: heavy tails, a part common to neighbouring disks."""
+    chosen = SETTINGS.real
+    nu = chosen.noise_freedom
+    own = rng.standard_t(nu, shape) / np.sqrt(nu / (nu - 2))
+    disk = np.arange(shape[1])
+    alike = np.exp(-np.abs(disk[:, None] - disk) / chosen.common_reach)
+    common = np.einsum("ij,sjk->sik", np.linalg.cholesky(alike), rng.standard_normal(shape))
+    return build.noise * (np.sqrt(1 - chosen.common) * own + np.sqrt(chosen.common) * common)

@@ -1,0 +1,100 @@
+"""Other loads and another design: what a designer asks of a diagnosis, and what the rig does there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from prb3r.proof.concealed.build import Build, as_built
+from prb3r.proof.concealed.camera import truth
+from prb3r.proof.concealed.design import Design, followed, largest_bend
+from prb3r.proof.concealed.designs import drawn_program, weaker_program
+from prb3r.proof.rig.simulate import RigStates
+from prb3r.proof.settings import SETTINGS
+
+OTHER_LOADS, OTHER_DESIGN = "other loads", "another design"
+OF_EVERY_HOLE = "cable_friction", "pulley_friction"
+"""Carried where all cables have them."""
+OF_THE_KIND = (
+    "slip_history",
+    "edge_wrap",
+    "nonlinear_plate",
+    "disk_contact",
+    "clamp_compliance",
+    "cable_bending",
+    "hole_clearance",
+    "tip_load_friction",
+)
+"""What another design of the same plates' length, disks, clamps, holes, cables and steel has as well; the other kinds
+are faults of one part, or belong to one set-up."""
+
+
+def carried(effects: Sequence[Mapping[str, Any]], here: Design, there: Design) -> list[dict[str, Any]]:
+    """Those of a rig's effects that another rig of the same making has."""
+    out = []
+    for effect in effects:
+        everywhere = effect["kind"] in OF_EVERY_HOLE and "cables" not in effect
+        if effect["kind"] in OF_THE_KIND or everywhere:
+            out.append(_of_the_steel(effect, here, there))
+    return out
+
+
+def _of_the_steel(effect: Mapping[str, Any], here: Design, there: Design) -> dict[str, Any]:
+    """A law of the steel acts on strain: its cubic term goes with the square of the outer fibre."""
+    if "cubic_m2" not in effect:
+        return dict(effect)
+    fibres = [np.mean([segment["thickness_m"] for segment in d.manipulator["segment"]]) for d in (here, there)]
+    return {**effect, "cubic_m2": effect["cubic_m2"] * float(fibres[1] / fibres[0]) ** 2}
+
+
+def target_states(
+    design: Design,
+    target: Mapping[str, Any],
+    effects: Sequence[Mapping[str, Any]],
+    constants: Sequence[float],
+    build: Build,
+) -> list[RigStates] | None:
+    """What the rig really does there; None where an equilibrium ceases."""
+    there = replace(design, manipulator=target["manipulator"])
+    if target["name"] == OTHER_LOADS:
+        return followed(as_built(truth(design, effects, *constants), build), target["program"])
+    return followed(truth(there, carried(effects, design, there), *constants), target["program"])
+
+
+def drawn_targets(
+    rng: np.random.Generator,
+    design: Design,
+    effects: Sequence[Mapping[str, Any]],
+    constants: Sequence[float],
+    build: Build,
+) -> tuple[dict[str, Any], ...] | None:
+    """Other loads on the rig, and another design, such that there is an equilibrium at every step; None if not."""
+    out = []
+    for name in (OTHER_LOADS, OTHER_DESIGN):
+        manipulator = dict(design.manipulator) if name == OTHER_LOADS else _another(rng, design)
+        program = drawn_program(rng, manipulator, design.flavour)[: SETTINGS.real.sequences]
+        target = {"name": name, "manipulator": manipulator, "program": [list(map(dict, steps)) for steps in program]}
+        for _ in range(SETTINGS.programs.weakenings):
+            states = target_states(design, target, effects, constants, build)
+            if states is not None and largest_bend(states) < SETTINGS.real.largest_bend_rad:
+                out.append(target)
+                break
+            lighter = weaker_program(target["program"])
+            target = {**target, "program": [list(map(dict, steps)) for steps in lighter]}
+        else:
+            return None
+    return tuple(out)
+
+
+def _another(rng: np.random.Generator, design: Design) -> dict[str, Any]:
+    """A manipulator of other thicknesses and other numbers of plates, all else as it is."""
+    chosen, plain = SETTINGS.real, design.manipulator
+    most = chosen.history_plates if design.flavour.is_slow else np.inf
+    segments = []
+    for segment in plain["segment"]:
+        more = int(rng.integers(chosen.more_plates[0], chosen.more_plates[1] + 1))
+        plates = int(max(min(segment["plates"] + more, most), chosen.fewest_plates))
+        factor = rng.uniform(*chosen.thickness)
+        segments.append({**segment, "plates": plates, "thickness_m": float(segment["thickness_m"] * factor)})
+    return {**plain, "segment": segments}

@@ -1,0 +1,105 @@
+"""The folder of a real rig's recording: all that the diagnosis gets."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from prb3r.proof.concealed.blundering import Tables
+from prb3r.proof.concealed.blunders import blundered, sequence_names
+from prb3r.proof.concealed.build import Build, as_built, scatter
+from prb3r.proof.concealed.camera import exact_readings, truth
+from prb3r.proof.concealed.design import Design, LoadSteps, followed
+from prb3r.proof.concealed.labels import Label
+from prb3r.proof.concealed.real import build_of
+from prb3r.proof.rig.simulate import RigStates
+from prb3r.proof.settings import SETTINGS
+from prb3r.recording.reading import load_recording
+from prb3r.recording.recording import Measurement, Prior, Recording, RecordingFile
+from prb3r.recording.writing import write_recording
+
+DECIMALS = 6
+"""Of readings, m and rad: a hundredth of the noise."""
+
+
+def recording_from_folder(design: Design, label: Label) -> Recording:
+    """What is read from the folder of a real rig.
+
+    Raises
+    ------
+    ValueError
+        Where the rig has no equilibrium.
+    SpecError
+        Where the folder is refused.
+    """
+    with TemporaryDirectory() as folder:
+        write_real_recording(design, label, Path(folder))
+        return load_recording(folder)
+
+
+def write_real_recording(design: Design, label: Label, folder: Path) -> None:
+    """Write the folder of a real rig's recording."""
+    tables = recorded_tables(design, label)
+    if label.blunder:
+        tables = blundered(tables, label.blunder)
+    described = RecordingFile(
+        name=f"case {label.case}",
+        manipulator="manipulator.toml",
+        image_centre_m=design.image_centre,
+        measurement=Measurement(**design.measurement),
+        prior=Prior(**design.prior),
+    )
+    manipulator = {key: value for key, value in tables.manipulator.items() if key != "effect"}
+    write_recording(folder, described, manipulator, tables.steps, tables.markers)
+
+
+def recorded_tables(design: Design, label: Label) -> Tables:
+    """The tables as they are before any blunder."""
+    rng, build, names = np.random.default_rng(label.noise_seed), build_of(label), sequence_names(design)
+    manipulator = as_built(truth(design, label.effects, *label.constants), build)
+    states = followed(manipulator, [_applied(rng, design, build, steps) for steps in design.program])
+    if states is None:
+        raise ValueError("the rig has no equilibrium at some step")
+    marked = [_at_markers(part, np.array(build.marker_m)) for part in states]
+    exact = exact_readings(design, manipulator, marked, [label.frame] * len(marked))
+    sd = np.array([design.deviation(kind) for kind in design.kinds])
+    value = exact + sd * scatter(rng, build, exact.shape)
+    value = _with_slips(rng, design, build, value)
+    noted = [
+        {"sequence": name, "step": k + 1, **step}
+        for name, steps in zip(names, design.program, strict=True)
+        for k, step in enumerate(steps)
+    ]
+    table = pd.DataFrame(noted)
+    rows = []
+    for at, step in enumerate(noted):
+        for disk, read in enumerate(value[at].round(DECIMALS).tolist(), 1):
+            cells = {kind.column: number for kind, number in zip(design.kinds, read, strict=True)}
+            rows.append({"sequence": step["sequence"], "step": step["step"], "disk": disk, **cells})
+    return Tables(design.manipulator, table, pd.DataFrame(rows))
+
+
+def _applied(rng: np.random.Generator, design: Design, build: Build, steps: LoadSteps) -> LoadSteps:
+    """Tensions as they really were."""
+    sd, names = build.tension * design.measurement["tension_sd_relative"], [f"cable_{c}_n" for c in design.cables]
+    return tuple({**step, **{n: step[n] * float(1 + sd * rng.standard_normal()) for n in names}} for step in steps)
+
+
+def _at_markers(states: RigStates, marker: np.ndarray) -> RigStates:
+    """States with the places of the markers (n, 2) in those of the disks after the base."""
+    x, y, angle = states.x.copy(), states.y.copy(), states.angle[:, 1:]
+    along, across = marker.T
+    x[:, 1:] += np.cos(angle) * along - np.sin(angle) * across
+    y[:, 1:] += np.sin(angle) * along + np.cos(angle) * across
+    return RigStates(x, y, states.angle, states.converged, states.tension, states.slip)
+
+
+def _with_slips(rng: np.random.Generator, design: Design, build: Build, value: np.ndarray) -> np.ndarray:
+    """Readings with gross outliers and gaps, where there are some."""
+    chosen, of_all = SETTINGS.real, SETTINGS.imperfections
+    gross, gap = rng.random(value.shape) < chosen.gross, rng.random(value.shape) < chosen.gaps
+    away = rng.choice([-1, 1], value.shape) * rng.uniform(*of_all.gross_spread, value.shape)
+    if build.gross:
+        value = np.where(gross, value + away * np.array([of_all.gross[kind] for kind in design.kinds]), value)
+    return np.where(gap & build.gaps, np.nan, value)

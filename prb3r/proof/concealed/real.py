@@ -1,0 +1,133 @@
+"""Labels of real rigs: effects of sizes that rigs show, imperfections, blunders, and what is asked elsewhere."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prb3r.proof.concealed.apart import squared_distances
+from prb3r.proof.concealed.blunders import drawn_blunder
+from prb3r.proof.concealed.build import Build, as_built, drawn_build
+from prb3r.proof.concealed.camera import truth
+from prb3r.proof.concealed.candidates import candidates, shaped
+from prb3r.proof.concealed.design import Design, Flavour, followed, largest_bend
+from prb3r.proof.concealed.elsewhere import OTHER_LOADS, drawn_targets
+from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.responses import Responses
+from prb3r.proof.concealed.sizing import draw_effect
+from prb3r.proof.concealed.worth import worths
+from prb3r.proof.rig.effects.candidate import Candidate
+from prb3r.proof.settings import SETTINGS
+from prb3r.proof.settings.real import TYPICAL
+
+SEVERAL, SINGLE, CLEAN, BLUNDER = REAL_CLASSES = "several", "imperfect-single", "imperfect-clean", "blunder"
+"""Three to five effects; one; none; a blunder of the set-up, with effects in every second."""
+
+
+class Planted(NamedTuple):
+    """An effect and its size."""
+
+    effect: Mapping[str, Any]
+    size: float
+
+
+def real_label(request: Request, design: Design) -> Label:
+    """The label of a request for a real rig.
+
+    Raises
+    ------
+    RuntimeError
+        If no rig was met that has an equilibrium at every step.
+    """
+    rng = np.random.default_rng([request.seed, 3, request.case])
+    for attempt in range(SETTINGS.real.tries):
+        planted = _planted(rng, request, design)
+        label = _held(rng, request, design, planted, attempt)
+        if label is not None:
+            blunder = drawn_blunder(rng, design) if request.cls == BLUNDER else None
+            return replace(label, blunder=blunder)
+    raise RuntimeError(f"case {request.case}: no rig with equilibria was found")
+
+
+def _planted(rng: np.random.Generator, request: Request, design: Design) -> list[Planted]:
+    if request.cls == SINGLE:
+        drawn = None
+        responses = Responses(design)
+        while drawn is None:
+            multiple = SETTINGS.real.single_multiple
+            drawn = draw_effect(responses, request.kind, multiple, rng) or draw_effect(responses, "", multiple, rng)
+        return [Planted(drawn.effect, drawn.size)]
+    if request.cls == CLEAN or (request.cls == BLUNDER and request.kind != "several"):
+        return []
+    return several_effects(rng, design)
+
+
+def several_effects(rng: np.random.Generator, design: Design) -> list[Planted]:
+    """Three to five effects of different kinds, at random places, of sizes that rigs show."""
+    fewest, most = SETTINGS.real.effects
+    count = int(rng.integers(fewest, most + 1))
+    of_kind: dict[str, list[Candidate]] = {}
+    for group in candidates(design):
+        of_kind.setdefault(group[0].kind, []).append(group[0])
+    asked = {Flavour.REAL_BARE: ["cable_friction"], Flavour.REAL_UNTOLD: ["slip_history"]}.get(design.flavour, [])
+    kinds = [kind for kind in of_kind if kind not in asked and TYPICAL[kind].common > 0]
+    weight = np.array([TYPICAL[kind].common for kind in kinds])
+    others = rng.choice(kinds, count - len(asked), replace=False, p=weight / weight.sum()).tolist()
+    return [_sized(rng, design, of_kind[kind], whole=kind in asked) for kind in [*asked, *others]]
+
+
+def _sized(rng: np.random.Generator, design: Design, forms: Sequence[Candidate], whole: bool) -> Planted:
+    """One of a kind's forms at a typical size; `whole`: that of the whole rig."""
+    variants = sorted({form.variant for form in forms})
+    variant = variants[int(rng.integers(len(variants)))]
+    forms = [form for form in forms if form.variant == variant and not (whole and form.place)]
+    form = shaped(design, forms[int(rng.integers(len(forms)))], rng)
+    if not form.sized:
+        return Planted(form.effect(1.0), 1.0)
+    typical = TYPICAL[form.kind]
+    share = float(np.exp(rng.uniform(np.log(typical.least), np.log(typical.most))))
+    ends = [end for end in (form.low, form.high) if end]
+    size = share * ends[int(rng.integers(len(ends)))]
+    return Planted(form.effect(size), size)
+
+
+def _held(
+    rng: np.random.Generator, request: Request, design: Design, planted: Sequence[Planted], attempt: int
+) -> Label | None:
+    """The label with constants, frame, imperfections and targets; None where the rig has no equilibrium."""
+    chosen = SETTINGS.imperfections
+    drawn = np.clip(rng.standard_normal(5), -chosen.most_deviations, chosen.most_deviations)
+    deviations = [chosen.log_stiffness_sd, chosen.log_friction_sd if design.friction > 0 else 0.0]
+    constants = tuple((np.array(deviations) * drawn[:2]).tolist())
+    rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
+    frame = tuple((np.array([rotation, shift, shift]) * drawn[2:]).tolist())
+    build, effects = drawn_build(rng, design), [each.effect for each in planted]
+    states = followed(as_built(truth(design, effects, *constants), build), design.program)
+    if states is None or largest_bend(states) > SETTINGS.real.most_bend_rad:
+        return None
+    targets = drawn_targets(rng, design, effects, constants, build)
+    if targets is None:
+        return None
+    loads = next(target["program"] for target in targets if target["name"] == OTHER_LOADS)
+    return Label(
+        request.case,
+        request.cls,
+        request.design,
+        int(rng.integers(2**62)),
+        effects=tuple(effects),
+        sizes=tuple(each.size for each in planted),
+        worth=tuple(worths(design, effects, constants, frame, build, loads)),
+        apart=tuple(squared_distances(design, effects, constants, frame, build)),
+        constants=constants,
+        frame=frame,
+        build=build.plain(),
+        targets=targets,
+        note=f"draw {attempt + 1}",
+    )
+
+
+def build_of(label: Label) -> Build:
+    """The imperfections of a real rig."""
+    assert label.build is not None
+    return Build(**label.build)

@@ -1,0 +1,66 @@
+"""By how much predictions of other loads and of another design miss what the rig does there."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.proof.concealed.design import Design
+from prb3r.proof.concealed.elsewhere import target_states
+from prb3r.proof.concealed.labels import Label
+from prb3r.proof.concealed.real import build_of
+from prb3r.proof.judging.verdict import Verdict
+from prb3r.proof.settings import SETTINGS
+
+LOST_SHARE = 1.0
+"""Of the length, by which a prediction without an equilibrium counts as off."""
+
+
+class Missed(NamedTuple):
+    """Of one target."""
+
+    name: str
+    calibrated: float
+    """Mean square in deviations of a reading: positions by theirs, angles where none are read."""
+    explained: float
+    covered: float
+    """Share of the coordinates inside their bands."""
+    calibrated_m: float
+    """Root mean square distance of a disk, m."""
+    explained_m: float
+
+    @property
+    def removed(self) -> float:
+        """Share of the squared error of calibration alone that the explanation removes."""
+        return 1 - self.explained / self.calibrated
+
+    @property
+    def counts(self) -> bool:
+        """Whether calibration alone misses by more than the noise."""
+        return self.calibrated > SETTINGS.real.excess**2
+
+
+def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...]:
+    """The predictions of a verdict against the rig; a failure predicts nothing, and misses by the whole length."""
+    out = []
+    for forecast in verdict.elsewhere:
+        target = next(each for each in label.targets if each["name"] == forecast.name)
+        states = target_states(design, target, label.effects, label.constants, build_of(label))
+        assert states is not None
+        true = np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)[:, 1:]
+        sd = design.measurement.get("position_sd_m")
+        columns, unit = (slice(0, 2), sd) if sd else (slice(2, 3), design.measurement["angle_sd_rad"])
+        lost = LOST_SHARE * (design.length if sd else np.pi)
+
+        def off(predicted: np.ndarray, true=true, columns=columns, lost=lost) -> np.ndarray:
+            away = (predicted[:, 1:] - true)[..., columns]
+            return np.where(np.isfinite(away), away, lost)
+
+        before, after = off(forecast.calibrated), off(forecast.explained)
+        inside = (forecast.low[:, 1:] <= true) & (true <= forecast.high[:, 1:])
+        distance = [
+            float(np.sqrt(np.nanmean(((each[:, 1:] - true)[..., :2] ** 2).sum(-1))))
+            for each in (forecast.calibrated, forecast.explained)
+        ]
+        squares = (float(np.mean((each / unit) ** 2)) for each in (before, after))
+        out.append(Missed(forecast.name, *squares, float(inside.mean()), *distance))
+    return tuple(out)

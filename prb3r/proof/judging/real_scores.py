@@ -1,0 +1,170 @@
+"""Scores of real rigs: several effects at once, imperfections, other loads, another design, blunders."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS
+from prb3r.proof.judging.intervals import Score, mean_of, median_of, quantile_of, share_of
+from prb3r.proof.judging.methods import kind_of
+from prb3r.proof.judging.opened import OpenedCase, failed, mentioned, same_place
+from prb3r.proof.judging.scores import Goal, Measure, Test
+from prb3r.proof.judging.verdict import Claim
+from prb3r.proof.rig.effects import RECORDS
+from prb3r.proof.settings import SETTINGS
+
+REAL = SETTINGS.real
+
+
+def of_class(*classes: str) -> Test:
+    """Whether a recording is of one of some classes."""
+    return lambda case: case.label.cls in classes
+
+
+def is_hit(claim: Claim, true: Mapping[str, Any]) -> bool:
+    """Whether a claim is of a true effect's kind, at its place or with its place among those not told apart."""
+    if claim.kind != true["kind"]:
+        return False
+    names = RECORDS[claim.kind].places
+    best = all(same_place(claim.place.get(name), true.get(name)) for name in names)
+    return best or any(same_place(value, true.get(name)) for name in names for value in claim.sets.get(name, ()))
+
+
+def named_of(case: OpenedCase) -> list[bool]:
+    """Of every true effect, whether it is named."""
+    return [any(is_hit(claim, true) for claim in case.verdict.named) for true in case.label.effects]
+
+
+def wrong_of(case: OpenedCase) -> list[bool]:
+    """Of every name, whether it is of a kind that is not there."""
+    return [claim.kind not in case.label.kinds for claim in case.verdict.named]
+
+
+def whole_set(case: OpenedCase) -> bool:
+    """Whether all true effects are named, and none beside."""
+    return all(named_of(case)) and len(case.verdict.named) == len(case.label.effects)
+
+
+def listed_set(case: OpenedCase) -> bool:
+    """Whether the true kinds are those of a surviving model."""
+    true = sorted(case.label.kinds)
+    return whole_set(case) or any(sorted(map(kind_of, model)) == true for model in case.verdict.models)
+
+
+def surviving_kinds(case: OpenedCase) -> set[str]:
+    """Kinds that are named, listed as alike, or part of a surviving model."""
+    return mentioned(case.verdict) | {kind_of(name) for model in case.verdict.models for name in model}
+
+
+def blunder_said(case: OpenedCase) -> bool:
+    """Whether the blunder that was made is said, or is among those that look the same."""
+    assert case.label.blunder is not None
+    return any(case.label.blunder["said"] in said for said in case.verdict.setup)
+
+
+def _share(chosen: Test, hit: Test) -> Measure:
+    def measure(cases: Sequence[OpenedCase]) -> Score:
+        of = [case for case in cases if chosen(case)]
+        return share_of([hit(case) for case in of])
+
+    return measure
+
+
+def _pooled(chosen: Test, outcomes: Callable[[OpenedCase], Sequence[bool]]) -> Measure:
+    """Of effects or names; those of one recording are one cluster."""
+
+    def measure(cases: Sequence[OpenedCase]) -> Score:
+        of = [(case.label.design, list(outcomes(case))) for case in cases if chosen(case)]
+        flat = [hit for _, hits in of for hit in hits]
+        return share_of(flat, [design for design, hits in of for _ in hits])
+
+    return measure
+
+
+def _worthy(case: OpenedCase) -> list[bool]:
+    return [hit for hit, worth in zip(named_of(case), case.label.worth, strict=True) if worth >= REAL.worth]
+
+
+def _told_apart(case: OpenedCase) -> list[bool]:
+    """Whether an effect that is worth something is far from every kind that the rig has not."""
+    return [
+        far >= SETTINGS.sizes.apart
+        for far, worth in zip(case.label.apart, case.label.worth, strict=False)
+        if worth >= REAL.worth
+    ]
+
+
+def _named_if_told_apart(case: OpenedCase) -> list[bool]:
+    return [
+        hit
+        for hit, far, worth in zip(named_of(case), case.label.apart, case.label.worth, strict=False)
+        if worth >= REAL.worth and far >= SETTINGS.sizes.apart
+    ]
+
+
+def _removed(name: str, worst: bool) -> Measure:
+    def measure(cases: Sequence[OpenedCase]) -> Score:
+        values = [m.removed for case in cases if SEVERAL(case) for m in case.missed if m.name == name and m.counts]
+        return quantile_of(values, REAL.worst) if worst else median_of(values)
+
+    return measure
+
+
+def _covered(name: str) -> Measure:
+    return lambda cases: mean_of([m.covered for c in cases if SEVERAL(c) for m in c.missed if m.name == name])
+
+
+def _seconds(slow: bool, worst: bool) -> Measure:
+    def measure(cases: Sequence[OpenedCase]) -> Score:
+        values = [c.verdict.seconds for c in cases if c.label.build and c.label.follows_path == slow]
+        return quantile_of(values, 1.0) if worst else median_of(values)
+
+    return measure
+
+
+SEVERAL, CLEAN = of_class("several"), of_class("imperfect-clean")
+BLUNDERED = of_class("blunder")
+REAL_GOALS: tuple[Goal, ...] = (
+    Goal("imperfect clean rigs: adequate", ">=", (0.95,), _share(CLEAN, lambda c: c.verdict.verdict == "adequate")),
+    Goal(
+        "imperfect clean rigs: an effect named",
+        "<=",
+        (0.02,),
+        _share(CLEAN, lambda c: bool(c.verdict.named) or failed(c)),
+    ),
+    Goal(
+        "imperfect rigs, five times detectable: named or among the alternatives",
+        ">=",
+        (0.95,),
+        _share(of_class("imperfect-single"), lambda c: c.label.kinds[0] in surviving_kinds(c)),
+    ),
+    Goal(f"several: effects worth {REAL.worth:g} sd at other loads named", ">=", (0.9,), _pooled(SEVERAL, _worthy)),
+    Goal("several: names that are wrong", "<=", (0.05,), _pooled(SEVERAL, wrong_of)),
+    Goal("several: all named and none beside", ">=", (0.7,), _share(SEVERAL, whole_set)),
+    Goal("several: all in a surviving set", ">=", (0.9,), _share(SEVERAL, listed_set)),
+    Goal("other loads: excess error removed, median", ">=", (0.95,), _removed(OTHER_LOADS, False)),
+    Goal("other loads: excess error removed, worst tenth", ">=", (0.8,), _removed(OTHER_LOADS, True)),
+    Goal("another design: excess error removed, median", ">=", (0.9,), _removed(OTHER_DESIGN, False)),
+    Goal("another design: excess error removed, worst tenth", ">=", (0.7,), _removed(OTHER_DESIGN, True)),
+    Goal("other loads: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_LOADS)),
+    Goal("another design: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_DESIGN)),
+    Goal("blunders said by name", ">=", (0.95,), _share(BLUNDERED, blunder_said)),
+    Goal(
+        "blunders said where there is none",
+        "<=",
+        (0.005,),
+        _share(lambda c: c.label.blunder is None, lambda c: bool(c.verdict.setup)),
+    ),
+)
+REAL_INFORMATION: tuple[Goal, ...] = (
+    Goal("several: all effects named", "", (), _pooled(SEVERAL, named_of)),
+    Goal(f"several: worth {REAL.worth:g} sd, share that can be told apart", "", (), _pooled(SEVERAL, _told_apart)),
+    Goal(
+        f"several: worth {REAL.worth:g} sd and can be told apart: named", "", (), _pooled(SEVERAL, _named_if_told_apart)
+    ),
+    Goal("several: explained", "", (), _share(SEVERAL, lambda c: c.verdict.verdict == "explained")),
+    Goal("several: unexplained", "", (), _share(SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
+    Goal("real rigs, declared slip: seconds, median", "", (), _seconds(False, False)),
+    Goal("real rigs, declared slip: seconds, longest", "", (), _seconds(False, True)),
+    Goal("real rigs, history: seconds, median", "", (), _seconds(True, False)),
+    Goal("real rigs, history: seconds, longest", "", (), _seconds(True, True)),
+)

@@ -1,0 +1,134 @@
+"""Rigs as they are: several effects at once, of sizes that rigs show, and imperfections that nobody was told of.
+
+Nothing here is in units of what is detectable, and nothing is known to the diagnosis but what a recording's folder
+says.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Typical(NamedTuple):
+    """How large an effect mostly is, in parts of the largest that its record allows, and how common it is."""
+
+    least: float
+    most: float
+    common: float = 1.0
+
+
+TYPICAL: Mapping[str, Typical] = {
+    "weakened_plate": Typical(0.12, 0.7),  # 15 % softer to a crack that leaves 40 %
+    "segment_stiffness": Typical(0.12, 0.6),  # a thickness wrong by 4 to 20 %
+    "precurvature": Typical(0.08, 0.4),  # strips that were wound up: 5 to 25 % of the largest curvature
+    "nonlinear_plate": Typical(0.35, 0.9),  # beyond the knee 65 % of the stiffness down to a third
+    "disk_contact": Typical(0.05, 0.5),  # edges as stiff as the plate and a half, up to fifteen times as stiff
+    "clamp_compliance": Typical(0.1, 0.5),  # a tenth to a half of the plate's own compliance
+    "cable_bending": Typical(0.05, 0.3),  # sheathed cables
+    "hole_clearance": Typical(0.03, 0.16),  # 0.2 to 1 mm
+    "hole_offset": Typical(0.06, 0.3),  # 0.5 to 2.5 mm: a hole of the wrong row
+    "tension_offset": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension: hanger, zero of a load cell
+    "pulley_friction": Typical(0.08, 0.6),  # 5 to 30 % lost
+    "cable_friction": Typical(0.2, 0.6, 0.5),  # 0.12 to 0.36
+    "worn_hole": Typical(0.1, 0.5),  # 0.2 to 1 more
+    "slip_history": Typical(1.0, 1.0, 0.0),  # asked for by share
+    "edge_wrap": Typical(1.0, 1.0, 0.5),
+    "dead_cable": Typical(1.0, 1.0, 0.3),  # seen by eye, mostly
+    "gravity": Typical(0.1, 0.8),  # a plane tilted by 6 degrees, up to an arm that hangs
+    "tip_force": Typical(0.04, 0.3),  # a wire that pulls
+    "tip_load_friction": Typical(0.08, 0.5),  # a pulley that takes 10 to 45 %
+    "camera_scale": Typical(0.06, 0.4),  # a board 1 to 6 % too near
+    "lens_distortion": Typical(0.06, 0.4),  # 1.5 to 10 % of the radius at the ends of the arm
+}
+"""By kind, of all that can be concealed.  A size is drawn evenly in its logarithm."""
+
+
+@dataclass(frozen=True)
+class RealRigs:
+    """Of the recordings of such rigs."""
+
+    effects: tuple[int, int] = (3, 5)
+    """Fewest and most of a recording with several."""
+    bare_every: int = 4
+    """One of so many recordings is of a rig whose nominal model leaves friction out."""
+    history_every: int = 4
+    """One of so many is of a rig whose friction follows the load path: with several effects, every second of these
+    leaves that out of the nominal model too."""
+    plates: tuple[int, int] = (5, 10)
+    """Fewest and most."""
+    single_multiple: float = 5.0
+    """Of single effects, in smallest detectable ones under the tolerances."""
+    tries: int = 60
+    """Sets of effects that are drawn for one that has an equilibrium at every step, before the smallest sizes do."""
+
+    # Imperfections
+    noise: tuple[float, float] = (0.6, 1.8)
+    """Factor on the stated reading noise, evenly in its logarithm."""
+    noise_freedom: float = 5.0
+    """Degrees of freedom of Student's law, scaled to the deviation."""
+    common: float = 0.2
+    """Share of the variance that neighbouring disks of a photograph have in common."""
+    common_reach: float = 2.0
+    """Disks over which it falls to 1/e."""
+    geometry: float = 0.01
+    """Offsets, lengths and thicknesses are off by at most this part: half by segment or cable, half by plate."""
+    marker_sd_m: float = 3e-4
+    """Of a marker's place in its disk's own frame, along either axis."""
+    tension: tuple[float, float] = (0.7, 1.5)
+    """Factor on the stated scatter of tensions."""
+    gaps_every: int = 3
+    """One of so many recordings lacks readings, and one of so many has gross outliers."""
+    gaps: float = 0.05
+    gross: float = 0.01
+    """Their shares."""
+
+    most_bend_rad: float = 0.7
+    """Of a plate of a recorded rig: beyond, its owner would have taken smaller weights."""
+
+    # Elsewhere
+    sequences: int = 3
+    """Of other loads, and of another design."""
+    thickness: tuple[float, float] = (0.85, 1.25)
+    """Factor on the thickness of each segment of another design."""
+    more_plates: tuple[int, int] = (-2, 3)
+    """Plates that each of its segments has more."""
+    fewest_plates: int = 2
+    history_plates: int = 3
+    """Most of a segment where friction follows the path, for its cost."""
+    largest_bend_rad: float = 0.5
+    """Of a plate, under loads that are weakened until no plate bends farther."""
+
+    # Scores
+    worth: float = 2.0
+    """Root mean square, in sd of a reading, by which held-out loads are missed without an effect that counts."""
+    excess: float = 1.0
+    """The same of calibration alone, from which on there is excess error to remove."""
+    worst: float = 0.1
+    """Share of recordings that the worst ones are."""
+    modest_worth: float = 1.0
+    seconds: tuple[float, float] = (15.0, 60.0)
+    """Asked for of a diagnosis, median and longest, with declared slip."""
+    history_seconds: tuple[float, float] = (60.0, 180.0)
+    """The same with friction along the path."""
+    blunders: Mapping[str, float] = field(
+        default_factory=lambda: {
+            "cables exchanged": 3.0,
+            "cables exchanged once": 1.0,
+            "offset sign": 1.0,
+            "all offset signs": 1.0,
+            "cable end": 1.0,
+            "slip sign": 1.0,
+            "slip sign once": 1.0,
+            "mirrored": 1.0,
+            "from the tip": 1.0,
+            "one off": 2.0,
+            "disks exchanged": 3.0,
+            "kilograms": 2.0,
+            "kilograms once": 1.0,
+            "backwards": 1.0,
+            "step late": 1.0,
+            "sequences exchanged": 1.0,
+            "degrees": 1.0,
+        }
+    )
+    """How often each is made, relative to the others."""

@@ -1,0 +1,57 @@
+"""What workers are asked for: recordings, and verdicts on them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from prb3r.diagnosis.settings import Settings
+from prb3r.errors import SpecError
+from prb3r.proof.concealed.design import Design, LoadSteps
+from prb3r.proof.concealed.folder import recording_from_folder
+from prb3r.proof.concealed.labels import Label
+from prb3r.proof.concealed.recordings import recording_of
+from prb3r.proof.judging.methods import MethodTask, verdict_of
+from prb3r.proof.judging.verdict import Verdict
+from prb3r.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class RecordingTask:
+    """A recording to be made of the rig."""
+
+    design: Design
+    label: Label
+    extra: LoadSteps = ()
+    """Steps of one more sequence."""
+
+
+class VerdictTask(NamedTuple):
+    """A recording, or why there is none, and who is to judge it."""
+
+    case: int
+    recording: Recording | str
+    without: frozenset[str]
+    method: str
+    seed: int
+    settings: Settings = Settings()
+    """Of the diagnosis."""
+    targets: tuple[Mapping[str, Any], ...] = ()
+    """Loads and designs that predictions are asked for."""
+
+
+def record(task: RecordingTask) -> Recording | str:
+    """A recording, or why there is none."""
+    try:
+        if task.design.flavour.is_real:
+            return recording_from_folder(task.design, task.label)
+        return recording_of(task.design, task.label, task.extra)
+    except (ValueError, SpecError) as error:
+        return str(error)
+
+
+def answer(task: VerdictTask) -> Verdict:
+    """The verdict on a recording; on none, a failure."""
+    if isinstance(task.recording, str):
+        return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
+    asked = task.without, task.method, task.seed, task.settings, task.targets
+    return verdict_of(MethodTask(task.case, task.recording, *asked))

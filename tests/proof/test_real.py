@@ -1,0 +1,239 @@
+"""Real rigs of the benchmark: what is planted is what is meant, and what is scored is what is planted."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from prb3r.diagnosis.checks.setup.find import remedies
+from prb3r.proof.concealed.apart import squared_distances
+from prb3r.proof.concealed.blunders import BLUNDERS
+from prb3r.proof.concealed.build import Build, as_built, drawn_build, scatter
+from prb3r.proof.concealed.camera import truth
+from prb3r.proof.concealed.composition import counts, flavours, requests
+from prb3r.proof.concealed.design import Flavour, followed, largest_bend
+from prb3r.proof.concealed.designs import design_of
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS, carried, target_states
+from prb3r.proof.concealed.folder import recorded_tables, recording_from_folder
+from prb3r.proof.concealed.labels import Label, Request
+from prb3r.proof.concealed.real import REAL_CLASSES, build_of, real_label, several_effects
+from prb3r.proof.concealed.sealing import Seal
+from prb3r.proof.concealed.worth import worths
+from prb3r.proof.judging.forecast import Forecast
+from prb3r.proof.judging.intervals import share_of
+from prb3r.proof.judging.missed import miss_of
+from prb3r.proof.judging.opened import OpenedCase
+from prb3r.proof.judging.real_scores import REAL_GOALS, listed_set, named_of, whole_set
+from prb3r.proof.judging.verdict import Claim, Verdict
+from prb3r.proof.settings import SETTINGS
+
+SEED = 78
+PLAIN = (0.0, 0.0), (0.0, 0.0, 0.0)
+"""Constants and frame as they are stated."""
+
+
+@pytest.fixture(scope="module")
+def design():
+    return next(d for d in (design_of(SEED, k, Flavour.REAL) for k in range(20)) if len(d.manipulator["segment"]) > 1)
+
+
+@pytest.fixture(scope="module")
+def label(design):
+    return real_label(Request(0, SEED, "several", 0), design)
+
+
+def exact(design):
+    """A rig built as drawn."""
+    n, m = design.plates, len(design.cables)
+    return Build([0.0] * n, [0.0] * n, [[0.0] * m] * n, [[0.0] * 2] * n, 1.0, 1.0)
+
+
+def test_a_rig_built_as_drawn_is_the_drawn_one(design):
+    effects = [
+        {"kind": "segment_stiffness", "segment": 2, "factor": 0.8},
+        {"kind": "worn_hole", "disk": 1, "coefficient": 0.9},
+    ]
+    drawn = truth(design, effects)
+    for a, b in zip(
+        followed(drawn, design.program), followed(as_built(drawn, exact(design)), design.program), strict=True
+    ):
+        assert np.abs(a.x - b.x).max() < 1e-12
+        assert np.abs(a.angle - b.angle).max() < 1e-12
+
+
+def test_imperfections_are_within_what_is_said(design):
+    build = drawn_build(np.random.default_rng(0), design)
+    built, chosen = as_built(truth(design), build), SETTINGS.real
+    lengths = [s["length_m"] for s in design.manipulator["segment"] for _ in range(s["plates"])]
+    off = np.array([s["length_m"] for s in built["segment"]]) / lengths - 1
+    assert 0 < np.abs(off).max() <= chosen.geometry
+    assert np.unique(off).size == design.plates
+    assert chosen.noise[0] <= build.noise <= chosen.noise[1]
+
+
+def test_noise_has_its_scale_its_tails_and_what_neighbours_share(design):
+    build = dataclasses.replace(exact(design), noise=1.5)
+    drawn = scatter(np.random.default_rng(1), build, (20_000, 6, 1))[..., 0]
+    assert drawn.std() == pytest.approx(1.5, rel=0.01)
+    share = SETTINGS.real.common * np.exp(-1 / SETTINGS.real.common_reach)
+    assert np.corrcoef(drawn[:, 2], drawn[:, 3])[0, 1] == pytest.approx(share, abs=0.02)
+    assert np.mean((drawn / drawn.std()) ** 4) > 4  # Gauss: 3
+
+
+def test_several_effects_are_of_as_many_kinds_and_of_sizes_that_rigs_show(design):
+    for seed in range(40):
+        planted = several_effects(np.random.default_rng(seed), design)
+        assert 3 <= len(planted) <= 5
+        assert len({each.effect["kind"] for each in planted}) == len(planted)
+    bare = design_of(SEED, 3, Flavour.REAL_BARE)
+    assert all(
+        "cable_friction" in {each.effect["kind"] for each in several_effects(np.random.default_rng(k), bare)}
+        for k in range(5)
+    )
+
+
+def test_what_constants_can_imitate_is_worth_nothing(design):
+    one = next(d for d in (design_of(SEED, k, Flavour.REAL) for k in range(20)) if len(d.manipulator["segment"]) == 1)
+    stiffer = [{"kind": "segment_stiffness", "segment": 1, "factor": 1.02}]
+    (nothing,) = worths(dataclasses.replace(one, prior={}), stiffer, *PLAIN, exact(one), one.program)
+    assert nothing < 0.02
+
+
+def test_an_effect_of_twice_the_size_is_worth_twice_as_much(design):
+    small, twice = (
+        worths(design, [{"kind": "weakened_plate", "plate": 2, "factor": f}], *PLAIN, exact(design), design.program)[0]
+        for f in (0.99, 0.98)
+    )
+    assert twice / small == pytest.approx(2, rel=0.03)
+
+
+def test_an_effect_is_near_its_imitation_and_far_from_others(design):
+    names = design.cables
+    first = {"kind": "hole_offset", "cable": names[0], "offset_m": 4e-4}
+    shift = 4e-4 / abs(design.manipulator["cable"][0]["offset_m"])
+    near, far = (
+        squared_distances(design, [effect], *PLAIN, exact(design))[0]
+        for effect in (first, {"kind": "weakened_plate", "plate": 2, "factor": 0.5})
+    )
+    assert shift < 0.02  # an offset of a cable is nearly a part of its tension
+    assert near < 25 < far
+
+
+def test_a_rig_keeps_its_equilibria_wherever_it_is_asked(design, label):
+    assert {target["name"] for target in label.targets} == {OTHER_LOADS, OTHER_DESIGN}
+    for target in label.targets:
+        states = target_states(design, target, label.effects, label.constants, build_of(label))
+        assert largest_bend(states) < SETTINGS.real.largest_bend_rad
+    other = next(target["manipulator"] for target in label.targets if target["name"] == OTHER_DESIGN)
+    assert [s["thickness_m"] for s in other["segment"]] != [s["thickness_m"] for s in design.manipulator["segment"]]
+    assert len(label.worth) == len(label.effects) == len(label.apart)
+
+
+def test_faults_of_parts_stay_and_ways_of_building_go_along(design):
+    thicker = [{**s, "thickness_m": 2 * s["thickness_m"]} for s in design.manipulator["segment"]]
+    there = dataclasses.replace(design, manipulator={**design.manipulator, "segment": thicker})
+    stays = [{"kind": "dead_cable", "cable": "1"}, {"kind": "pulley_friction", "efficiency": 0.9, "cables": ["1"]}]
+    goes = [{"kind": "pulley_friction", "efficiency": 0.9}]
+    law = {"kind": "nonlinear_plate", "law": "cubic", "cubic_m2": 1e-3}
+    assert carried([*stays, *goes, law], design, there) == [*goes, {**law, "cubic_m2": pytest.approx(4e-3)}]
+
+
+def test_the_seal_keeps_labels_of_real_rigs(label):
+    (opened,) = Seal([label]).opened([0])
+    assert (opened.effects, opened.build, opened.worth) == (label.effects, label.build, label.worth)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in BLUNDERS if kind != "degrees"])
+def test_every_blunder_is_undone_by_what_is_to_be_said_of_it(design, label, kind, monkeypatch):
+    """The remedy of that name gives back what the tables held before."""
+    options = BLUNDERS[kind].possible(design)
+    if not options:
+        pytest.skip(f"no {kind} on this design")
+    details = options[-1]
+    blunder = {"kind": kind, **details, "said": BLUNDERS[kind].said(details)}
+    plain = dataclasses.replace(label, build={**label.build, "gaps": False})
+    before = recording_from_folder(design, plain)
+    after = recording_from_folder(design, dataclasses.replace(plain, blunder=blunder))
+    remedy = next(remedy for remedy in remedies(after) if remedy.blunder == blunder["said"])
+    mended = remedy.mend(after).recording
+    assert np.allclose(mended.loads.tension, before.loads.tension, atol=1e-3)
+    assert np.array_equal(mended.loads.slip, before.loads.slip)
+    assert [(c.offset_m, c.ends_at_segment) for c in mended.manipulator.cable] == [
+        (c.offset_m, c.ends_at_segment) for c in before.manipulator.cable
+    ]
+
+    def known(recording):
+        keys = zip(*(field.tolist() for field in recording.readings[:3]), strict=True)
+        return dict(zip(keys, recording.readings.value.tolist(), strict=True))
+
+    was, now = known(before), known(mended)
+    assert len(now) > 0.7 * len(was)
+    assert all(was[key] == pytest.approx(value, abs=1e-9) for key, value in now.items())
+
+
+def test_nothing_of_the_truth_stands_in_the_tables(design, label):
+    tables = recorded_tables(design, label)
+    assert dict(tables.manipulator) == dict(design.manipulator)
+    loads = [name for name in tables.steps if name.startswith("cable_")]
+    noted = np.array([[step[name] for name in loads] for steps in design.program for step in steps])
+    assert np.array_equal(tables.steps[loads].to_numpy(), noted)
+
+
+def test_every_real_rig_is_a_design_of_its_own():
+    asked, kinds = counts(100, REAL_CLASSES), flavours(100, REAL_CLASSES)
+    assert sum(asked.values()) == 100 == len(kinds)
+    assert set(asked) == set(REAL_CLASSES)
+    several = kinds[: asked["several"]]
+    quarter = len(several) / 4
+    assert several.count(Flavour.REAL_BARE) == pytest.approx(quarter, abs=1)
+    assert sum(flavour.is_slow for flavour in several) == pytest.approx(quarter, abs=1)
+    made = [design_of(SEED, k, flavour) for k, flavour in enumerate(kinds[:4])]
+    assert [each.design for each in requests(SEED, 4, made, ["several"])] == [0, 1, 2, 3]
+
+
+def forecast_of(design, label, away):
+    """A forecast of other loads that is off by parts of what calibration alone is off."""
+    target = next(each for each in label.targets if each["name"] == OTHER_LOADS)
+    states = target_states(design, target, label.effects, label.constants, build_of(label))
+    true = np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)
+    calibrated = true + 0.01
+    explained = true + away * 0.01
+    return Forecast(OTHER_LOADS, calibrated, explained, explained - 0.002, explained + 0.002)
+
+
+@pytest.mark.parametrize(("away", "removed", "covered"), [(0.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.1, 0.99, 1.0)])
+def test_excess_error_is_removed_by_what_is_right(design, label, away, removed, covered):
+    verdict = Verdict(0, "diagnose", "explained", elsewhere=(forecast_of(design, label, away),))
+    (missed,) = miss_of(design, label, verdict)
+    assert missed.removed == pytest.approx(removed, abs=1e-9)
+    assert missed.covered == covered
+    assert missed.counts
+
+
+def test_names_count_by_kind_and_place():
+    effects = ({"kind": "weakened_plate", "plate": 3, "factor": 0.8}, {"kind": "gravity", "y_m_s2": 2.0})
+    label = Label(0, "several", 0, 0, effects=effects, worth=(3.0, 3.0))
+    gravity = Claim("gravity", {})
+    right, beside = Claim("weakened_plate", {"plate": 3}), Claim("weakened_plate", {"plate": 4})
+    among = Claim("weakened_plate", {"plate": 4}, sets={"plate": (3, 4)})
+
+    def case(*named, models=()):
+        return OpenedCase(label, Verdict(0, "diagnose", "explained", named, models=models), 0.3)
+
+    assert named_of(case(right, gravity)) == [True, True]
+    assert named_of(case(beside)) == [False, False]
+    assert named_of(case(among)) == [True, False]
+    assert whole_set(case(right, gravity))
+    assert not whole_set(case(right, gravity, Claim("dead_cable", {"cable": "1"})))
+    assert listed_set(case(right, models=(("weakened_plate (plate 3)", "gravity"),)))
+    assert not listed_set(case(right, models=(("weakened_plate (plate 3)",),)))
+    (wrong,) = [goal for goal in REAL_GOALS if goal.name == "several: names that are wrong"]
+    assert wrong.measure([case(right, gravity, Claim("dead_cable", {"cable": "1"}))]).value == pytest.approx(1 / 3)
+
+
+def test_outcomes_that_are_alike_within_a_cluster_count_once():
+    outcomes = [True, True, False, True, False, True, True, False, True, True] * 3
+    alone = share_of(outcomes)
+    fivefold = share_of(np.repeat(outcomes, 5), np.repeat(np.arange(30), 5))
+    assert fivefold.value == alone.value
+    assert (fivefold.low, fivefold.high) == pytest.approx((alone.low, alone.high), abs=0.01)
