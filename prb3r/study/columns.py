@@ -7,7 +7,8 @@ from pathlib import Path
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
-from prb3r.study.spec import CaseComparison, Factor, Plot, Study
+from prb3r.study.factors import Factor
+from prb3r.study.spec import CaseComparison, Plot, Study
 
 FIXED_COLUMNS = (
     "case_id",
@@ -28,12 +29,11 @@ def described(study: Study) -> list[Quantity]:
 
 
 def _factor(factor: Factor) -> Quantity:
-    if factor.ratio is not None:
-        return Quantity(factor.name, "", "1", f"factor: {factor.ratio[0]} over {factor.ratio[1]}")
-    if factor.path is None or factor.path == "model":
+    if not factor.target or factor.path == "model":
         return Quantity(factor.name, "", "", "factor: named alternatives")
-    known = describe(factor.name)
-    return replace(known, meaning=f"factor: {factor.path}")
+    if factor.ratio is not None or factor.times:
+        return Quantity(factor.name, "", "1", f"factor: {factor.target}")
+    return replace(describe(factor.name), meaning=f"factor: {factor.target}")
 
 
 def _comparison(comparison: CaseComparison) -> Quantity:

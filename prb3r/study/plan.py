@@ -15,9 +15,10 @@ from prb3r.runs.store import content_hash
 from prb3r.study.axes import count_cases
 from prb3r.study.cases import Cases, Family
 from prb3r.study.columns import FIXED_COLUMNS, check_columns, described
+from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
-from prb3r.study.spec import MAX_CASES, Study, load_study
+from prb3r.study.spec import Study, load_study
 from prb3r.study.work import Chunk
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64

@@ -14,7 +14,9 @@ from prb3r.model.steps import refused, step_problems
 from prb3r.study.axes import count_cases
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
-from prb3r.study.spec import MAX_CASES, Cloud, LoadSweep, Study
+from prb3r.study.factors import MAX_CASES
+from prb3r.study.loading import Cloud, LoadSweep
+from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, with_setting
 
 MAX_PROBLEMS = 20
@@ -23,8 +25,17 @@ MAX_TOLD = 200
 """Cases of a family that are asked what is wrong with their loads."""
 
 
-def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lambda cases: None) -> Cases:
+def resolve(
+    path: str | Path,
+    study: Study,
+    advance: Callable[[int], None] = lambda cases: None,
+    designs: np.ndarray | None = None,
+) -> Cases:
     """All cases of a study file; `advance` hears how many more of them are in order.
+
+    Parameters
+    ----------
+    designs : (n, factors) values of the factors that are searched; absent: the first generation.
 
     Raises
     ------
@@ -32,7 +43,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
         With every problem, by factor and case.
     """
     path = Path(path)
-    count = count_cases(study)
+    count = count_cases(study, None if designs is None else len(designs))
     if count > MAX_CASES:
         what = f"the factors make {count:.3g} cases, at most {MAX_CASES:,} are run; sample them or split the study"
         raise SpecError(Problem(f"{path} factor", what))
@@ -42,7 +53,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
         base = _base(study, manipulator)
-        for family, wrong in unchecked_cases(base, study):
+        for family, wrong in unchecked_cases(base, study, designs):
             families.append(family)
             for row, what in [(0, what) for what in wrong] or _problems(family, study, checked):
                 first[what] = min(first.get(what, count), int(family.numbers[row]))
@@ -51,7 +62,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
                 break
     except (KeyError, TypeError, ValueError) as error:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
-    labels = label_columns(study)
+    labels = label_columns(study, designs)
     if first:
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
         told = sorted(first, key=lambda what: first[what])

@@ -10,6 +10,7 @@ import time
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from prb3r.study.cases import Family
 from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
 from prb3r.study.plan import Plan, Progress, Silent, plan_study
+from prb3r.study.rigs import Rigs, rigs_of, write_rigs
 from prb3r.study.tables import cases_frame, write_states
 from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
 
@@ -60,6 +62,11 @@ class Result:
     def failed(self) -> int:
         """Number of cases without a converged equilibrium."""
         return int((self.cases["outcome"] != "converged").sum())
+
+    @cached_property
+    def rigs(self) -> Rigs | None:
+        """What the errors of the study do, if it has any."""
+        return rigs_of(self.plan.study, self.cases) if self.plan.study.errors else None
 
     def states(self) -> pd.DataFrame | None:
         """The table of states, if the spec keeps any."""
@@ -130,9 +137,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         write_states(plan, parts, plan.folder / "states.parquet", provenance)
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
-    lengths = straight_lengths(plan.cases.families) if relative else {}
-    cases = with_comparisons(cases_frame(plan, parts), plan.study, lengths)
+    cases = tabulated(plan, parts)
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
@@ -156,7 +161,16 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         manifest |= {name: before[name] for name in ("run", "timing") if name in before}
     manifest["changed"] = changes(before, manifest) if before else []
     write_manifest(plan.folder, manifest)
-    return Result(plan, cases, manifest, computed)
+    result = Result(plan, cases, manifest, computed)
+    write_rigs(result.rigs, plan.folder, provenance)
+    return result
+
+
+def tabulated(plan: Plan, parts: Parts) -> pd.DataFrame:
+    """The table of cases, all of which are among the parts, with comparisons."""
+    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
+    lengths = straight_lengths(plan.cases.families) if relative else {}
+    return with_comparisons(cases_frame(plan, parts), plan.study, lengths)
 
 
 def adopt(plan: Plan, parts: Parts) -> None:

@@ -13,10 +13,10 @@ from prb3r.model.solve import disk_tension
 from prb3r.model.steps import loads_of
 from prb3r.runs.parts import Columns
 from prb3r.study.cases import Family
+from prb3r.study.loading import Cloud
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.metrics.base import Metric, Solved
 from prb3r.study.metrics.drive import drive_tension
-from prb3r.study.spec import Cloud
 from prb3r.study.workspace import cloud_loads
 
 CASE_FAILED, CASE_CRASHED = "failed", "crashed"

@@ -6,7 +6,8 @@ from prb3r.errors import Problem, SpecError
 from prb3r.present.page import save_figure
 from prb3r.present.study.comparison import DECISION_CAPTIONS, advice_on, decision_pictures
 from prb3r.present.study.figures import study_figure
-from prb3r.present.study.report import Source, write_report
+from prb3r.present.study.report import Answers, Source, write_report
+from prb3r.present.study.rigs import RIGS_CAPTIONS, rigs_pictures, rigs_section
 from prb3r.present.study.sheet import Scene
 from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
@@ -21,7 +22,7 @@ def publish(result: Result) -> list[Path]:
         For plots that cannot be drawn from the tables, after everything else has been written.
     """
     plan, states = result.plan, result.states()
-    sampled = frozenset(factor.name for factor in plan.study.factor if factor.range is not None)
+    sampled = frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None)
     fits = tuple(result.manifest["fits"])
     scene = Scene(lambda n: plan.cases[n].manipulator(), tuple(plan.quantities), fits, sampled)
     files, figures, problems = [], [], []
@@ -32,13 +33,19 @@ def publish(result: Result) -> list[Path]:
         except ValueError as error:
             problems.append(Problem(f"{plan.path} plot {plot.name}", str(error)))
     counsel = None
-    if plan.study.wishes.given:
+    if plan.study.decides:
         counsel = advice_on(read_designs([result.folder]))
         drawn = decision_pictures(counsel.decision, result.folder, "decision")
         files += drawn
         figures = [(name, DECISION_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in drawn)] + figures
+    sections = []
+    if result.rigs is not None:
+        drawn = rigs_pictures(result)
+        files += drawn
+        figures = [(name, RIGS_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in drawn)] + figures
+        sections.append(rigs_section(result))
     source = Source(plan.study, result.cases, plan.quantities, result.manifest)
-    files += write_report(result.folder, source, figures, counsel)
+    files += write_report(result.folder, source, figures, Answers(counsel, sections))
     if problems:
         raise SpecError(*problems)
     return files

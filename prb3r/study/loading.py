@@ -1,0 +1,43 @@
+"""What is done to the manipulators of a study beside steps: a cloud of loads, a sweep of one."""
+
+import itertools
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from prb3r.model.files.numbers import Positive
+from prb3r.model.manipulator import Strict
+
+
+class Cloud(Strict):
+    """Many independent loads on one case: tensions drawn by a Sobol sequence, each ramped from rest."""
+
+    count: Annotated[int, Field(ge=16, le=4_194_304)]
+    tension_n: dict[str, Positive]
+    """Largest tension of each cable that is driven."""
+    limit: Literal["tension", "bend"] = "tension"
+    """`bend`: instead, each cable is driven up to where it alone bends its segment by `bend_rad`."""
+    bend_rad: Positive | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Cloud":
+        if self.limit == "bend" and self.bend_rad is None:
+            raise ValueError("limit = 'bend' needs bend_rad, the largest bend of a segment")
+        return self
+
+
+class LoadSweep(Strict):
+    """Load steps of one column, after all others: from turning point to turning point in equal parts."""
+
+    column: Annotated[str, Field(min_length=1)]
+    """Such as `cable_1_n`."""
+    turns: Annotated[list[float], Field(min_length=1)]
+    """Values that it is brought to, one after the other; it starts where the steps before have left it."""
+    count: Annotated[int, Field(ge=1, le=10_000)]
+    """Steps from one turning point to the next."""
+
+    @model_validator(mode="after")
+    def _turning(self) -> "LoadSweep":
+        if any(turn == next_turn for turn, next_turn in itertools.pairwise(self.turns)):
+            raise ValueError("turns must differ from one to the next")
+        return self
