@@ -104,10 +104,10 @@ def first_designs(study: Study) -> np.ndarray:
 
 def _in_range(factor: Factor, share: np.ndarray) -> np.ndarray:
     assert factor.range is not None
-    return rounded(factor.range.values(share))
+    return five_digits(factor.range.values(share))
 
 
-def rounded(values: np.ndarray) -> np.ndarray:
+def five_digits(values: np.ndarray) -> np.ndarray:
     """Values of designs to five digits, as they are told: nobody makes a plate more exactly."""
     return np.vectorize(lambda value: float(f"{value:.5g}"), otypes=[float])(values)
 

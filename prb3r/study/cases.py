@@ -134,9 +134,7 @@ class Cases(Sequence[Case]):
         return family, row
 
 
-def unchecked_cases(
-    base: Tree, study: Study, designs: np.ndarray | None = None
-) -> Iterator[tuple[Family, list[str]]]:
+def unchecked_cases(base: Tree, study: Study, designs: np.ndarray | None = None) -> Iterator[tuple[Family, list[str]]]:
     """Families of a study's cases and what keeps the factors from being set there.
 
     Raises

@@ -211,9 +211,7 @@ def _factor_problems(factor: Factor) -> Iterator[str]:
             yield f"{name} needs its {word}: only of what is added or multiplied is it known"
     ending = unit_ending(factor.changed[0].rpartition(".")[2]) if factor.changed and not factor.ratio else ""
     if ending and not factor.times and not factor.name.endswith(ending):
-        yield (
-            f"the name {factor.name!r} becomes a column and must end in {ending!r}, the unit of {factor.changed[0]}"
-        )
+        yield (f"the name {factor.name!r} becomes a column and must end in {ending!r}, the unit of {factor.changed[0]}")
     if factor.times and (wrong := unit_ending(factor.name)):
         yield f"the name {factor.name!r} becomes a column and ends in {wrong!r}, but a multiplier has no unit"
     labels = [level.label for level in factor.level or ()]
@@ -235,7 +233,7 @@ class Sampling(Strict):
         return self
 
 
-class Search(Strict):
+class DesignSearch(Strict):
     """How the factors with a range are searched for the designs that [[requirement]] and [[preference]] ask for."""
 
     designs: Annotated[int, Field(ge=8, le=100_000)]

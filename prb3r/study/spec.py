@@ -9,7 +9,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
-from prb3r.study.factors import LOADS, Factor, Name, Sampling, Search
+from prb3r.study.factors import LOADS, Factor, Name, Sampling, DesignSearch
 from prb3r.study.loading import Cloud, LoadSweep
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
@@ -114,7 +114,8 @@ class Study(Strict):
     cloud: Cloud | None = None
     factor: list[Factor] = []
     sampling: Sampling | None = None
-    search: Search | None = None
+    search: DesignSearch | None = None
+    """Instead of sampling: the factors with a range are searched for the best design."""
     metric: list[AnyMetric] = []
     comparison: list[CaseComparison] = []
     fit: list[LineFit] = []

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from prb3r.present import style
 from prb3r.present.page import Table, save_figure
 from prb3r.present.study.section import Section
-from prb3r.quantities import Quantity, describe
+from prb3r.quantities import Quantity, describe, label
 from prb3r.study.advice import bound_in_words, wish_in_words
 from prb3r.study.compare import select
 from prb3r.study.designs import design_names, value_in_words
@@ -39,7 +39,7 @@ MOST_PANELS = 6
 """Metrics that are drawn; all of them are in the tables."""
 TOLD_QUANTILES = (0.05, 0.5, 0.95)
 MATTERS = 0.05
-"""An error that makes less of the variance is not told in sentences."""
+"""An error that makes less of the variance is told in `indices.parquet` alone."""
 
 
 def rigs_section(result: Result) -> Section:
@@ -51,12 +51,15 @@ def rigs_section(result: Result) -> Section:
         tables.insert(0, ("Share of the rigs that keep each requirement", _share_table(study, rigs)))
     if not rigs.indices.empty:
         tables.append(("Share of the variance that each error makes", _index_table(study, rigs)))
-    sentences = [f"**{sentence}.**" for sentence in share_sentences(rigs)]
+    sentences = [*(f"**{sentence}.**" for sentence in share_sentences(rigs)), *index_sentences(study, rigs)]
+    missing = rigs.indices[rigs.indices["total"].isna()]["metric"].unique() if len(rigs.indices) else []
+    sentences += [f"{_title(study, name)}: no indices, as cases have no value." for name in missing]
     note = (
         "Shares with Wilson's 95 % intervals, which are wide for samples that fill space more evenly than chance. "
-        "Each requirement is asked of every rig by itself, over the circumstances that it stands in."
+        "Each requirement is asked of every rig by itself, over the circumstances that it stands in. "
+        f"Errors below {100 * MATTERS:g} % of the variance are in indices.parquet alone."
     )
-    return Section("Errors of the rigs", [*sentences, *index_sentences(study, rigs)], tables, note)
+    return Section("Errors of the rigs", sentences, tables, note)
 
 
 def index_sentences(study: Study, rigs: Rigs) -> list[str]:
@@ -67,9 +70,7 @@ def index_sentences(study: Study, rigs: Rigs) -> list[str]:
     for number, part in _by_setting(study, rigs.indices):
         for metric, rows in part.groupby("metric", sort=False):
             told = rows[rows["first_order"] > MATTERS].sort_values("first_order", ascending=False)
-            names = [
-                f"{describe(row['error']).title} {_percent(row, 'first_order')}" for row in told.to_dict("records")
-            ]
+            names = [f"{_error(row['error'])} {_percent(row, 'first_order')}" for row in told.to_dict("records")]
             if names:
                 said.append(f"{_title(study, metric)}{number}: {', '.join(names)} of the variance.")
     return said
@@ -93,11 +94,20 @@ def _plain(value: Any) -> str:
 
 def _percent(row: dict[str, Any], kind: str) -> str:
     numbers = [100 * row[f"{kind}{end}"] for end in ("", "_low", "_high")]
-    return "{:.0f} % ({:.0f} to {:.0f} %)".format(*numbers) if np.isfinite(numbers).all() else "–"
+    rounded = [round(number) + 0 for number in numbers] if np.isfinite(numbers).all() else []
+    return "{} % ({} to {} %)".format(*rounded) if rounded else "–"
 
 
 def _title(study: Study, metric: str) -> str:
-    return next(quantity for quantity in metrics_of(study) if quantity.name == metric).title
+    """A metric in words, with its unit where another one has the same name."""
+    quantities = metrics_of(study)
+    quantity = next(quantity for quantity in quantities if quantity.name == metric)
+    alike = sum(other.title == quantity.title for other in quantities) > 1
+    return label(quantity) if alike else quantity.title
+
+
+def _error(name: str) -> str:
+    return style.quantity_of(name, ()).title
 
 
 def _share_table(study: Study, rigs: Rigs) -> Table:
@@ -126,7 +136,7 @@ def _quantile_table(study: Study, rigs: Rigs) -> Table:
             quantity = quantities[row["metric"]]
             numbers = [row.get(name, np.nan) for name in (*map(quantile_column, TOLD_QUANTILES), "sd")]
             cells = [value_in_words(number, quantity) for number in numbers]
-            rows.append([quantity.title + setting, *cells, str(row["failed"] or "")])
+            rows.append([_title(study, quantity.name) + setting, *cells, str(row["failed"] or "")])
     return Table(["", *(f"{100 * q:g} %" for q in TOLD_QUANTILES), "standard deviation", "without a value"], rows)
 
 
@@ -134,12 +144,12 @@ def _index_table(study: Study, rigs: Rigs) -> Table:
     rows = [
         [
             _title(study, row["metric"]) + setting,
-            describe(row["error"]).title,
+            _error(row["error"]),
             _percent(row, "first_order"),
             _percent(row, "total"),
         ]
         for setting, part in _by_setting(study, rigs.indices)
-        for row in part.to_dict("records")
+        for row in part[~(part["total"] < MATTERS)].to_dict("records")
     ]
     return Table(["", "error", "by itself", "with others"], rows, (0, 1))
 
@@ -187,6 +197,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
         if requirement is not None:
             _bound(panel, requirement, shown.factor)
         panel.set(xlabel=shown.label, ylim=(0, 1))
+        panel.locator_params(axis="x", nbins=4)
         panel.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     for panel in axes[:: axes[0].get_gridspec().ncols]:
         panel.set_ylabel("share of rigs below")
@@ -214,7 +225,7 @@ def indices_figure(study: Study, rigs: Rigs) -> Figure:
     errors = list(dict.fromkeys(rigs.indices["error"]))
     looks = style.PALETTE[0], style.pale(style.PALETTE[0], 0.3)
     handles = [Patch(fc=looks[0], label="by itself"), Patch(fc=looks[1], label="with others")]
-    titles = [quantity.title for quantity in metrics] or [""]
+    titles = [_title(study, quantity.name) for quantity in metrics] or [""]
     figure, axes = style.panels(titles, handles, max(0.35, 0.09 * len(errors) + 0.12), shared=True)
     rows = np.arange(len(errors))[::-1]
     for panel, quantity in zip(axes, metrics, strict=False):
@@ -224,7 +235,7 @@ def indices_figure(study: Study, rigs: Rigs) -> Figure:
             panel.barh(rows + shift, values, 0.36, color=colour, lw=0)
             ends = np.maximum([values - low, high - values], 0.0)
             panel.errorbar(values, rows + shift, xerr=ends, fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
-        panel.set_yticks(rows, [style.literal(describe(name).title) for name in errors])
+        panel.set_yticks(rows, [style.literal(_error(name)) for name in errors])
         panel.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
         panel.grid(False, axis="y")
     style.outer_labels(axes, "share of the variance", "")
