@@ -1,5 +1,6 @@
 """The axes of a study's grid: factors alone, zipped together, or sampled together."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -100,6 +101,11 @@ def first_designs(study: Study) -> np.ndarray:
     factors, count = study.searched, study.search.generation
     shares = _unit_points(Sampling(method="sobol", count=count), study.seed, len(factors))
     return np.stack([_in_range(factor, share) for factor, share in zip(factors, shares.T, strict=True)], 1)
+
+
+def corners(study: Study) -> np.ndarray:
+    """(2^factors, factors) designs at the ends of the ranges that are searched."""
+    return np.array(list(itertools.product(*((f.range.low, f.range.high) for f in study.searched if f.range))))
 
 
 def _in_range(factor: Factor, share: np.ndarray) -> np.ndarray:

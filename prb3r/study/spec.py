@@ -197,8 +197,11 @@ class Study(Strict):
         problems = [] if self.searched else ["[search] needs factors with a range to search"]
         if not self.wishes.given:
             problems.append("[search] needs to know what is best: give [[preference]] or [[requirement]]")
-        if not {factor.name for factor in self.searched} <= set(self.design_factors):
-            problems.append("[designs] must name every factor that [search] searches")
+        for name in sorted({factor.name for factor in self.searched} ^ set(self.design_factors)):
+            problems.append(
+                f"{name!r} must both tell designs apart and have a range: a search knows no other designs; "
+                "circumstances are told from them by [designs] factors = [...]"
+            )
         if self.search.designs < self.search.generation:
             problems.append("[search] tries at least one generation: designs must not be fewer")
         return problems
