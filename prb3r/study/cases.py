@@ -30,7 +30,7 @@ class Case:
     factors: dict[str, Any]
     """Value or label of each factor: columns of the table of cases."""
     settings: Tree
-    """`manipulator, broken, initial, step, sweep, cloud`, all plain values."""
+    """`manipulator, broken, initial, step, sweep, cloud, reach`, all plain values."""
 
     def manipulator(self) -> Manipulator:
         """The manipulator of the case, checked already when the case was resolved."""

@@ -134,6 +134,9 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
             problems.append(Problem(place, "a plot of shapes needs states = 'final' or 'path'"))
         if plot.kind == "workspace" and (study.cloud is None or study.states != "path"):
             problems.append(Problem(place, "a plot of a workspace needs [cloud] and states = 'path', or it is empty"))
+        if plot.kind == "path" and (study.reach is None or study.states != "path" or study.state_disks is not None):
+            what = "a plot of a path needs [reach], states = 'path' and the states of all disks (no state_disks)"
+            problems.append(Problem(place, what))
         if plot.kind == "loops":
             problems += _loop_problems(study, plot, place)
         if plot.kind == "shapes" and study.state_disks is not None:

@@ -10,7 +10,7 @@ from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
 from prb3r.study.factors import LOADS, Factor, Name, Sampling, DesignSearch
-from prb3r.study.loading import Cloud, LoadSweep
+from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
 
@@ -48,7 +48,7 @@ class Plot(Strict):
     """A figure made from the tables of a study; written as PNG and SVG."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
-    kind: Literal["lines", "shapes", "workspace", "bars", "loops"]
+    kind: Literal["lines", "shapes", "workspace", "bars", "loops", "path"]
     caption: str = ""
     where: dict[str, Scalar | list[Scalar]] = {}
     """Only cases with these factor values."""
@@ -112,6 +112,8 @@ class Study(Strict):
     sweep: LoadSweep | None = None
     """And after those, many steps of one column."""
     cloud: Cloud | None = None
+    reach: TargetPath | None = None
+    """Instead of loads: the targets that they bring a disk to."""
     factor: list[Factor] = []
     sampling: Sampling | None = None
     search: DesignSearch | None = None
@@ -169,6 +171,8 @@ class Study(Strict):
         problems = []
         if self.cloud is not None and (self.step or self.initial or self.sweep):
             problems.append("cloud excludes initial, step and sweep: its loads are independent of each other")
+        if self.reach is not None and (self.step or self.initial or self.sweep or self.cloud):
+            problems.append("reach excludes initial, step, sweep and cloud: its loads are those that lead to the targets")
         if self.sampled and self.sampling is None:
             problems.append(
                 f"{self.sampled[0].name!r} is drawn: say how it is sampled, [sampling] method = 'sobol', count = 64"

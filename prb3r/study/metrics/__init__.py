@@ -11,7 +11,7 @@ from pydantic import Field
 
 from prb3r.study.metrics.drive import ChangingPoint, DriveTension
 from prb3r.study.metrics.position import CurvatureError, Position, Shift
-from prb3r.study.metrics.reach import Workspace
+from prb3r.study.metrics.reach import Follow, Workspace
 from prb3r.study.metrics.response import Coupling, FrictionDirection, Loop, TipCompliance
 from prb3r.study.metrics.strength import LimitLoad, Safety, Stability
 
@@ -21,6 +21,7 @@ AnyMetric = Annotated[
     | CurvatureError
     | Coupling
     | Workspace
+    | Follow
     | DriveTension
     | FrictionDirection
     | Loop
