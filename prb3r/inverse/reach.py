@@ -99,7 +99,7 @@ def reach(
     chain = manipulator.chain(broken)
     targets = targets_of(chain, disk, wanted, path)
     most = limits(chain, most_n)
-    found = followed(chain, targets, most)
+    found = pulls_along(chain, targets, most)
     return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator.cable_names))
 
 
@@ -129,7 +129,7 @@ def limits(chain: Chain, most_n: float | None) -> np.ndarray:
     return np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
 
 
-def followed(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
+def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
     """The best pull for each target, each from the state that the last one has left; None where nothing stands still.
 
     Parameters

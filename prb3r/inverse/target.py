@@ -106,7 +106,8 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
         raise SpecError(*problems)
     columns = {name: numbers(frame[name]) for name in COORDINATES if name in frame}
     rows = [
-        {name: float(column[k]) for name, column in columns.items() if np.isfinite(column[k])} for k in range(len(frame))
+        {name: float(column[k]) for name, column in columns.items() if np.isfinite(column[k])}
+        for k in range(len(frame))
     ]
     if not all(rows) or not rows:
         raise SpecError(Problem(where, "say where to: x_m and y_m, angle_rad, or all of them"))

@@ -238,5 +238,5 @@ class DesignSearch(Strict):
 
     designs: Annotated[int, Field(ge=8, le=100_000)]
     """So many are tried at most."""
-    generation: Annotated[int, Field(ge=5, le=1024)] = 24
+    generation: Annotated[int, Field(ge=5, le=1024)] = 32
     """So many are tried at once, before the next ones are chosen."""

@@ -29,7 +29,7 @@ LEAST_WEIGHT = 0.02
 """No preference is left out of a direction, or designs would be found that waste it for nothing."""
 DIRECTIONS = {1: 1, 2: 4, 3: 2}
 """Parts that each weight is divided into, by the number of preferences; of more, directions have one or all of them."""
-SETTLED = 1e-3
+LEFT_AT = 1e-3
 """Spread of a generation's costs, of their mean, at which a direction is left."""
 
 
@@ -84,7 +84,9 @@ class Tried:
     @property
     def worth(self) -> Judged:
         """What they are worth."""
-        return Judged(*(np.concatenate([getattr(part, name) for part in self.judged]) for name in ("margins", "scores")))
+        return Judged(
+            *(np.concatenate([getattr(part, name) for part in self.judged]) for name in ("margins", "scores"))
+        )
 
     def ask(self, designs: np.ndarray) -> np.ndarray:
         """(n,) place of each design; those that are new are tried, as far as there is room; -1 of what is not."""
@@ -158,7 +160,7 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
         maxiter=most,  # generations: more than can be tried
         callback=over,
         integrality=[factor.range is not None and factor.range.steps > 0 for factor in factors],
-        tol=SETTLED,
+        tol=LEFT_AT,
         polish=False,
         updating="deferred",
         vectorized=True,
@@ -188,5 +190,7 @@ def _coordinates(factors: list[Factor], design: np.ndarray) -> np.ndarray:
     for factor, value in zip(factors, design, strict=True):
         ends = factor.range
         assert ends is not None
-        along.append((value - ends.low) / ends.step if ends.steps and ends.step else np.clip(value, ends.low, ends.high))
+        along.append(
+            (value - ends.low) / ends.step if ends.steps and ends.step else np.clip(value, ends.low, ends.high)
+        )
     return np.array(along)

@@ -172,7 +172,9 @@ class Study(Strict):
         if self.cloud is not None and (self.step or self.initial or self.sweep):
             problems.append("cloud excludes initial, step and sweep: its loads are independent of each other")
         if self.reach is not None and (self.step or self.initial or self.sweep or self.cloud):
-            problems.append("reach excludes initial, step, sweep and cloud: its loads are those that lead to the targets")
+            problems.append(
+                "reach excludes initial, step, sweep and cloud: its loads are those that lead to the targets"
+            )
         if self.sampled and self.sampling is None:
             problems.append(
                 f"{self.sampled[0].name!r} is drawn: say how it is sampled, [sampling] method = 'sobol', count = 64"

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prb3r.inverse.reach import followed, limits
+from prb3r.inverse.reach import limits, pulls_along
 from prb3r.inverse.target import chain_targets
 from prb3r.mechanics.chain import Chain, Loads, loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
@@ -128,8 +128,10 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
     cables = len(manipulator.cable)
     tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
-    for step, found in enumerate(followed(chain, targets, limits(chain, reach.get("most_n")))):
-        tension[step], slip[step] = (tension[step - 1], slip[step - 1]) if found is None else (found.tension, found.slip)
+    for step, found in enumerate(pulls_along(chain, targets, limits(chain, reach.get("most_n")))):
+        tension[step], slip[step] = (
+            (tension[step - 1], slip[step - 1]) if found is None else (found.tension, found.slip)
+        )
     steps = loads(chain, tension, slip)
     begins = np.arange(len(targets)) == 0
     states = equilibria_of(chain, steps, from_rest=begins, eigenvalue=True, number=np.arange(1, len(targets) + 1))

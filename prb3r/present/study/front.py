@@ -123,7 +123,11 @@ def front_figure(decision: Decision) -> Figure:
     shown = [style.shown(q, decision.values.iloc[:, j]) for q, j in zip(quantities, columns, strict=True)]
     x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
     looks = looks_of(decision)
-    told = [textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS) for k in decision.ranking if looks[k] is not OTHERS]
+    told = [
+        textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
+        for k in decision.ranking
+        if looks[k] is not OTHERS
+    ]
     beside = min(2, style.legend_columns([*told, "Pareto front of these two"], style.SINGLE))
     rows = sum(text.count("\n") + 1 for text in told) / beside + 2
     size = style.SINGLE, 0.68 * style.SINGLE + LEGEND_ROW * rows

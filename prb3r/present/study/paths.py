@@ -37,7 +37,10 @@ def paths_figure(sheet: Sheet) -> Figure:
         for _, row in part.iterrows()
         if (count := int((~ways[row["case_id"]].reached).sum()))
     ]
-    marks = [Line2D([], [], **REACHED, label="target"), Line2D([], [], **MISSED, label="not reached, and the way to it")]
+    marks = [
+        Line2D([], [], **REACHED, label="target"),
+        Line2D([], [], **MISSED, label="not reached, and the way to it"),
+    ]
     marks = marks if failed else marks[:1]
     figure, axes = style.panels(titles, [*sheet.handles(solid=True), *marks, *notes(failed)], view_of(corners)[2])
     for panel, part in zip(axes, parts, strict=True):

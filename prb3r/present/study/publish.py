@@ -26,7 +26,13 @@ def publish(result: Result) -> list[Path]:
     plan, states = result.plan, result.states()
     sampled = frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None)
     fits = tuple(result.manifest["fits"])
-    scene = Scene(lambda n: plan.cases[n].manipulator(), tuple(plan.quantities), fits, sampled, lambda n: plan.cases[n].settings["reach"])
+    scene = Scene(
+        lambda n: plan.cases[n].manipulator(),
+        tuple(plan.quantities),
+        fits,
+        sampled,
+        lambda n: plan.cases[n].settings["reach"],
+    )
     files, figures, problems = [], [], []
     for plot in plan.study.plot:
         try:

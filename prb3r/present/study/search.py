@@ -60,7 +60,9 @@ def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[
         end = "low" if row[factor.name] - ends.low < near else "high" if ends.high - row[factor.name] < near else ""
         if end:
             title = style.quantity_of(factor.name, ()).title
-            said.append(f"{title} of the best design lies at the {end} end of its range: a wider one may hold a better design.")
+            said.append(
+                f"{title} of the best design lies at the {end} end of its range: a wider one may hold a better design."
+            )
     return said
 
 

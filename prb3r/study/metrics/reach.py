@@ -12,11 +12,11 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved
-from prb3r.study.workspace import area, cloud_loads
+from prb3r.study.workspace import area, cloud_loads, outline
 
 
 class Workspace(Metric):
-    """Area that the tip disk's centre reaches, counted in square cells, with its convergence.
+    """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
 
     Without `tension_n` the loads are the study's own cloud.
     """
@@ -35,6 +35,8 @@ class Workspace(Metric):
             Quantity(
                 "workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"
             ),
+            Quantity("workspace_hull_m2", "", "m^2", "area inside the outline (convex hull) of all points reached"),
+            Quantity("workspace_width_m", "", "m", "extent of all points reached across the manipulator"),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
         ]
 
@@ -52,7 +54,7 @@ class Workspace(Metric):
         x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
         half, whole = len(x) // 2, area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
-        return whole, share, float(np.mean(states.outcome != Outcome.CONVERGED))
+        return whole, share, *outline(x, y), float(np.mean(states.outcome != Outcome.CONVERGED))
 
 
 class Follow(Metric):
