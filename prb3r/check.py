@@ -62,7 +62,11 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     plan = plan_study(path)
     ignored: dict[str, int] = {}
     for family in plan.cases.families:
-        steps = [] if family.settings["cloud"] else [family.settings["initial"], *family.settings["step"]]
+        steps = (
+            []
+            if family.settings["cloud"] or family.settings["reach"]
+            else [family.settings["initial"], *family.settings["step"]]
+        )
         declared = {name for step in steps for name in step if name.startswith("slip_")}
         if declared and (what := ignored_slips(family.manipulator(), declared)):
             ignored[what] = ignored.get(what, 0) + len(family)

@@ -161,12 +161,16 @@ def _closing(result, files: list[Path]) -> str:
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
     )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
-    if plan.study.wishes.given:
+    if plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
         from prb3r.study.designs import read_designs
 
         text += f"\n  {recommendation(decide(read_designs([result.folder]))).replace('**', '')}"
+    if result.rigs is not None:
+        from prb3r.study.rigs import share_sentences
+
+        text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
     if result.failed:
         first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
         text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"

@@ -19,8 +19,8 @@ ORDER = {
     "model": "files laws effects parts paths manipulator given steps",
     "inverse": "target pull search reach",
     "runs": "files secret store sealed parts provenance tasks backends engine journal",
-    "study": "workspace metrics wishes spec axes tree loads cases resolve columns compare work plan tables manifest "
-    "run designs decide advice",
+    "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare work plan "
+    "tables manifest designs rigs search run decide advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result stages together run",
     "proof": "rig settings concealed judging prove sweep",

@@ -98,8 +98,8 @@ def reach(
         raise SpecError(*problems)
     chain = manipulator.chain(broken)
     targets = targets_of(chain, disk, wanted, path)
-    most = np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
-    found = _along(chain, targets, most)
+    most = limits(chain, most_n)
+    found = pulls_along(chain, targets, most)
     return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator.cable_names))
 
 
@@ -124,8 +124,18 @@ def _problems(
     return problems
 
 
-def _along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
-    """The best pull for each target, each from the state that the last one has left."""
+def limits(chain: Chain, most_n: float | None) -> np.ndarray:
+    """(m,) largest tension of each cable, N: `most_n` or by itself, 0 of a broken one."""
+    return np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
+
+
+def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
+    """The best pull for each target, each from the state that the last one has left; None where nothing stands still.
+
+    Parameters
+    ----------
+    most : (m,) largest tension of each cable, N; 0 for one that cannot be pulled.
+    """
     before: Loads = no_loads(chain)
     length = lengths(chain, equilibria_of(chain, before))[-1]
     before = Loads(*(field[:0] for field in before))

@@ -66,25 +66,53 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
     SpecError
         With everything that is wrong.
     """
-    where = str(path) if isinstance(path, str | Path) else "path" if path is not None else "target"
-    table = pd.DataFrame([wanted]) if path is None else path if isinstance(path, pd.DataFrame) else read_table(path)
-    problems = []
+    problems, rows = [], []
     number = chain.plates if disk == "tip" else disk
     if not isinstance(number, int) or not 1 <= number <= chain.plates:
         problems.append(Problem("disk", f"there is no disk {disk!r} to bring anywhere; 1 to {chain.plates}, or tip"))
     if path is not None and wanted:
-        problems.append(Problem(where, f"a path and {', '.join(wanted)} exclude each other"))
-    for name in table:
-        if name in COORDINATES:
-            problems += number_problems(table[name], f"{where} column {name}")
-        elif name != "step":
-            problems.append(Problem(where, f"unknown column {name!r}{did_you_mean(str(name), COORDINATES)}"))
-    rows = np.full((len(table), len(COORDINATES)), np.nan)
-    if not problems:
-        for k, name in enumerate(COORDINATES):
-            rows[:, k] = numbers(table[name]) if name in table else np.nan
-        if not len(rows) or np.isnan(rows).all(1).any():
-            problems.append(Problem(where, "say where to: x_m and y_m, angle_rad, or all of them"))
+        problems.append(Problem(_place_of(path), f"a path and {', '.join(wanted)} exclude each other"))
+    try:
+        rows = target_rows(pd.DataFrame([wanted]) if path is None else path)
+    except SpecError as error:
+        problems += error.problems
     if problems:
         raise SpecError(*problems)
-    return [Target(number, row, chain.length) for row in rows]  # type: ignore[arg-type]
+    return chain_targets(chain, number, rows)
+
+
+def chain_targets(chain: Chain, disk: int, rows: list[dict[str, float]]) -> list[Target]:
+    """Targets of a disk of a chain, from the coordinates that each asks for."""
+    return [Target(disk, np.array([row.get(name, np.nan) for name in COORDINATES]), chain.length) for row in rows]
+
+
+def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
+    """The coordinates that each row of a table, or of the file that holds it, asks for.
+
+    Raises
+    ------
+    SpecError
+        With everything that is wrong.
+    """
+    where = _place_of(table)
+    frame = table if isinstance(table, pd.DataFrame) else read_table(table)
+    problems = []
+    for name in frame:
+        if name in COORDINATES:
+            problems += number_problems(frame[name], f"{where} column {name}")
+        elif name != "step":
+            problems.append(Problem(where, f"unknown column {name!r}{did_you_mean(str(name), COORDINATES)}"))
+    if problems:
+        raise SpecError(*problems)
+    columns = {name: numbers(frame[name]) for name in COORDINATES if name in frame}
+    rows = [
+        {name: float(column[k]) for name, column in columns.items() if np.isfinite(column[k])}
+        for k in range(len(frame))
+    ]
+    if not all(rows) or not rows:
+        raise SpecError(Problem(where, "say where to: x_m and y_m, angle_rad, or all of them"))
+    return rows
+
+
+def _place_of(path: pd.DataFrame | str | Path) -> str:
+    return "path" if isinstance(path, pd.DataFrame) else str(path)

@@ -141,8 +141,9 @@ class Parts:
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _stored(home) if home != self.home else ():
                 if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
-                    for path in (part.path.with_suffix(f".{STATES}"), part.path):
-                        with contextlib.suppress(FileNotFoundError), replaced(self.home / path.name) as copy:
+                    files = [part.path.with_suffix(f".{STATES}"), part.path]
+                    for path in (path for path in files if path.exists()):  # without states there is but one
+                        with replaced(self.home / path.name) as copy:
                             shutil.copyfile(path, copy)
                     self.parts.append(Part(self.home / part.path.name, part.cases))
 

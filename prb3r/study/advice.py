@@ -123,9 +123,19 @@ def bindings(decision: Decision) -> list[str]:
 
 
 def trades(decision: Decision) -> list[str]:
-    """Of each other design that keeps the requirements: what it is better at, or which design leaves it no reason."""
-    said = []
-    for k in decision.ranking if decision.preferences else ():
+    """Of each other design that keeps the requirements: what it is better at, or which design leaves it no reason.
+
+    Of many, the first ones on the front.
+    """
+    said, ranking = [], decision.ranking if decision.preferences else []
+    if len(ranking) > MOST_TOLD:
+        front = [k for k in ranking if decision.front[k]]
+        said.append(
+            f"{len(front)} of the {len(ranking)} designs that keep every requirement are on the Pareto front; the others "
+            "can be dropped."
+        )
+        ranking = front[:MOST_TOLD]
+    for k in ranking:
         name = decision.designs[k]
         if not decision.front[k]:
             rival = decision.designs[_dominating(decision, k)]

@@ -1,5 +1,6 @@
 """The axes of a study's grid: factors alone, zipped together, or sampled together."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -7,7 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from prb3r.study.spec import Factor, Sampling, Study
+from prb3r.study.factors import Factor, Sampling
+from prb3r.study.spec import Study
 
 
 @dataclass(frozen=True)
@@ -21,8 +23,12 @@ class Axis:
         return len(next(iter(self.values.values())))
 
 
-def axes(study: Study) -> list[Axis]:
+def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
     """The axes of the grid, slowest first; without factors there are none.
+
+    Parameters
+    ----------
+    designs : (n, factors) values of the factors that are searched; absent: the first generation.
 
     Raises
     ------
@@ -31,7 +37,7 @@ def axes(study: Study) -> list[Axis]:
     """
     grouped: dict[str, dict[str, list[Any]]] = {}
     for factor in study.factor:
-        if factor.range is not None:
+        if factor.drawn is not None:
             continue
         values, group = _values(factor), grouped.setdefault(factor.zip or f"alone {factor.name}", {})
         before = len(next(iter(group.values()), values))
@@ -41,27 +47,75 @@ def axes(study: Study) -> list[Axis]:
                 f"those before it {before}"
             )
         group[factor.name] = values
-    sampled = [factor for factor in study.factor if factor.range is not None]
-    if sampled and study.sampling is not None:
-        points = qmc.scale(
-            _unit_points(study.sampling, study.seed, len(sampled)),
-            [factor.range.low for factor in sampled if factor.range],
-            [factor.range.high for factor in sampled if factor.range],
-        )
-        grouped["sampled"] = {factor.name: column for factor, column in zip(sampled, points.T.tolist(), strict=True)}
+    if study.searched:
+        rows = first_designs(study) if designs is None else designs
+        grouped["searched"] = _named(study.searched, rows)
+    if study.sampled and study.sampling is not None:
+        grouped["sampled"] = _named(study.sampled, sampled_points(study))  # the fastest, see `sample_count`
     return [Axis(values) for values in grouped.values()]
 
 
-def count_cases(study: Study) -> int:
-    """Number of cases of a study, found without making them."""
+def _named(factors: list[Factor], rows: np.ndarray) -> dict[str, list[Any]]:
+    return {factor.name: column for factor, column in zip(factors, rows.T.tolist(), strict=True)}
+
+
+def count_cases(study: Study, designs: int | None = None) -> int:
+    """Number of cases of a study, found without making them; of a search by its number of designs."""
     lengths: dict[str, int] = {}
     for factor in study.factor:
         span = factor.linspace or factor.geomspace
         length = span.count if span else len(factor.values or factor.level or ())
-        if factor.range is None:
+        if factor.drawn is None:
             lengths[factor.zip or f"alone {factor.name}"] = length
-    sampled = study.sampling.count if study.sampling else 1
-    return int(np.prod([float(n) for n in (*lengths.values(), sampled)]))
+    searched = (designs if designs is not None else len(first_designs(study))) if study.searched else 1
+    return int(np.prod([float(n) for n in (*lengths.values(), searched, sample_count(study))]))
+
+
+def sample_count(study: Study) -> int:
+    """Number of samples; the sample of a case is its number modulo that, as no axis is faster."""
+    if study.sampling is None:
+        return 1
+    blocks = len(study.sampled) + 2 if study.sampling.method == "saltelli" else 1
+    return study.sampling.count * blocks
+
+
+def sampled_points(study: Study) -> np.ndarray:
+    """(samples, factors) values of the factors that are sampled.
+
+    With the method `saltelli`, blocks of `count` rows: two independent samples A and B, then for each factor A with that
+    factor's column from B (Saltelli et al., Computer Physics Communications 181, 2010, 259).
+    """
+    assert study.sampling is not None
+    shares = _unit_points(study.sampling, study.seed, len(study.sampled))
+    columns = [
+        factor.drawn.values(share, factor.neutral)
+        for factor, share in zip(study.sampled, shares.T, strict=True)
+        if factor.drawn
+    ]
+    return np.stack(columns, 1)
+
+
+def first_designs(study: Study) -> np.ndarray:
+    """(n, factors) the designs that a search begins with: a generation of them, spread by a Sobol sequence."""
+    assert study.search is not None
+    factors, count = study.searched, study.search.generation
+    shares = _unit_points(Sampling(method="sobol", count=count), study.seed, len(factors))
+    return np.stack([_in_range(factor, share) for factor, share in zip(factors, shares.T, strict=True)], 1)
+
+
+def corners(study: Study) -> np.ndarray:
+    """(2^factors, factors) designs at the ends of the ranges that are searched."""
+    return np.array(list(itertools.product(*((f.range.low, f.range.high) for f in study.searched if f.range))))
+
+
+def _in_range(factor: Factor, share: np.ndarray) -> np.ndarray:
+    assert factor.range is not None
+    return five_digits(factor.range.values(share))
+
+
+def five_digits(values: np.ndarray) -> np.ndarray:
+    """Values of designs to five digits, as they are told: nobody makes a plate more exactly."""
+    return np.vectorize(lambda value: float(f"{value:.5g}"), otypes=[float])(values)
 
 
 def short(value: float) -> float:
@@ -84,6 +138,12 @@ def _values(factor: Factor) -> list[Any]:
 
 def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    if sampling.method == "sobol":
-        return qmc.Sobol(dimensions, rng=rng).random_base2(int(np.ceil(np.log2(sampling.count))))[: sampling.count]
-    return qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)
+    if sampling.method == "latin-hypercube":
+        return qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)
+    exponent, apart = int(np.ceil(np.log2(sampling.count))), sampling.method == "saltelli"
+    points = qmc.Sobol(dimensions * (2 if apart else 1), rng=rng).random_base2(exponent)[: sampling.count]
+    if not apart:
+        return points
+    first, second = points[:, :dimensions], points[:, dimensions:]
+    mixed = [np.where(np.arange(dimensions) == k, second, first) for k in range(dimensions)]
+    return np.concatenate([first, second, *mixed])

@@ -17,7 +17,8 @@ import numpy as np
 from prb3r.model.manipulator import Manipulator
 from prb3r.runs.store import canonical
 from prb3r.study.axes import Axis, axes
-from prb3r.study.spec import Factor, Level, Study
+from prb3r.study.factors import Factor, Level
+from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, setting_at, with_setting
 
 
@@ -29,7 +30,7 @@ class Case:
     factors: dict[str, Any]
     """Value or label of each factor: columns of the table of cases."""
     settings: Tree
-    """`manipulator, broken, initial, step, sweep, cloud`, all plain values."""
+    """`manipulator, broken, initial, step, sweep, cloud, reach`, all plain values."""
 
     def manipulator(self) -> Manipulator:
         """The manipulator of the case, checked already when the case was resolved."""
@@ -133,7 +134,7 @@ class Cases(Sequence[Case]):
         return family, row
 
 
-def unchecked_cases(base: Tree, study: Study) -> Iterator[tuple[Family, list[str]]]:
+def unchecked_cases(base: Tree, study: Study, designs: np.ndarray | None = None) -> Iterator[tuple[Family, list[str]]]:
     """Families of a study's cases and what keeps the factors from being set there.
 
     Raises
@@ -141,7 +142,7 @@ def unchecked_cases(base: Tree, study: Study) -> Iterator[tuple[Family, list[str
     ValueError
         If zipped factors differ in length.
     """
-    factors, grid = {factor.name: factor for factor in study.factor}, axes(study)
+    factors, grid = {factor.name: factor for factor in study.factor}, axes(study, designs)
     shape = [len(axis) for axis in grid]
     numbers = np.arange(int(np.prod(shape, dtype=np.int64))).reshape(shape)
     within = [all(_sets_a_load(factors[name], values) for name, values in axis.values.items()) for axis in grid]
@@ -167,15 +168,15 @@ def _columns(grid: list[Axis]) -> dict[str, np.ndarray]:
     return columns
 
 
-def label_columns(study: Study) -> dict[str, np.ndarray]:
+def label_columns(study: Study, designs: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Value or label of each factor of all cases."""
-    columns = _columns(axes(study))
+    columns = _columns(axes(study, designs))
     return {factor.name: columns[factor.name] for factor in study.factor}
 
 
 def _sets_a_load(factor: Factor, values: list[Any]) -> bool:
     """Whether a factor sets nothing but the value of a load, by numbers."""
-    paths = [*([factor.path] if factor.path else []), *(factor.ratio or ())]
+    paths = [*factor.changed, *(factor.ratio or ())]
     loads = bool(paths) and all(_is_load(path) for path in paths)
     return loads and all(isinstance(value, float) for value in values)
 
@@ -197,9 +198,19 @@ def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, 
                 settings = with_setting(settings, factor.ratio[0], value * setting_at(settings, factor.ratio[1]))
             elif factor.path is not None:
                 settings = with_setting(settings, factor.path, value)
+            for path in factor.changed if factor.added_to or factor.times else ():
+                settings = with_setting(settings, path, _in_error(settings, path, value, bool(factor.times)))
         except (KeyError, TypeError) as error:
             wrong.append(f"factor {name!r}: {error.args[0]}")
     return settings, wrong
+
+
+def _in_error(settings: Tree, path: str, error: Any, multiplied: bool) -> Any:
+    """What stands at `path`, with an error."""
+    right = setting_at(settings, path)
+    if isinstance(right, bool) or not isinstance(right, int | float | np.ndarray):
+        raise TypeError(f"path {path!r} leads to no number that could be off: {right!r}")
+    return right * error if multiplied else right + error
 
 
 def _with_level(settings: Tree, level: Level) -> Tree:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
-from prb3r.study.spec import CaseComparison, Factor, Plot, Study
+from prb3r.study.factors import Factor
+from prb3r.study.spec import CaseComparison, Plot, Study
 
 FIXED_COLUMNS = (
     "case_id",
@@ -28,12 +29,11 @@ def described(study: Study) -> list[Quantity]:
 
 
 def _factor(factor: Factor) -> Quantity:
-    if factor.ratio is not None:
-        return Quantity(factor.name, "", "1", f"factor: {factor.ratio[0]} over {factor.ratio[1]}")
-    if factor.path is None or factor.path == "model":
+    if not factor.target or factor.path == "model":
         return Quantity(factor.name, "", "", "factor: named alternatives")
-    known = describe(factor.name)
-    return replace(known, meaning=f"factor: {factor.path}")
+    if factor.ratio is not None or factor.times:
+        return Quantity(factor.name, "", "1", f"factor: {factor.target}")
+    return replace(describe(factor.name), meaning=f"factor: {factor.target}")
 
 
 def _comparison(comparison: CaseComparison) -> Quantity:
@@ -134,6 +134,9 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
             problems.append(Problem(place, "a plot of shapes needs states = 'final' or 'path'"))
         if plot.kind == "workspace" and (study.cloud is None or study.states != "path"):
             problems.append(Problem(place, "a plot of a workspace needs [cloud] and states = 'path', or it is empty"))
+        if plot.kind == "path" and (study.reach is None or study.states != "path" or study.state_disks is not None):
+            what = "a plot of a path needs [reach], states = 'path' and the states of all disks (no state_disks)"
+            problems.append(Problem(place, what))
         if plot.kind == "loops":
             problems += _loop_problems(study, plot, place)
         if plot.kind == "shapes" and study.state_disks is not None:

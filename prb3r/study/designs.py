@@ -1,7 +1,8 @@
 """The designs of one or several study results, with the cases of each, and what each is worth by a criterion."""
 
+import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,14 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
+from prb3r.study.columns import described
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
 from prb3r.study.wishes import Criterion, Wishes, plain_text
+
+
+THE_DESIGN = "the design"
+"""Name of the design of a study that is about one."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +31,9 @@ class DesignCases:
     frame: pd.DataFrame
     """One row a case: its columns, and `design` and `scenario`, what it shares with cases of other designs."""
     circumstances: list[str]
-    """Factors that do not tell designs apart."""
+    """Factors that tell neither designs nor rigs apart."""
     wishes: Wishes
-    quantities: dict[str, Quantity] = field(default_factory=dict)
+    quantities: dict[str, Quantity] = dataclasses.field(default_factory=dict)
     """Of the columns, by name."""
 
     @property
@@ -69,16 +75,17 @@ def read_designs(folders: Sequence[Path], asked: Wishes | None = None) -> Design
     quantities: dict[str, Quantity] = {}
     for folder, study in zip(folders, studies, strict=True):
         table = read_arrow(folder / "cases.parquet")
-        quantities |= {described.name: _described(described) for described in table.schema}
+        quantities |= {field.name: _quantity_of(field) for field in table.schema}
         factors = _factors_of(study, asked, str(folder))
-        rest = [factor.name for factor in study.factor if factor.name not in factors]
+        rests.append([factor.name for factor in study.factor if factor.name not in factors])
         prefix = f"{study.name}: " if len(folders) > 1 else ""
-        frames.append(_with_designs(table.to_pandas(), factors, rest, prefix))
-        rests.append(rest)
+        frames.append(_with_designs(table.to_pandas(), factors, rests[-1], prefix))
     where = ", ".join(map(str, folders))
     if any(rest != rests[0] for rest in rests):
         raise SpecError(Problem(where, "vary different factors, so they share no cases"))
-    cases = DesignCases(pd.concat(frames, ignore_index=True), rests[0], wishes, quantities)
+    errors = {error.name for study in studies for error in study.errors}
+    circumstances = [name for name in rests[0] if name not in errors]
+    cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities)
     _check(cases, where)
     return cases
 
@@ -113,13 +120,29 @@ def _study_of(folder: Path) -> Study:
         raise SpecError(Problem(str(folder), what)) from None
 
 
+def designs_of(study: Study, frame: pd.DataFrame) -> DesignCases:
+    """The designs among cases of a study that are not on disk yet, with what the study wants of them."""
+    names = [factor.name for factor in study.factor]
+    rest = [name for name in names if name not in study.design_factors]
+    circumstances = [name for name in rest if name not in {error.name for error in study.errors}]
+    quantities = {quantity.name: quantity for quantity in described(study)}
+    return DesignCases(_with_designs(frame, study.design_factors, rest, ""), circumstances, study.wishes, quantities)
+
+
 def _with_designs(frame: pd.DataFrame, factors: list[str], rest: list[str], prefix: str) -> pd.DataFrame:
-    designs = [
-        prefix + ", ".join(_named(name, value) for name, value in zip(factors, row, strict=True))
+    rows = frame[rest].itertuples(index=False) if rest else [()] * len(frame)
+    scenarios = [tuple(map(plain_text, row)) for row in rows]
+    return frame.assign(design=[prefix + name for name in design_names(frame, factors)], scenario=scenarios)
+
+
+def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
+    """The name of the design of every case, from the factors that tell designs apart; of a single one, that."""
+    if not factors:
+        return [THE_DESIGN] * len(frame)
+    return [
+        ", ".join(_named(name, value) for name, value in zip(factors, row, strict=True))
         for row in frame[factors].itertuples(index=False)
     ]
-    scenarios = [tuple(map(plain_text, row)) for row in frame[rest].itertuples(index=False)]
-    return frame.assign(design=designs, scenario=scenarios)
 
 
 def _named(factor: str, value: Any) -> str:
@@ -152,9 +175,9 @@ def _check(cases: DesignCases, where: str) -> None:
         raise SpecError(*problems)
 
 
-def _described(described: Any) -> Quantity:
-    metadata = {key.decode(): text.decode() for key, text in (described.metadata or {}).items()}
-    name = described.name
+def _quantity_of(field: Any) -> Quantity:
+    metadata = {key.decode(): text.decode() for key, text in (field.metadata or {}).items()}
+    name = field.name
     return Quantity(name, "", metadata.get("unit", "1"), metadata.get("description", name))
 
 

@@ -12,16 +12,19 @@ from prb3r.quantities import Quantity
 from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import content_hash
-from prb3r.study.axes import count_cases
+from prb3r.study.axes import corners, count_cases
 from prb3r.study.cases import Cases, Family
 from prb3r.study.columns import FIXED_COLUMNS, check_columns, described
+from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
-from prb3r.study.spec import MAX_CASES, Study, load_study
+from prb3r.study.spec import Study, load_study
 from prb3r.study.work import Chunk
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
 """Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
+MOST_CORNERED = 8
+"""Up to so many searched factors, all corners of their ranges are checked before a search begins."""
 LONG_CHECK = 1000
 """Cases from which on progress tells how far checking them is."""
 
@@ -45,6 +48,21 @@ class Silent:
     def begin(self, name: str, cases: int, done: int) -> None: ...
 
     def advance(self, cases: int, failed: int) -> None: ...
+
+    def end(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """Passes on how many cases are stored, of several runs that are told as one."""
+
+    whole: Progress
+
+    def begin(self, name: str, cases: int, done: int) -> None:
+        self.whole.advance(done, 0)
+
+    def advance(self, cases: int, failed: int) -> None:
+        self.whole.advance(cases, failed)
 
     def end(self) -> None: ...
 
@@ -157,6 +175,8 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
     progress.begin(f"{study.name}, checking", int(min(count, MAX_CASES)), 0)
     try:
         cases = resolve(path, study, lambda more: progress.advance(more, 0))
+        if 0 < len(study.searched) <= MOST_CORNERED:
+            resolve(path, study, designs=corners(study))
     finally:
         progress.end()
     plan = Plan(Path(path), study, cases, Path(output) / study.name)

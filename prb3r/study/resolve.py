@@ -1,20 +1,24 @@
 """A study file to its cases, or to all that is wrong with them."""
 
+import itertools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.inverse.target import target_rows
 from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import refused, step_problems
-from prb3r.study.axes import count_cases
+from prb3r.study.axes import count_cases, short
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
-from prb3r.study.spec import MAX_CASES, Cloud, LoadSweep, Study
+from prb3r.study.factors import MAX_CASES
+from prb3r.study.loading import Cloud, LoadSweep, TargetPath
+from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, with_setting
 
 MAX_PROBLEMS = 20
@@ -23,8 +27,17 @@ MAX_TOLD = 200
 """Cases of a family that are asked what is wrong with their loads."""
 
 
-def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lambda cases: None) -> Cases:
+def resolve(
+    path: str | Path,
+    study: Study,
+    advance: Callable[[int], None] = lambda cases: None,
+    designs: np.ndarray | None = None,
+) -> Cases:
     """All cases of a study file; `advance` hears how many more of them are in order.
+
+    Parameters
+    ----------
+    designs : (n, factors) values of the factors that are searched; absent: the first generation.
 
     Raises
     ------
@@ -32,7 +45,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
         With every problem, by factor and case.
     """
     path = Path(path)
-    count = count_cases(study)
+    count = count_cases(study, None if designs is None else len(designs))
     if count > MAX_CASES:
         what = f"the factors make {count:.3g} cases, at most {MAX_CASES:,} are run; sample them or split the study"
         raise SpecError(Problem(f"{path} factor", what))
@@ -41,8 +54,8 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
     first: dict[str, int] = {}
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
-        base = _base(study, manipulator)
-        for family, wrong in unchecked_cases(base, study):
+        base = _base(study, manipulator) | {"reach": _reach(path, study)}
+        for family, wrong in unchecked_cases(base, study, designs):
             families.append(family)
             for row, what in [(0, what) for what in wrong] or _problems(family, study, checked):
                 first[what] = min(first.get(what, count), int(family.numbers[row]))
@@ -51,7 +64,7 @@ def resolve(path: str | Path, study: Study, advance: Callable[[int], None] = lam
                 break
     except (KeyError, TypeError, ValueError) as error:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
-    labels = label_columns(study)
+    labels = label_columns(study, designs)
     if first:
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
         told = sorted(first, key=lambda what: first[what])
@@ -82,6 +95,29 @@ def _base(study: Study, manipulator: Manipulator) -> Tree:
     return settings
 
 
+def _reach(path: Path, study: Study) -> Tree:
+    """What is to be followed, with every target; nothing where nothing is.
+
+    Raises
+    ------
+    SpecError
+        With everything that is wrong with the table of targets.
+    """
+    if study.reach is None:
+        return {}
+    rows = [place.model_dump(exclude_none=True) for place in study.reach.target or ()]
+    if study.reach.path is not None:
+        rows = target_rows(path.parent / study.reach.path)
+    elif study.reach.count > 1:
+        rows = rows[:1] + [
+            {name: short(first[name] + share * (then[name] - first[name])) for name in then}
+            for first, then in itertools.pairwise(rows)
+            for share in np.arange(1, study.reach.count + 1) / study.reach.count
+        ]
+    most = {} if study.reach.most_n is None else {"most_n": study.reach.most_n}
+    return {"disk": study.reach.disk, "target": rows, **most}
+
+
 def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, str]]:
     """What is wrong with cases whose factors are set, with the row of the case."""
     settings = family.settings
@@ -96,7 +132,7 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
         return
     problems = [*_structure_problems(settings, manipulator), *_asked_problems(study, settings, manipulator)]
     yield from ((0, what) for what in problems)
-    if problems or settings["cloud"]:
+    if problems or settings["cloud"] or settings["reach"]:
         return
     if _plain_numbers(settings):
         rows = np.flatnonzero(refused(manipulator, load_columns(settings, len(family))))
@@ -122,8 +158,10 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
             yield f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
     if settings["cloud"]:
         yield from _cloud_problems(settings["cloud"], manipulator)
+    elif settings["reach"]:
+        yield from _reach_problems(settings, manipulator)
     elif not settings["initial"] and not settings["step"] and not settings["sweep"]:
-        yield "no loads: give [[step]], [initial], [sweep] or [cloud]"
+        yield "no loads: give [[step]], [initial], [sweep], [cloud] or [reach]"
     elif settings["sweep"]:
         sweep, invalid = validate(settings["sweep"], LoadSweep)
         yield from (f"sweep {dotted(keys)} {what}" for keys, what in invalid)
@@ -136,6 +174,8 @@ def _asked_problems(study: Study, settings: Tree, manipulator: Manipulator) -> I
     """What is asked for and cannot be had of a manipulator and its kind of loads."""
     for metric in study.metric:
         yield from (f"metric {metric.kind}: {what}" for what in metric.problems(manipulator, bool(settings["cloud"])))
+        if metric.of_paths and not settings["reach"]:
+            yield f"metric {metric.kind}: needs [reach], a path of targets"
     for disk in study.state_disks or ():
         if disk > manipulator.plates:
             yield f"state_disks: there is no disk {disk}, the tip is disk {manipulator.plates}"
@@ -147,6 +187,15 @@ def _cloud_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
     for name in cloud.tension_n if cloud and not wrong else ():
         if name not in manipulator.cable_names:
             yield f"cloud drives cable {name!r}, which does not exist{did_you_mean(name, manipulator.cable_names)}"
+
+
+def _reach_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
+    reach, wrong = validate(settings["reach"], TargetPath)
+    yield from (f"reach {dotted(keys)} {what}" for keys, what in wrong)
+    if reach and reach.disk != "tip" and reach.disk > manipulator.plates:
+        yield f"reach: there is no disk {reach.disk}, the tip is disk {manipulator.plates}"
+    if not set(manipulator.cable_names) - set(settings["broken"]):
+        yield "reach: no cable is left to pull"
 
 
 def _plain_numbers(settings: Tree) -> bool:

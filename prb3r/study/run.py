@@ -9,7 +9,8 @@ import os
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,15 @@ from prb3r.runs.parts import Columns, Parts, States
 from prb3r.runs.provenance import environment, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, read_arrow, write_arrow
 from prb3r.runs.tasks import Piece, Workers
+from prb3r.study.axes import first_designs
 from prb3r.study.cases import Family
 from prb3r.study.compare import fitted_lines, with_comparisons
 from prb3r.study.manifest import changes, timing
-from prb3r.study.plan import Plan, Progress, Silent, plan_study
+from prb3r.study.designs import designs_of
+from prb3r.study.plan import Plan, Progress, Quiet, Silent, plan_study
+from prb3r.study.resolve import resolve
+from prb3r.study.rigs import Rigs, rigs_of, write_rigs
+from prb3r.study.search import Judged, searched_designs
 from prb3r.study.tables import cases_frame, write_states
 from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
 
@@ -60,6 +66,11 @@ class Result:
     def failed(self) -> int:
         """Number of cases without a converged equilibrium."""
         return int((self.cases["outcome"] != "converged").sum())
+
+    @cached_property
+    def rigs(self) -> Rigs | None:
+        """What the errors of the study do, if it has any."""
+        return rigs_of(self.plan.study, self.cases) if self.plan.study.errors else None
 
     def states(self) -> pd.DataFrame | None:
         """The table of states, if the spec keeps any."""
@@ -122,17 +133,16 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     parts = Parts(plan.folder)
     if options.fresh:
         parts.discard()
+    if plan.study.search is None:
+        computed = brought(plan, parts, options.workers, progress)
     else:
-        adopt(plan, parts)
-    computed = compute(plan, parts, options.workers, progress)
+        plan, computed = explored(plan, parts, options.workers, progress)
     provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}
     if plan.states_item:
         write_states(plan, parts, plan.folder / "states.parquet", provenance)
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
-    lengths = straight_lengths(plan.cases.families) if relative else {}
-    cases = with_comparisons(cases_frame(plan, parts), plan.study, lengths)
+    cases = tabulated(plan, parts)
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }
@@ -156,7 +166,48 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         manifest |= {name: before[name] for name in ("run", "timing") if name in before}
     manifest["changed"] = changes(before, manifest) if before else []
     write_manifest(plan.folder, manifest)
-    return Result(plan, cases, manifest, computed)
+    result = Result(plan, cases, manifest, computed)
+    write_rigs(result.rigs, plan.folder, provenance)
+    return result
+
+
+def tabulated(plan: Plan, parts: Parts) -> pd.DataFrame:
+    """The table of cases, all of which are among the parts, with comparisons."""
+    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
+    lengths = straight_lengths(plan.cases.families) if relative else {}
+    return with_comparisons(cases_frame(plan, parts), plan.study, lengths)
+
+
+def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> tuple[Plan, int]:
+    """The plan with every design that a search tries, generation by generation, and the number of computed cases.
+
+    The search is the same every time: where designs are known already it goes through them again without computing.
+    """
+    study, counted = plan.study, []
+    assert study.search is not None
+
+    def judged(designs: np.ndarray) -> Judged:
+        asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
+        counted.append(brought(asked, parts, workers, Quiet(progress)))
+        cases = designs_of(study, tabulated(asked, parts))
+        bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
+        margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]
+        scores = wanted * [preference.sign for preference in study.preference]
+        return Judged(np.array(margins, float).reshape(bounded.shape), np.nan_to_num(scores, nan=-np.inf))
+
+    each = len(plan.cases) // len(first_designs(study))
+    progress.begin(study.name, study.search.designs * each, 0)
+    try:
+        designs = searched_designs(study, judged)
+    finally:
+        progress.end()
+    return replace(plan, cases=resolve(plan.path, study, designs=designs)), sum(counted)
+
+
+def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
+    """Bring all cases of a plan among the parts, from other studies or computed; the number of the latter."""
+    adopt(plan, parts)
+    return compute(plan, parts, workers, progress)
 
 
 def adopt(plan: Plan, parts: Parts) -> None:

@@ -1,145 +1,18 @@
 """What a study file may say: factors, loads, metrics, comparisons and plots."""
 
-import itertools
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from prb3r.model.files.numbers import Positive
 from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
-from prb3r.quantities import unit_ending
+from prb3r.study.factors import LOADS, Factor, Name, Sampling, DesignSearch
+from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
-
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-MAX_CASES = 1_000_000
-LOADS = ("initial", "step", "sweep", "cloud", "broken")
-"""Parameter paths that begin so change what is done to a manipulator, not its design."""
-
-
-class Range(Strict):
-    """A number of values from one end to the other, both included."""
-
-    start: float = Field(alias="from")
-    stop: float = Field(alias="to")
-    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
-
-
-class Interval(Strict):
-    """The ends between which a sampled factor lies."""
-
-    low: float
-    high: float
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Interval":
-        if not self.low < self.high:
-            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
-        return self
-
-
-class Level(Strict):
-    """One named alternative of a structural factor: whatever it sets replaces that part of the case."""
-
-    label: Annotated[str, Field(min_length=1)]
-    set: dict[str, Any] = {}
-    """Parameter paths and their values."""
-    broken: list[str] | None = None
-    """Cables that carry nothing."""
-    initial: dict[str, float] | None = None
-    """Loads applied first."""
-    step: list[dict[str, float]] | None = None
-    """Load steps."""
-    model: ModelName | None = None
-
-
-class Factor(Strict):
-    """One axis of a study: a parameter path, a ratio of two, or named alternatives."""
-
-    name: Name
-    path: str | None = None
-    """Such as `segment.1.thickness_m`, `cable.2.offset_m`, `friction.coefficient`, `step.1.cable_1_n`, `model`."""
-    ratio: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
-    """Two paths; the first is set to the factor times the second."""
-    values: Annotated[list[Scalar], Field(min_length=1)] | None = None
-    linspace: Range | None = None
-    geomspace: Range | None = None
-    range: Interval | None = None
-    """For Sobol and Latin hypercube sampling."""
-    level: Annotated[list[Level], Field(min_length=1)] | None = None
-    zip: str | None = None
-    """Factors with the same word here advance together."""
-
-    @model_validator(mode="after")
-    def _consistent(self) -> "Factor":
-        targets = [name for name in ("path", "ratio", "level") if getattr(self, name) is not None]
-        if len(targets) != 1:
-            raise ValueError("give one of path, ratio or level" + (f", not {' and '.join(targets)}" if targets else ""))
-        grids = [name for name in ("values", "linspace", "geomspace", "range") if getattr(self, name) is not None]
-        if self.level is None and len(grids) != 1:
-            raise ValueError(
-                "give one of values, linspace, geomspace or range" + (f", not {' and '.join(grids)}" if grids else "")
-            )
-        if self.level is not None and grids:
-            raise ValueError(f"levels have no {grids[0]}")
-        if self.geomspace is not None and not min(self.geomspace.start, self.geomspace.stop) > 0:
-            raise ValueError("geomspace needs positive ends")
-        if self.zip is not None and self.range is not None:
-            raise ValueError("a sampled factor (range) cannot be zipped; all sampled factors already advance together")
-        ending = unit_ending(self.path.rpartition(".")[2]) if self.path else ""
-        if ending and not self.name.endswith(ending):
-            raise ValueError(
-                f"the name {self.name!r} becomes a column and must end in {ending!r}, the unit of {self.path}"
-            )
-        labels = [level.label for level in self.level or ()]
-        if len(set(labels)) < len(labels) and self.zip is None:
-            raise ValueError("labels of levels must differ")
-        return self
-
-
-class Sampling(Strict):
-    """How the factors with a `range` are sampled together; all others form a grid around them."""
-
-    method: Literal["sobol", "latin-hypercube"]
-    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
-
-
-class Cloud(Strict):
-    """Many independent loads on one case: tensions drawn by a Sobol sequence, each ramped from rest."""
-
-    count: Annotated[int, Field(ge=16, le=4_194_304)]
-    tension_n: dict[str, Positive]
-    """Largest tension of each cable that is driven."""
-    limit: Literal["tension", "bend"] = "tension"
-    """`bend`: instead, each cable is driven up to where it alone bends its segment by `bend_rad`."""
-    bend_rad: Positive | None = None
-
-    @model_validator(mode="after")
-    def _consistent(self) -> "Cloud":
-        if self.limit == "bend" and self.bend_rad is None:
-            raise ValueError("limit = 'bend' needs bend_rad, the largest bend of a segment")
-        return self
-
-
-class LoadSweep(Strict):
-    """Load steps of one column, after all others: from turning point to turning point in equal parts."""
-
-    column: Annotated[str, Field(min_length=1)]
-    """Such as `cable_1_n`."""
-    turns: Annotated[list[float], Field(min_length=1)]
-    """Values that it is brought to, one after the other; it starts where the steps before have left it."""
-    count: Annotated[int, Field(ge=1, le=10_000)]
-    """Steps from one turning point to the next."""
-
-    @model_validator(mode="after")
-    def _turning(self) -> "LoadSweep":
-        if any(turn == next_turn for turn, next_turn in itertools.pairwise(self.turns)):
-            raise ValueError("turns must differ from one to the next")
-        return self
 
 
 class CaseComparison(Strict):
@@ -175,7 +48,7 @@ class Plot(Strict):
     """A figure made from the tables of a study; written as PNG and SVG."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
-    kind: Literal["lines", "shapes", "workspace", "bars", "loops"]
+    kind: Literal["lines", "shapes", "workspace", "bars", "loops", "path"]
     caption: str = ""
     where: dict[str, Scalar | list[Scalar]] = {}
     """Only cases with these factor values."""
@@ -239,8 +112,12 @@ class Study(Strict):
     sweep: LoadSweep | None = None
     """And after those, many steps of one column."""
     cloud: Cloud | None = None
+    reach: TargetPath | None = None
+    """Instead of loads: the targets that they bring a disk to."""
     factor: list[Factor] = []
     sampling: Sampling | None = None
+    search: DesignSearch | None = None
+    """Instead of sampling: the factors with a range are searched for the best design."""
     metric: list[AnyMetric] = []
     comparison: list[CaseComparison] = []
     fit: list[LineFit] = []
@@ -255,11 +132,34 @@ class Study(Strict):
 
     @property
     def design_factors(self) -> list[str]:
-        """The factors that tell designs apart: those of `[designs]`, or else all that change the manipulator."""
+        """The factors that tell designs apart: those of `[designs]`, or else all choices that change the manipulator.
+
+        None of a study whose factors are errors and loads alone: it is about one design.
+        """
         if self.designs is not None:
             return self.designs.factors
-        changing = [f for f in self.factor if f.ratio or (f.path and f.path.split(".")[0] not in LOADS)]
-        return [factor.name for factor in changing]
+        return [f.name for f in self.factor if f.changed and not f.is_error and f.changed[0].split(".")[0] not in LOADS]
+
+    @property
+    def errors(self) -> list[Factor]:
+        """The factors that nobody chooses, which are drawn: errors of rigs, or scatter."""
+        return [factor for factor in self.factor if factor.is_error and factor.drawn is not None]
+
+    @property
+    def searched(self) -> list[Factor]:
+        """The factors between whose ends the best design is searched."""
+        return [factor for factor in self.factor if self.search is not None and factor.range and not factor.is_error]
+
+    @property
+    def sampled(self) -> list[Factor]:
+        """The factors that are sampled together."""
+        searched = [factor.name for factor in self.searched]
+        return [factor for factor in self.factor if factor.drawn is not None and factor.name not in searched]
+
+    @property
+    def decides(self) -> bool:
+        """Whether it says which of several designs to build."""
+        return self.wishes.given and bool(self.design_factors)
 
     @property
     def wishes(self) -> Wishes:
@@ -271,14 +171,18 @@ class Study(Strict):
         problems = []
         if self.cloud is not None and (self.step or self.initial or self.sweep):
             problems.append("cloud excludes initial, step and sweep: its loads are independent of each other")
-        sampled = [factor.name for factor in self.factor if factor.range is not None]
-        if sampled and self.sampling is None:
+        if self.reach is not None and (self.step or self.initial or self.sweep or self.cloud):
             problems.append(
-                f"{sampled[0]!r} has a range: say how it is sampled, [sampling] method = 'sobol', count = 64"
+                "reach excludes initial, step, sweep and cloud: its loads are those that lead to the targets"
             )
-        if self.sampling is not None and not sampled:
-            problems.append("[sampling] needs factors with a range")
-        if self.wishes.given and not self.design_factors:
+        if self.sampled and self.sampling is None:
+            problems.append(
+                f"{self.sampled[0].name!r} is drawn: say how it is sampled, [sampling] method = 'sobol', count = 64"
+            )
+        if self.sampling is not None and not self.sampled:
+            problems.append("[sampling] needs factors that are drawn (range, normal or lognormal)")
+        problems += self._search_problems()
+        if self.wishes.given and not self.design_factors and not self.errors:
             problems.append(
                 "requirements and preferences are of designs, but no factor changes the manipulator: "
                 "say which factors tell designs apart, [designs] factors = [...]"
@@ -292,6 +196,21 @@ class Study(Strict):
         if places:
             raise KeyedError(*places)
         return self
+
+    def _search_problems(self) -> list[str]:
+        if self.search is None:
+            return []
+        problems = [] if self.searched else ["[search] needs factors with a range to search"]
+        if not self.wishes.given:
+            problems.append("[search] needs to know what is best: give [[preference]] or [[requirement]]")
+        for name in sorted({factor.name for factor in self.searched} ^ set(self.design_factors)):
+            problems.append(
+                f"{name!r} must both tell designs apart and have a range: a search knows no other designs; "
+                "circumstances are told from them by [designs] factors = [...]"
+            )
+        if self.search.designs < self.search.generation:
+            problems.append("[search] tries at least one generation: designs must not be fewer")
+        return problems
 
 
 def load_study(path: str | Path) -> Study:

@@ -9,7 +9,7 @@ from typing import Any
 from prb3r.errors import did_you_mean
 
 Tree = dict[str, Any]
-LOAD_PARTS = ("initial", "step", "sweep", "cloud", "broken")
+LOAD_PARTS = ("initial", "step", "sweep", "cloud", "reach", "broken")
 """Parts of a case beside its manipulator; every other path leads into the manipulator."""
 
 

@@ -1,5 +1,6 @@
 """What is wanted of a design: requirements it must meet and preferences by which those that do are ranked."""
 
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ from prb3r.model.manipulator import Strict
 Scalar = float | int | str | bool
 
 
-class Criterion(Strict):
+class Criterion(Strict, ABC):
     """One number of a design: a column of its cases, over those of them that count."""
 
     metric: str
@@ -34,9 +35,9 @@ class Criterion(Strict):
         return self
 
     @property
+    @abstractmethod
     def sign(self) -> float:
         """+1 where more is better, -1 where less is."""
-        raise NotImplementedError
 
     def value(self, values: np.ndarray) -> float:
         """The number of a design from `values` (cases,) of its column.

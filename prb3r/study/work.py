@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads
+from prb3r.inverse.reach import limits, pulls_along
+from prb3r.inverse.target import chain_targets
+from prb3r.mechanics.chain import Chain, Loads, loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.model.laws.self_consistent import NOT_CLOSED, equilibria_of
 from prb3r.model.manipulator import Manipulator
@@ -13,10 +15,11 @@ from prb3r.model.solve import disk_tension
 from prb3r.model.steps import loads_of
 from prb3r.runs.parts import Columns
 from prb3r.study.cases import Family
+from prb3r.study.loading import Cloud
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.metrics.base import Metric, Solved
 from prb3r.study.metrics.drive import drive_tension
-from prb3r.study.spec import Cloud
+from prb3r.study.tree import Tree
 from prb3r.study.workspace import cloud_loads
 
 CASE_FAILED, CASE_CRASHED = "failed", "crashed"
@@ -90,22 +93,24 @@ def solve_cases(family: Family, manipulator: Manipulator, chain: Chain) -> Solve
     """Equilibria of cases that share a manipulator: of their initial loads and steps in their order, or of a cloud."""
     settings, count = family.settings, len(family)
     if settings["cloud"]:
-        loads = _cloud(Cloud.model_validate(settings["cloud"]), manipulator, chain)
-        states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True, detail=False)
-        return Solved(manipulator, chain, loads, states, cloud=True)
+        many = _cloud(Cloud.model_validate(settings["cloud"]), manipulator, chain)
+        states = equilibria_of(chain, many, from_rest=True, eigenvalue=True, detail=False)
+        return Solved(manipulator, chain, many, states, cloud=True)
+    if settings["reach"]:
+        return _followed(settings["reach"], manipulator, chain)
     columns = load_columns(settings, count)
     steps = next(iter(columns.values())).shape[1]
-    loads = loads_of(manipulator, chain, {name: values.ravel() for name, values in columns.items()})
+    path = loads_of(manipulator, chain, {name: values.ravel() for name, values in columns.items()})
     initial = bool(settings["initial"])
     numbers = np.tile(np.arange(steps) + (0 if initial else 1), count)
     begins = np.arange(count * steps) % steps == 0
-    states = equilibria_of(chain, loads, from_rest=begins, eigenvalue=True, number=numbers)
-    return Solved(manipulator, chain, loads, states, initial, count=count)
+    states = equilibria_of(chain, path, from_rest=begins, eigenvalue=True, number=numbers)
+    return Solved(manipulator, chain, path, states, initial, count=count)
 
 
 def _parts(family: Family, chain: Chain) -> Iterator[Family]:
     """Cases that are solved in one call: few enough for the memory, single ones under moments that follow the state."""
-    alone = bool(family.settings["cloud"] or chain.closure)
+    alone = bool(family.settings["cloud"] or family.settings["reach"] or chain.closure)
     most = 1 if alone else max(1, MOST_DISKS // (len(load_rows(family.settings)) * (chain.plates + 1)))
     return (family.part(slice(start, start + most)) for start in range(0, len(family), most))
 
@@ -116,6 +121,21 @@ def _cloud(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> Loads:
     if cloud.limit == "bend":
         limits = {name: bend_limit(manipulator, name, cloud) for name in names}
     return cloud_loads(manipulator, chain, limits, cloud.count)
+
+
+def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
+    """A disk brought from target to target, a step each; where nothing leads to one, the step before is kept."""
+    targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
+    cables = len(manipulator.cable)
+    tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
+    for step, found in enumerate(pulls_along(chain, targets, limits(chain, reach.get("most_n")))):
+        tension[step], slip[step] = (
+            (tension[step - 1], slip[step - 1]) if found is None else (found.tension, found.slip)
+        )
+    steps = loads(chain, tension, slip)
+    begins = np.arange(len(targets)) == 0
+    states = equilibria_of(chain, steps, from_rest=begins, eigenvalue=True, number=np.arange(1, len(targets) + 1))
+    return Solved(manipulator, chain, steps, states, targets=tuple(targets))
 
 
 def bend_limit(manipulator: Manipulator, cable: str, cloud: Cloud) -> float:

@@ -1,9 +1,10 @@
-"""Force-controlled workspaces: load clouds and the area that a tip reaches."""
+"""Force-controlled workspaces: load clouds, and the area, outline and width that a tip reaches."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import ConvexHull
 from scipy.stats import qmc
 
 from prb3r.mechanics.chain import Chain, Loads, loads
@@ -40,3 +41,12 @@ def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
     mask = np.zeros((np.ptp(column) + 5, np.ptp(row) + 5), bool)
     mask[column - column.min() + 2, row - row.min() + 2] = True
     return float(ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
+
+
+def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Area of the convex hull (m^2) of points, and their extent in y (m); 0 of points on a line or none."""
+    points = np.stack([x, y], 1)[np.isfinite(x) & np.isfinite(y)]
+    if not len(points):
+        return 0.0, 0.0
+    flat = min(np.linalg.svd(points - points.mean(0), compute_uv=False)) < 1e-9 if len(points) > 2 else True
+    return 0.0 if flat else float(ConvexHull(points).volume), float(np.ptp(points[:, 1]))

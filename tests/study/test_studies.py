@@ -223,3 +223,21 @@ def test_after_diagnosis_the_lossy_pulley_shows_where_the_cable_is_let_out():
     assert refitted["drawn in"] < 0.5 * error["nominal"]["drawn in"]
     assert refitted["let out"] > error["nominal"]["let out"] > 0.05
     assert (error["explained"] == 0).all()
+
+
+def test_tolerances_make_the_middle_design_alone_safe_to_build():
+    frame = small("tolerances", thickness_ratio=[1.2])
+    assert (frame["coupling_m_per_n"] <= 0.82e-3).mean() == pytest.approx(0.98, abs=0.015)
+    scatter = np.log(frame["drive_tension_n"]).std()
+    assert scatter == pytest.approx(np.hypot(3 * 0.01, 0.02) * np.sqrt(1 / 0.65), rel=0.1)  # EI alone makes 65 %
+
+
+def test_sensitivity_of_the_stress_is_to_the_thickness_of_segment_1():
+    """Segment 1 is stressed by the moment of cable 3 and its thickness: sigma goes with h^-2, 2 % of 1 %."""
+    from prb3r.study.rigs import sobol_table
+
+    frame = small("sensitivity")
+    table = sobol_table(frame["peak_stress_pa"].to_numpy().reshape(9, 256))
+    assert table[0, 1] < 0.95 < table[0, 2]
+    hole = (1e-4 / 0.021) ** 2
+    assert table[4, 0] == pytest.approx(hole / (hole + 0.02**2), abs=0.03)

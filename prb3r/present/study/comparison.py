@@ -22,6 +22,9 @@ DECISION_CAPTIONS = {
 MOST_BESIDE = 5
 """Up to this many designs stand side by side; more stand below each other."""
 
+MOST_LISTED_DESIGNS = 24
+"""Of more designs the best ranked ones are listed."""
+
 
 @dataclass(frozen=True)
 class Advice:
@@ -69,6 +72,9 @@ def decision_table(decision: Decision) -> Table:
     columns = [("", decision.designs), *_required(decision), *_preferred(decision), *_ranked(decision)]
     heads = [head for head, _ in columns]
     rows = [list(row) for row in zip(*(cells for _, cells in columns), strict=True)]
+    if len(decision.designs) > MOST_LISTED_DESIGNS:
+        best = [*decision.ranking, *(k for k in range(len(rows)) if not decision.feasible[k])]
+        return Table(heads, [rows[k] for k in best[:MOST_LISTED_DESIGNS]])
     if len(decision.designs) > MOST_BESIDE:
         return Table(heads, rows)
     turned = [list(row) for row in zip(heads, *rows, strict=True)]
@@ -128,6 +134,8 @@ def _note(decision: Decision) -> str:
         if decision.left_out:
             note += f"; {decision.left_out} cases that only some designs have are not used"
         parts += [note, "Best values in bold"]
+    if len(decision.designs) > MOST_LISTED_DESIGNS:
+        parts.append(f"The {MOST_LISTED_DESIGNS} best ranked of {len(decision.designs):,} designs are listed")
     if sum(decision.front) > 1:
         parts.append("Scores go from 0, worst in everything, to 1, best in everything")
     return ". ".join(parts) + "."

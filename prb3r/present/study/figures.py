@@ -8,6 +8,7 @@ from prb3r.present import style
 from prb3r.present.study.bars import bars_figure
 from prb3r.present.study.lines import lines_figure
 from prb3r.present.study.loops import loops_figure
+from prb3r.present.study.paths import paths_figure
 from prb3r.present.study.shapes import shapes_figure
 from prb3r.present.study.sheet import Scene, Sheet
 from prb3r.present.study.workspace import workspace_figure
@@ -28,6 +29,7 @@ def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, s
         "workspace": workspace_figure,
         "bars": bars_figure,
         "loops": loops_figure,
+        "path": paths_figure,
     }
     with matplotlib.rc_context(style.RC):
         return kinds[plot.kind](Sheet(plot, cases, states, scene))

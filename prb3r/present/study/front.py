@@ -18,6 +18,12 @@ FULL_RESERVE = 1.0
 """Reserves beyond this share of the bound, to either side, stand at the edge."""
 LABEL_LETTERS = 48
 """So many letters of a label fit beside an axis of one column's width."""
+UPRIGHT_LETTERS = 36
+"""And beside its height."""
+MOST_OTHERS = 40
+"""Of more designs, those without a look of their own are left out where they would lie on top of each other."""
+LEGEND_ROW = 4.0
+"""Height of a row of a legend, mm."""
 OTHERS = style.Look(style.PALE, ".", "-", "")
 
 
@@ -39,11 +45,14 @@ def decision_figure(decision: Decision) -> Figure:
     """
     choice = decision.preferences if sum(decision.front) > 1 else []
     heights = [len(part) + 0.6 for part in (decision.requirements, choice) if part]
-    figure = Figure(figsize=(style.DOUBLE * style.MM, (7.5 * sum(heights) + 20) * style.MM), layout="constrained")
     if not heights:
         raise ValueError("nothing to lay side by side")
+    looks = {k: look for k, look in looks_of(decision).items() if _shown_beside(decision, look)}
+    handles = _design_handles(decision, looks)
+    beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
+    height = 7.5 * sum(heights) + 12 * len(heights) + LEGEND_ROW * -(-len(handles) // beside)
+    figure = Figure(figsize=(style.DOUBLE * style.MM, height * style.MM), layout="constrained")
     panels = iter(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False).ravel())
-    looks = looks_of(decision)
     if decision.requirements:
         axes, quantities = next(panels), decision.quantities[: len(decision.requirements)]
         axes.axvspan(-1.2, 0, color="#f3e3e5", lw=0)
@@ -64,16 +73,25 @@ def decision_figure(decision: Decision) -> Figure:
         _rows(axes, decision.worth, words, looks)
         axes.set_xlim(-0.05, 1.05)
         axes.set_xlabel("worth, from the worst (0) to the best (1) of the designs to choose from")
-    order = [*decision.ranking, *(k for k in looks if not decision.feasible[k])]
+    figure.legend(handles=handles, loc="outside lower center", ncols=beside)
+    return figure
+
+
+def _shown_beside(decision: Decision, look: style.Look) -> bool:
+    """Whether a design is drawn beside the others: of very many, only those that are told apart."""
+    return look is not OTHERS or len(decision.designs) <= MOST_OTHERS
+
+
+def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Line2D]:
+    """Legend entries of the designs that are told apart, best first, and of the others."""
+    order = [*(k for k in decision.ranking if k in looks), *(k for k in looks if not decision.feasible[k])]
     handles = []
     for k in [k for k in order if looks[k] is not OTHERS]:
         mark, look = "" if decision.feasible[k] else " (out)", looks[k]
         handles.append(_handle(look, style.literal(decision.designs[k]) + mark))
     if len(handles) < len(order):
         handles.append(_handle(OTHERS, "others"))
-    beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
-    figure.legend(handles=handles, loc="outside lower center", ncols=beside)
-    return figure
+    return handles
 
 
 def _handle(look: style.Look, label: str) -> Line2D:
@@ -104,8 +122,17 @@ def front_figure(decision: Decision) -> Figure:
     quantities = [decision.quantities[len(decision.requirements) + j] for j in columns]
     shown = [style.shown(q, decision.values.iloc[:, j]) for q, j in zip(quantities, columns, strict=True)]
     x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
-    figure = Figure(figsize=(style.SINGLE * style.MM, 0.8 * style.SINGLE * style.MM), layout="constrained")
-    axes, looks = figure.subplots(), looks_of(decision)
+    looks = looks_of(decision)
+    told = [
+        textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
+        for k in decision.ranking
+        if looks[k] is not OTHERS
+    ]
+    beside = min(2, style.legend_columns([*told, "Pareto front of these two"], style.SINGLE))
+    rows = sum(text.count("\n") + 1 for text in told) / beside + 2
+    size = style.SINGLE, 0.68 * style.SINGLE + LEGEND_ROW * rows
+    figure = Figure(figsize=(size[0] * style.MM, size[1] * style.MM), layout="constrained")
+    axes = figure.subplots()
     out = ~decision.feasible
     if out.any():
         axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, ms=4, mew=0.9, label="breaks a requirement")
@@ -113,15 +140,16 @@ def front_figure(decision: Decision) -> Figure:
     axes.plot(x[edge], y[edge], color=style.QUIET, lw=0.9, ls=(0, (4, 2)), label="Pareto front of these two")
     for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
-        label = None if look is OTHERS else style.literal(decision.designs[k])
+        label = None if look is OTHERS else textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
         axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=label)
-    for setter, j, s in zip((axes.set_xlabel, axes.set_ylabel), columns, shown, strict=True):
+    sides = (axes.set_xlabel, LABEL_LETTERS), (axes.set_ylabel, UPRIGHT_LETTERS)
+    for (setter, letters), j, s in zip(sides, columns, shown, strict=True):
         preference = decision.preferences[j]
         words = wish_in_words(preference, decision.quantities[len(decision.requirements) + j])
         better = "→" if preference.better == "greater" else "←"
         text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better {better}"
-        setter(textwrap.fill(text, LABEL_LETTERS))
-    figure.legend(loc="outside lower center", ncols=2)
+        setter(textwrap.fill(text, letters))
+    figure.legend(loc="outside lower center", ncols=beside)
     return figure
 
 

@@ -14,6 +14,7 @@ from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
 from prb3r.present.study.comparison import Advice
 from prb3r.present.study.lines import law_in_words
+from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity
 from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
@@ -87,8 +88,18 @@ class Source:
         return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
 
 
+@dataclass(frozen=True)
+class Answers:
+    """What a study answers beyond its tables."""
+
+    counsel: Advice | None = None
+    """Which design to build."""
+    sections: Sequence[Section] = ()
+    """Of its kind: errors of rigs, a search, a path."""
+
+
 def write_report(
-    folder: str | Path, source: Source, figures: Iterable[tuple[str, str]] = (), counsel: Advice | None = None
+    folder: str | Path, source: Source, figures: Iterable[tuple[str, str]] = (), answers: Answers | None = None
 ) -> list[Path]:
     """Write `summary.md` and `report.html` whole or not at all; figures (name, caption) are in `folder` already.
 
@@ -98,11 +109,13 @@ def write_report(
         If a figure has neither PNG nor SVG.
     """
     folder, study, cases, manifest = Path(folder), source.study, source.cases, source.manifest
+    answers = answers or Answers()
     kinds = {plot.name: plot.kind for plot in study.plot}
     content = {
         "study": study,
         "figures": [picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
-        "counsel": counsel,
+        "counsel": answers.counsel,
+        "sections": answers.sections,
         "count": _count(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, source.measured),
@@ -129,14 +142,13 @@ def _count(source: Source) -> str:
 def _varied(source: Source, name: str) -> tuple[str, str, str]:
     """A factor: its name in words, what it sets, the values it takes."""
     factor = next(factor for factor in source.study.factor if factor.name == name)
-    target = factor.path or (" relative to ".join(factor.ratio) if factor.ratio else "")
     values = source.cases[name].drop_duplicates()
     if len(values) > FEW and pd.api.types.is_numeric_dtype(values):
         ends = [source.cell(name, value, unit=True) for value in (values.min(), values.max())]
-        return source.quantity(name).title, target, f"{len(values)} values from {ends[0]} to {ends[1]}"
+        return source.quantity(name).title, factor.target, f"{len(values)} values from {ends[0]} to {ends[1]}"
     listed = [source.cell(name, value, unit=True) for value in values[:MOST_LISTED]]
     more = [f"and {len(values) - MOST_LISTED} more"] if len(values) > MOST_LISTED else []
-    return source.quantity(name).title, target, "; ".join(listed + more)
+    return source.quantity(name).title, factor.target, "; ".join(listed + more)
 
 
 def _ranges(source: Source, columns: Sequence[str]) -> Table | None:

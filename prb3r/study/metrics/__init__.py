@@ -10,8 +10,8 @@ from typing import Annotated
 from pydantic import Field
 
 from prb3r.study.metrics.drive import ChangingPoint, DriveTension
-from prb3r.study.metrics.position import CurvatureError, Position, Shift
-from prb3r.study.metrics.reach import Workspace
+from prb3r.study.metrics.position import CurvatureError, LocusError, Position, Shift
+from prb3r.study.metrics.reach import Follow, Workspace
 from prb3r.study.metrics.response import Coupling, FrictionDirection, Loop, TipCompliance
 from prb3r.study.metrics.strength import LimitLoad, Safety, Stability
 
@@ -19,8 +19,10 @@ AnyMetric = Annotated[
     Position
     | Shift
     | CurvatureError
+    | LocusError
     | Coupling
     | Workspace
+    | Follow
     | DriveTension
     | FrictionDirection
     | Loop

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from prb3r.errors import did_you_mean
+from prb3r.inverse.target import Target
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -41,6 +42,8 @@ class Solved:
     """Whether the steps of a case are independent loads."""
     count: int = 1
     """`c`."""
+    targets: tuple[Target, ...] = ()
+    """Of each step, where the loads are to bring a disk, if they are; then there is one case."""
 
     @property
     def steps(self) -> int:
@@ -124,6 +127,8 @@ class Metric(Strict, ABC):
     """Whether it takes many cases at once; else it is asked about one after the other."""
     of_clouds: ClassVar[bool] = False
     """Whether it can be had of a cloud of loads."""
+    of_paths: ClassVar[bool] = False
+    """Whether it can be had of a path of targets alone."""
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
@@ -136,7 +141,7 @@ class Metric(Strict, ABC):
         ----------
         cloud : whether the loads are a cloud instead of steps.
         """
-        disk, segment = getattr(self, "disk", "tip"), getattr(self, "segment", 1)
+        disk, segment = getattr(self, "disk", "tip"), getattr(self, "segment", None) or 1
         if isinstance(disk, int) and disk > manipulator.plates:
             yield f"there is no disk {disk}, the tip is disk {manipulator.plates}"
         if segment > len(manipulator.segment):

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
+from scipy.optimize import brentq
 
 from prb3r.mechanics.chain import pose
 from prb3r.mechanics.plate import gauss_collocation
@@ -81,3 +82,31 @@ class CurvatureError(Metric):
         circle = pose(chain._replace(plate=arcs), bends[:, None] * arcs.end)
         dx, dy = states.x[-1] - circle.x, states.y[-1] - circle.y
         return np.hypot(dx, dy).max() / chain.length, np.abs(dy).max() / chain.length, states.angle[-1, -1]
+
+
+class LocusError(Metric):
+    """How far the tip lies from the locus of tips under constant curvature, at the same x (Fig. 10 read so).
+
+    The constant curvature is that of the whole manipulator, as one cable bends it.
+    """
+
+    kind: Literal["locus-error"]
+
+    def quantities(self) -> list[Quantity]:
+        meaning = "distance of the tip in y from the locus of constant curvature at the same x, of that locus' y"
+        return [Quantity("locus_error_y", "e_x", "1", meaning)]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        chain, x, y = case.chain, case.states.x[-1, -1], case.states.y[-1, -1]
+        arcs = gauss_collocation(CIRCLE_POINTS)
+
+        def tip(total: float) -> tuple[float, float]:
+            bends = np.full(chain.plates, total / chain.plates)
+            circle = pose(chain._replace(plate=arcs), bends[:, None] * arcs.end)
+            return circle.x[-1], circle.y[-1]
+
+        turn = np.copysign(np.pi, y)  # x falls all the way from straight to half a turn
+        if y == 0 or not tip(turn)[0] < x < tip(0.0)[0]:
+            return [np.nan]
+        total = brentq(lambda angle: tip(angle)[0] - x, 0.0, turn, xtol=1e-12)
+        return [abs(y - tip(total)[1]) / abs(tip(total)[1])]

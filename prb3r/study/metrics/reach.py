@@ -1,4 +1,4 @@
-"""What the tip can reach."""
+"""What the tip can reach, and how a disk follows a path."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal
@@ -12,11 +12,11 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved
-from prb3r.study.workspace import area, cloud_loads
+from prb3r.study.workspace import area, cloud_loads, outline
 
 
 class Workspace(Metric):
-    """Area that the tip disk's centre reaches, counted in square cells, with its convergence.
+    """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
 
     Without `tension_n` the loads are the study's own cloud.
     """
@@ -35,6 +35,8 @@ class Workspace(Metric):
             Quantity(
                 "workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"
             ),
+            Quantity("workspace_hull_m2", "", "m^2", "area inside the outline (convex hull) of all points reached"),
+            Quantity("workspace_width_m", "", "m", "extent of all points reached across the manipulator"),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
         ]
 
@@ -52,4 +54,37 @@ class Workspace(Metric):
         x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
         half, whole = len(x) // 2, area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
-        return whole, share, float(np.mean(states.outcome != Outcome.CONVERGED))
+        return whole, share, *outline(x, y), float(np.mean(states.outcome != Outcome.CONVERGED))
+
+
+class Follow(Metric):
+    """How well a disk follows the targets of the study's `[reach]`, and with what tensions."""
+
+    kind: Literal["follow"]
+    of_paths: ClassVar[bool] = True
+
+    def quantities(self) -> list[Quantity]:
+        return [
+            Quantity("reached_share", "", "1", "share of the targets that are reached"),
+            Quantity("first_missed", "", "1", "number of the first target that is not reached; empty: none"),
+            Quantity("farthest_off_m", "", "m", "largest distance of the disk from its target"),
+            Quantity("most_turned_off_rad", "", "rad", "largest angle between the disk and its target"),
+            Quantity("highest_tension_n", "T_max", "N", "highest tension of a cable on the way"),
+            Quantity("highest_sum_n", "", "N", "highest sum of the tensions on the way"),
+        ]
+
+    def values(self, case: Solved) -> Sequence[float]:
+        places = case.targets[0].place(case.states)
+        wanted, asked = (np.array([getattr(target, name) for target in case.targets]) for name in ("wanted", "asked"))
+        off = np.where(asked, places - wanted, 0.0)
+        good = case.states.outcome == Outcome.CONVERGED
+        reached = good & [target.reached(place) for target, place in zip(case.targets, places, strict=True)]
+        missed = np.flatnonzero(~reached)
+        return (
+            float(reached.mean()),
+            float(missed[0] + 1) if len(missed) else np.nan,
+            float(np.hypot(off[:, 0], off[:, 1]).max()),
+            float(np.abs(off[:, 2]).max()),
+            float(case.loads.tension.max()),
+            float(case.loads.tension.sum(1).max()),
+        )

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from prb3r.model.files.numbers import Positive
 from prb3r.quantities import Quantity
@@ -17,18 +17,27 @@ class Coupling(Metric):
     kind: Literal["coupling"]
     together: ClassVar[bool] = True
     cable: str
-    disk: DiskNumber
+    disk: DiskNumber | None = None
+    segment: Annotated[int, Field(ge=1)] | None = None
+    """Instead of a disk: the last one of this segment, whatever its number."""
     load_n: Positive = 1.0
 
+    @model_validator(mode="after")
+    def _one_place(self) -> "Coupling":
+        if (self.disk is None) == (self.segment is None):
+            raise ValueError("give one of disk and segment")
+        return self
+
     def quantities(self) -> list[Quantity]:
-        disk = disk_in_words(self.disk)
+        disk = f"the last disk of segment {self.segment}" if self.disk is None else disk_in_words(self.disk)
         return [
             Quantity("coupling_m_per_n", "", "m/N", f"shift of {disk} per newton added to cable {self.cable}"),
             Quantity("coupling_rad_per_n", "", "rad/N", f"turn of {disk} per newton added to cable {self.cable}"),
         ]
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
-        disk, more = cases.at(self.disk), cases.last.tension.copy()
+        last = cases.manipulator.segment_ends[(self.segment or 1) - 1]
+        disk, more = cases.at(last if self.disk is None else self.disk), cases.last.tension.copy()
         more[:, cases.cable(self.cable)] += self.load_n
         pulled, states, ends = cases.continued(cases.last._replace(tension=more)), cases.states, cases.ends
         shift = np.hypot(pulled.x[:, disk] - states.x[ends, disk], pulled.y[:, disk] - states.y[ends, disk])

@@ -1,0 +1,135 @@
+"""Paths that a disk is brought along: targets, where the disk comes, and the manipulator on some of them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from prb3r.inverse.target import COORDINATES, Target, chain_targets
+from prb3r.present import style
+from prb3r.present.framing import to_scale, view_of
+from prb3r.present.study.section import Section
+from prb3r.present.study.shapes import Body, body, draw_body, draw_ghost, not_drawn, notes, straight
+from prb3r.present.study.sheet import Scene, Sheet
+from prb3r.study.run import Result
+
+DRAWN_STATES = 4
+"""Manipulators that are drawn along a path, evenly spaced, the first and the last among them."""
+MOST_TOLD_PATHS = 24
+"""So many cases are told one by one; all are in the table."""
+REACHED = {"ls": "", "marker": "o", "ms": 3.2, "mfc": "white", "mec": style.INK, "mew": 0.8}
+MISSED = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": style.ALARM}
+
+
+def paths_figure(sheet: Sheet) -> Figure:
+    """The way of a disk past its targets, with the manipulator at some of them; targets that it misses are crosses."""
+    if sheet.states is None:
+        raise ValueError(f"plot {sheet.plot.name!r} draws paths and needs states")
+    titles, parts = sheet.panels()
+    ways = {case: _Way.of(sheet, case) for part in parts for case in part["case_id"]}
+    corners = np.concatenate([way.corners for way in ways.values()])
+    failed = [
+        not_drawn(sheet, row, f"{count} of {len(ways[row['case_id']].targets)} targets not reached")
+        for part in parts
+        for _, row in part.iterrows()
+        if (count := int((~ways[row["case_id"]].reached).sum()))
+    ]
+    marks = [
+        Line2D([], [], **REACHED, label="target"),
+        Line2D([], [], **MISSED, label="not reached, and the way to it"),
+    ]
+    marks = marks if failed else marks[:1]
+    figure, axes = style.panels(titles, [*sheet.handles(solid=True), *marks, *notes(failed)], view_of(corners)[2])
+    for panel, part in zip(axes, parts, strict=True):
+        for look, _, group in sheet.groups(part):
+            for case in group["case_id"]:
+                ways[case].draw(panel, look)
+        to_scale(panel, corners)
+    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    return figure
+
+
+class _Way:
+    """The targets of a case and where its disk comes."""
+
+    def __init__(self, targets: list[Target], places: np.ndarray, rest: Body, bodies: list[Body]) -> None:
+        self.targets, self.places, self.rest, self.bodies = targets, places, rest, bodies
+        self.reached = np.array([target.reached(place) for target, place in zip(targets, places, strict=True)])
+
+    @classmethod
+    def of(cls, sheet: Sheet, case: int) -> "_Way":
+        """That of a case, from the table of states."""
+        manipulator, states = sheet.scene.manipulator(int(case)), sheet.states
+        assert states is not None
+        targets = targets_of_case(sheet.scene, int(case))
+        rows = states[states["case_id"] == case]
+        at = rows[rows["disk"] == targets[0].disk].sort_values("step")
+        steps = at["step"].to_numpy()
+        some = steps[np.linspace(0, len(steps) - 1, DRAWN_STATES).round().astype(int)]
+        shown = [rows[rows["step"] == step] for step in dict.fromkeys(some.tolist())]
+        bodies = [body(manipulator, state) for state in shown if state["x_m"].notna().all()]
+        return cls(targets, at[list(COORDINATES)].to_numpy(float), straight(manipulator), bodies)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(n, 2) points that must be in the picture, m."""
+        wanted = np.array([target.wanted[:2] for target in self.targets])
+        points = [np.where(np.isfinite(wanted), wanted, self.places[:, :2]), self.places[:, :2]]
+        points += [drawn.disks.reshape(-1, 2) for drawn in (self.rest, *self.bodies)]
+        corners = np.concatenate(points)
+        return corners[np.isfinite(corners).all(1)]
+
+    def draw(self, axes: Axes, look: style.Look) -> None:
+        draw_ghost(axes, self.rest)
+        strongest = max((tension.max() for drawn in self.bodies for tension in drawn.tensions), default=0.0)
+        for drawn in self.bodies:
+            draw_body(axes, drawn, look, "-", strongest)
+        axes.plot(*1e3 * self.places[:, :2].T, color=look.colour, lw=1.2, zorder=3.2)
+        for target, place, reached in zip(self.targets, self.places, self.reached, strict=True):
+            wanted = np.where(np.isfinite(target.wanted[:2]), target.wanted[:2], place[:2])
+            axes.plot(*1e3 * wanted, **(REACHED if reached else MISSED), zorder=3.4)
+            if not reached:
+                axes.plot(*1e3 * np.stack([wanted, place[:2]], 1), color=style.ALARM, lw=0.5, zorder=3.1)
+
+
+def targets_of_case(scene: Scene, case: int) -> list[Target]:
+    """The targets of a case, in their order."""
+    reach, chain = scene.reach(case), scene.manipulator(case).chain()
+    return chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
+
+
+def paths_section(result: Result, scene: Scene) -> Section:
+    """Of each case how many targets are reached, which is missed first, and with what tensions; without `follow` nothing."""
+    said = list(_followed(result, scene)) if "reached_share" in result.cases else []
+    return Section("Along the path", said, [], "Missed targets: the disk is as near as the cables bring it.")
+
+
+def _followed(result: Result, scene: Scene) -> Iterator[str]:
+    factors = [factor.name for factor in result.plan.study.factor]
+    for row in result.cases.head(MOST_TOLD_PATHS).to_dict("records"):
+        named = ", ".join(f"{style.quantity_of(name, ()).title}: {row[name]}" for name in factors)
+        before = f"**{named}.** " if named else ""
+        if row["outcome"] != "converged" or pd.isna(row["reached_share"]):
+            yield f"{before}{row['reason'] or row['outcome']}."
+            continue
+        targets = targets_of_case(scene, row["case_id"])
+        count = round(row["reached_share"] * len(targets))
+        force = f"highest tension {row['highest_tension_n']:.4g} N, highest sum {row['highest_sum_n']:.4g} N"
+        if count == len(targets):
+            yield f"{before}All {count} targets are reached; {force}."
+            continue
+        first = int(row["first_missed"])
+        place = ", ".join(
+            f"{name.split('_')[0]} {value:.4g} {name.split('_')[1]}"
+            for name, value in zip(COORDINATES, targets[first - 1].wanted, strict=True)
+            if np.isfinite(value)
+        )
+        off = [f"{1e3 * row['farthest_off_m']:.3g} mm"] if row["farthest_off_m"] > 0 else []
+        off += [f"{row['most_turned_off_rad']:.3g} rad"] if row["most_turned_off_rad"] > 0 else []
+        yield (
+            f"{before}{count} of {len(targets)} targets are reached; the first that is not is number {first} ({place}); "
+            f"at most {' and '.join(off)} off; {force}."
+        )

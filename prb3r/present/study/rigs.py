@@ -1,0 +1,242 @@
+"""Errors of rigs in a report: shares that keep the requirements, quantiles, and which error matters; with figures."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from prb3r.present import style
+from prb3r.present.page import Table, save_figure
+from prb3r.present.study.section import Section
+from prb3r.quantities import Quantity, describe, label
+from prb3r.study.advice import bound_in_words, wish_in_words
+from prb3r.study.compare import select
+from prb3r.study.designs import design_names, value_in_words
+from prb3r.study.rigs import (
+    ALL_REQUIREMENTS,
+    Rigs,
+    metrics_of,
+    quantile_column,
+    sampled_cases,
+    share_in_words,
+    share_sentences,
+)
+from prb3r.study.run import Result
+from prb3r.study.spec import Study
+from prb3r.study.wishes import Requirement
+
+RIGS_CAPTIONS = {
+    "rigs": "Share of the rigs that lie below each value; the bound of the requirement is red, and its far side shaded.",
+    "indices": "Which error matters: share of a metric's variance that it makes by itself (dark), and with others (pale).",
+}
+MOST_PANELS = 6
+"""Metrics that are drawn; all of them are in the tables."""
+TOLD_QUANTILES = (0.05, 0.5, 0.95)
+MATTERS = 0.05
+"""An error that makes less of the variance is told in `indices.parquet` alone."""
+
+
+def rigs_section(result: Result) -> Section:
+    """What the errors of a study do, in sentences and tables."""
+    study, rigs = result.plan.study, result.rigs
+    assert rigs is not None
+    tables = [("Quantiles over the rigs", _quantile_table(study, rigs))]
+    if not rigs.shares.empty:
+        tables.insert(0, ("Share of the rigs that keep each requirement", _share_table(study, rigs)))
+    if not rigs.indices.empty:
+        tables.append(("Share of the variance that each error makes", _index_table(study, rigs)))
+    sentences = [*(f"**{sentence}.**" for sentence in share_sentences(rigs)), *index_sentences(study, rigs)]
+    missing = rigs.indices[rigs.indices["total"].isna()]["metric"].unique() if len(rigs.indices) else []
+    sentences += [f"{_title(study, name)}: no indices, as cases have no value." for name in missing]
+    note = (
+        "Shares with Wilson's 95 % intervals, which are wide for samples that fill space more evenly than chance. "
+        "Each requirement is asked of every rig by itself, over the circumstances that it stands in. "
+        f"Errors below {100 * MATTERS:g} % of the variance are in indices.parquet alone."
+    )
+    return Section("Errors of the rigs", sentences, tables, note)
+
+
+def index_sentences(study: Study, rigs: Rigs) -> list[str]:
+    """Of each metric the errors that make most of its variance, largest first."""
+    if rigs.indices.empty:
+        return []
+    said = []
+    for number, part in _by_setting(study, rigs.indices):
+        for metric, rows in part.groupby("metric", sort=False):
+            told = rows[rows["first_order"] > MATTERS].sort_values("first_order", ascending=False)
+            names = [f"{_error(row['error'])} {_percent(row, 'first_order')}" for row in told.to_dict("records")]
+            if names:
+                said.append(f"{_title(study, metric)}{number}: {', '.join(names)} of the variance.")
+    return said
+
+
+def _by_setting(study: Study, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Rows apart by what is no error; with the setting in words, nothing where there is but one."""
+    errors = {error.name for error in study.errors}
+    fixed = [f.name for f in study.factor if f.name not in errors and f.name in table]
+    if not fixed:
+        return [("", table)]
+    return [
+        (f" ({', '.join(f'{describe(n).title} {_plain(v)}' for n, v in zip(fixed, values, strict=True))})", part)
+        for values, part in table.groupby(fixed, sort=False, dropna=False)
+    ]
+
+
+def _plain(value: Any) -> str:
+    return str(value) if isinstance(value, str) else style.digits(float(value))
+
+
+def _percent(row: dict[str, Any], kind: str) -> str:
+    numbers = [100 * row[f"{kind}{end}"] for end in ("", "_low", "_high")]
+    rounded = [round(number) + 0 for number in numbers] if np.isfinite(numbers).all() else []
+    return "{} % ({} to {} %)".format(*rounded) if rounded else "–"
+
+
+def _title(study: Study, metric: str) -> str:
+    """A metric in words, with its unit where another one has the same name."""
+    quantities = metrics_of(study)
+    quantity = next(quantity for quantity in quantities if quantity.name == metric)
+    alike = sum(other.title == quantity.title for other in quantities) > 1
+    return label(quantity) if alike else quantity.title
+
+
+def _error(name: str) -> str:
+    return style.quantity_of(name, ()).title
+
+
+def _share_table(study: Study, rigs: Rigs) -> Table:
+    quantities = {quantity.name: quantity for quantity in metrics_of(study)}
+    words = {ALL_REQUIREMENTS: "every requirement"}
+    for number, requirement in enumerate(study.requirement, 1):
+        quantity = _of(requirement, quantities)
+        words[number] = f"{wish_in_words(requirement, quantity)}, {bound_in_words(requirement, quantity)}"
+    rows = [
+        [*([row["design"]] if study.design_factors else []), words[row["requirement"]], share_in_words(row)]
+        for row in rigs.shares.to_dict("records")
+    ]
+    head = [*(["design"] if study.design_factors else []), "requirement", "rigs that keep it"]
+    return Table(head, rows, range(len(head) - 1))
+
+
+def _of(requirement: Requirement, quantities: dict[str, Quantity]) -> Quantity:
+    return quantities.get(requirement.metric) or describe(requirement.metric)
+
+
+def _quantile_table(study: Study, rigs: Rigs) -> Table:
+    quantities = {quantity.name: quantity for quantity in metrics_of(study)}
+    rows = []
+    for setting, part in _by_setting(study, rigs.quantiles):
+        for row in part.to_dict("records"):
+            quantity = quantities[row["metric"]]
+            numbers = [row.get(name, np.nan) for name in (*map(quantile_column, TOLD_QUANTILES), "sd")]
+            cells = [value_in_words(number, quantity) for number in numbers]
+            rows.append([_title(study, quantity.name) + setting, *cells, str(row["failed"] or "")])
+    return Table(["", *(f"{100 * q:g} %" for q in TOLD_QUANTILES), "standard deviation", "without a value"], rows)
+
+
+def _index_table(study: Study, rigs: Rigs) -> Table:
+    rows = [
+        [
+            _title(study, row["metric"]) + setting,
+            _error(row["error"]),
+            _percent(row, "first_order"),
+            _percent(row, "total"),
+        ]
+        for setting, part in _by_setting(study, rigs.indices)
+        for row in part[~(part["total"] < MATTERS)].to_dict("records")
+    ]
+    return Table(["", "error", "by itself", "with others"], rows, (0, 1))
+
+
+def rigs_pictures(result: Result) -> list[Path]:
+    """Draw the figures `rigs` and, with indices, `indices`; the files written."""
+    assert result.rigs is not None
+    with matplotlib.rc_context(style.RC):
+        files = save_figure(spread_figure(result.plan.study, result.cases), result.folder, "rigs")
+        if not result.rigs.indices.empty:
+            files += save_figure(indices_figure(result.plan.study, result.rigs), result.folder, "indices")
+    return files
+
+
+def _drawn(study: Study, most: int) -> list[tuple[Quantity, Requirement | None]]:
+    """What has a panel: the metrics of requirements, each with its requirement, or else the first metrics."""
+    quantities = {quantity.name: quantity for quantity in metrics_of(study)}
+    asked = [(_of(requirement, quantities), requirement) for requirement in study.requirement]
+    return (asked or [(quantity, None) for quantity in quantities.values()])[:most]
+
+
+def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
+    """Cumulative share of the rigs over each metric, a panel each, with the bounds of requirements."""
+    drawn = cases[sampled_cases(study, cases) < 2]
+    drawn = drawn.assign(_design=design_names(drawn, study.design_factors))
+    looks = style.looks(list(dict.fromkeys(drawn["_design"])))
+    panels = _drawn(study, MOST_PANELS)
+    handles = [
+        Line2D([], [], color=look.colour, ls=look.line, label=style.literal(name)) for name, look in looks.items()
+    ]
+    handles = handles if study.design_factors else []
+    if study.requirement:
+        handles.append(Line2D([], [], color=style.ALARM, lw=1.0, label="bound of the requirement"))
+    figure, axes = style.panels([""] * len(panels), handles, 0.7, shared=False)
+    for panel, (quantity, requirement) in zip(axes, panels, strict=True):
+        rows = drawn if requirement is None else select(drawn, requirement.where)
+        shown = style.shown(quantity, rows[quantity.name])
+        for name, look in looks.items():
+            values = rows.loc[rows["_design"] == name, quantity.name].to_numpy(float)
+            values = np.sort(values[np.isfinite(values)]) * shown.factor
+            if len(values):
+                # of rigs without a value the curve stays below one
+                height = np.arange(1, len(values) + 1) / (rows["_design"] == name).sum()
+                panel.step(values, height, where="post", color=look.colour, ls=look.line)
+        if requirement is not None:
+            _bound(panel, requirement, shown.factor)
+        panel.set(xlabel=shown.label, ylim=(0, 1))
+        panel.locator_params(axis="x", nbins=4)
+        panel.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+    for panel in axes[:: axes[0].get_gridspec().ncols]:
+        panel.set_ylabel("share of rigs below")
+    return figure
+
+
+def _bound(axes: Axes, requirement: Requirement, factor: float) -> None:
+    """The bound as a line, its far side shaded."""
+    at, (low, high) = requirement.limit * factor, axes.get_xlim()
+    axes.axvline(at, color=style.ALARM, lw=1.0)
+    low, high = min(low, at), max(high, at)
+    margin = 0.04 * (high - low)
+    low, high = (low - margin, high) if requirement.sign > 0 else (low, high + margin)
+    axes.axvspan(low, at, color="#f3e3e5", lw=0) if requirement.sign > 0 else axes.axvspan(
+        at, high, color="#f3e3e5", lw=0
+    )
+    axes.set_xlim(low, high)
+
+
+def indices_figure(study: Study, rigs: Rigs) -> Figure:
+    """First-order and total indices of every error, a panel for each metric (of the first setting of other factors)."""
+    part = _by_setting(study, rigs.indices)[0][1].dropna()
+    metrics = [quantity for quantity, _ in _drawn(study, 10**6)]
+    metrics = [q for q in dict.fromkeys(metrics) if (part["metric"] == q.name).any()][:MOST_PANELS]
+    errors = list(dict.fromkeys(rigs.indices["error"]))
+    looks = style.PALETTE[0], style.pale(style.PALETTE[0], 0.3)
+    handles = [Patch(fc=looks[0], label="by itself"), Patch(fc=looks[1], label="with others")]
+    titles = [_title(study, quantity.name) for quantity in metrics] or [""]
+    figure, axes = style.panels(titles, handles, max(0.35, 0.09 * len(errors) + 0.12), shared=True)
+    rows = np.arange(len(errors))[::-1]
+    for panel, quantity in zip(axes, metrics, strict=False):
+        table = part[part["metric"] == quantity.name].set_index("error").reindex(errors)
+        for kind, colour, shift in (("first_order", looks[0], 0.19), ("total", looks[1], -0.19)):
+            values, low, high = (table[f"{kind}{end}"].to_numpy(float) for end in ("", "_low", "_high"))
+            panel.barh(rows + shift, values, 0.36, color=colour, lw=0)
+            ends = np.maximum([values - low, high - values], 0.0)
+            panel.errorbar(values, rows + shift, xerr=ends, fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
+        panel.set_yticks(rows, [style.literal(_error(name)) for name in errors])
+        panel.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+        panel.grid(False, axis="y")
+    style.outer_labels(axes, "share of the variance", "")
+    return figure

@@ -1,0 +1,90 @@
+"""A search for the best design in a report: how far it has settled."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from prb3r.present import style
+from prb3r.present.page import save_figure
+from prb3r.present.study.section import Section
+from prb3r.study.advice import LEVEL
+from prb3r.study.decide import Decision
+from prb3r.study.designs import design_names
+from prb3r.study.spec import Study
+
+SEARCH_CAPTION = "The best score among the designs tried so far, and the score of each: where the line is flat, the search has settled."
+
+
+def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Section:
+    """How many designs were tried, which was best, and whether more of them would have changed that."""
+    tried, able = len(decision.designs), int(decision.feasible.sum())
+    said = [f"{tried:,} designs were tried; {able:,} of them keep every requirement."]
+    if decision.preferences:
+        said[0] = said[0][:-1] + f", {sum(decision.front):,} are on the Pareto front."
+    score = merit(decision)
+    if able:
+        best = np.maximum.accumulate(np.where(np.isfinite(score), score, -np.inf))
+        first = int(np.argmax(best))
+        level = int(np.argmax(best >= best[-1] - LEVEL))
+        said.append(
+            f"The best of them was number {first + 1:,}; from number {level + 1:,} on the best score has grown by less than "
+            f"{LEVEL:g}."
+        )
+        if level > 0.9 * tried:
+            said.append("**The search has not settled: try more designs.**")
+    said += _at_the_ends(study, cases, decision)
+    note = "Scores are those of the ranking, by the given weights." if decision.preferences else "Scores are reserves."
+    return Section("Search", said, [], note)
+
+
+def merit(decision: Decision) -> np.ndarray:
+    """(d,) by what the designs are ranked: score, or without preferences the smallest reserve; NaN off requirements."""
+    if decision.preferences:
+        return decision.score
+    return np.where(decision.feasible, decision.margins.min(1, initial=np.inf), np.nan)
+
+
+def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[str]:
+    """The ranges that the best design lies at the end of: a wider one may be better."""
+    if decision.winner is None:
+        return []
+    said = []
+    row = cases.iloc[design_names(cases, study.design_factors).index(decision.winner)]
+    for factor in study.searched:
+        ends = factor.range
+        assert ends is not None
+        near = 0.01 * (ends.high - ends.low)
+        end = "low" if row[factor.name] - ends.low < near else "high" if ends.high - row[factor.name] < near else ""
+        if end:
+            title = style.quantity_of(factor.name, ()).title
+            said.append(
+                f"{title} of the best design lies at the {end} end of its range: a wider one may hold a better design."
+            )
+    return said
+
+
+def search_pictures(decision: Decision, folder: Path) -> list[Path]:
+    """Draw the figure `search`; the files written."""
+    with matplotlib.rc_context(style.RC):
+        return save_figure(search_figure(decision), folder, "search")
+
+
+def search_figure(decision: Decision) -> Figure:
+    """The score of every design in the order in which they were tried, and the best so far."""
+    figure, (axes,) = style.panels([""], [], 0.62)
+    number, score = np.arange(1, len(decision.designs) + 1), merit(decision)
+    able = np.isfinite(score)
+    axes.plot(number[able], score[able], ls="", marker=".", ms=3, color=style.PALE, label="keeps every requirement")
+    out = number[~decision.feasible]
+    edge = np.full(len(out), 0.02)
+    axes.plot(out, edge, ls="", marker="x", ms=3, mew=0.6, color=style.QUIET, transform=axes.get_xaxis_transform())
+    axes.plot([], [], ls="", marker="x", ms=3, mew=0.6, color=style.QUIET, label="breaks a requirement")
+    best = np.maximum.accumulate(np.where(able, score, -np.inf))
+    shown = np.isfinite(best)
+    axes.step(number[shown], best[shown], where="post", color=style.PALETTE[0], label="best so far")
+    axes.set(xlabel="designs tried", ylabel="score" if decision.preferences else "smallest reserve")
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure

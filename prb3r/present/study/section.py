@@ -1,0 +1,17 @@
+"""A part of a study's report that one kind of study adds: sentences and tables under a heading."""
+
+from dataclasses import dataclass
+
+from prb3r.present.page import Table
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, what there is to say, and tables."""
+
+    heading: str
+    sentences: list[str]
+    tables: list[tuple[str, Table]]
+    """Caption and table."""
+    note: str = ""
+    """How the numbers are to be read."""

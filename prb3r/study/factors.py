@@ -1,0 +1,242 @@
+"""What a factor of a study may say: what it sets, and its values one by one, on a grid, sampled or searched."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from scipy.stats import lognorm, norm, truncnorm
+
+from prb3r.model.files.numbers import Positive
+from prb3r.model.manipulator import ModelName, Strict
+from prb3r.quantities import unit_ending
+from prb3r.study.wishes import Scalar
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Paths = str | Annotated[list[str], Field(min_length=1)]
+MAX_CASES = 1_000_000
+LOADS = ("initial", "step", "sweep", "cloud", "reach", "broken")
+"""Parameter paths that begin so change what is done to a manipulator, not its design."""
+TARGETS = ("path", "ratio", "added_to", "times", "level")
+GRIDS = ("values", "linspace", "geomspace")
+DRAWN = ("range", "normal", "lognormal")
+
+
+class Range(Strict):
+    """A number of values from one end to the other, both included."""
+
+    start: float = Field(alias="from")
+    stop: float = Field(alias="to")
+    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+
+
+class Distribution(Strict, ABC):
+    """What a sampled factor is drawn from."""
+
+    @abstractmethod
+    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
+        """Values below which each `share` of the distribution lies.
+
+        Parameters
+        ----------
+        neutral : its middle, where it does not say one.
+        """
+
+
+class Interval(Distribution):
+    """The ends between which a factor is sampled, all values alike likely, or searched."""
+
+    low: float
+    high: float
+    step: Positive | None = None
+    """Only low, low + step, and so on up to high: numbers of plates, thicknesses of sheets."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Interval":
+        if not self.low < self.high:
+            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
+        if self.step is not None and self.step > self.high - self.low:
+            raise ValueError(f"a step of {self.step:g} leaves low ({self.low:g}) alone; give a shorter one")
+        return self
+
+    @property
+    def steps(self) -> int:
+        """Number of steps from `low` up to `high`; 0 where any value between them will do."""
+        return 0 if self.step is None else int((self.high - self.low) / self.step * (1 + 1e-9))
+
+    def values(self, share: np.ndarray, neutral: float = 0.0) -> np.ndarray:
+        if self.step is None:
+            return self.low + (self.high - self.low) * share
+        return self.low + self.step * np.minimum(np.floor(share * (self.steps + 1)), self.steps)
+
+
+class Normal(Distribution):
+    """A normal distribution, cut off at `low` and `high` where they are given."""
+
+    mean: float | None = None
+    """Absent: 0 where it is added, 1 where it multiplies."""
+    sd: Positive
+    """Standard deviation."""
+    low: float | None = None
+    """Nothing lies below it."""
+    high: float | None = None
+    """Nothing lies above it."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Normal":
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
+        return self
+
+    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
+        mean = neutral if self.mean is None else self.mean
+        if self.low is None and self.high is None:
+            return norm.ppf(share, mean, self.sd)
+        low, high = (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
+        return truncnorm.ppf(share, (low - mean) / self.sd, (high - mean) / self.sd, mean, self.sd)
+
+
+class Lognormal(Distribution):
+    """A distribution whose logarithm is normal: of what is positive and known within a factor."""
+
+    median: Positive | None = None
+    """Absent: 1 where it multiplies."""
+    sd: Positive
+    """Standard deviation of the natural logarithm: 0.1 is about 10 %."""
+
+    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
+        return lognorm.ppf(share, self.sd, scale=self.median or neutral)
+
+
+class Level(Strict):
+    """One named alternative of a structural factor: whatever it sets replaces that part of the case."""
+
+    label: Annotated[str, Field(min_length=1)]
+    set: dict[str, Any] = {}
+    """Parameter paths and their values."""
+    broken: list[str] | None = None
+    """Cables that carry nothing."""
+    initial: dict[str, float] | None = None
+    """Loads applied first."""
+    step: list[dict[str, float]] | None = None
+    """Load steps."""
+    model: ModelName | None = None
+
+
+class Factor(Strict):
+    """One axis of a study: a parameter path, a ratio of two, an error of some, or named alternatives."""
+
+    name: Name
+    path: str | None = None
+    """Such as `segment.1.thickness_m`, `cable.2.offset_m`, `friction.coefficient`, `step.1.cable_1_n`, `model`."""
+    ratio: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
+    """Two paths; the first is set to the factor times the second."""
+    added_to: Paths | None = None
+    """A path, or several that share an error: the factor is added to what stands there."""
+    times: Paths | None = None
+    """A path, or several that share an error: what stands there is multiplied by the factor."""
+    values: Annotated[list[Scalar], Field(min_length=1)] | None = None
+    linspace: Range | None = None
+    geomspace: Range | None = None
+    range: Interval | None = None
+    """Ends between which [sampling] samples, or [search] searches."""
+    normal: Normal | None = None
+    """For [sampling]: a mean and a standard deviation."""
+    lognormal: Lognormal | None = None
+    """For [sampling]: a median and the standard deviation of the logarithm."""
+    level: Annotated[list[Level], Field(min_length=1)] | None = None
+    zip: str | None = None
+    """Factors with the same word here advance together."""
+
+    @property
+    def drawn(self) -> Distribution | None:
+        """What it is sampled from or searched between, if its values are not given."""
+        return self.range or self.normal or self.lognormal
+
+    @property
+    def is_error(self) -> bool:
+        """Whether it is something that nobody chooses: an error of the rig, or scatter."""
+        return bool(self.added_to or self.times or self.normal or self.lognormal)
+
+    @property
+    def neutral(self) -> float:
+        """The value that changes nothing, of an error."""
+        return 0.0 if self.added_to else 1.0
+
+    @property
+    def changed(self) -> list[str]:
+        """The paths whose values it sets or changes; none of named alternatives."""
+        several = self.added_to or self.times or ()
+        paths = [several] if isinstance(several, str) else list(several)
+        return [*([self.path] if self.path else []), *(self.ratio or ())[:1], *paths]
+
+    @property
+    def target(self) -> str:
+        """What it sets, in words; nothing for named alternatives."""
+        if self.ratio is not None:
+            return f"{self.ratio[0]} over {self.ratio[1]}"
+        before = "error of " if self.added_to else "factor on " if self.times else ""
+        return before + " and ".join(self.changed) if self.changed else ""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Factor":
+        for problem in _factor_problems(self):
+            raise ValueError(problem)
+        return self
+
+
+def _factor_problems(factor: Factor) -> Iterator[str]:
+    """What does not go together in a factor, the first of it first."""
+    targets, grids, drawn = (
+        [name for name in names if getattr(factor, name) is not None] for names in (TARGETS, GRIDS, DRAWN)
+    )
+    given, valid = [*grids, *drawn], ", ".join((*GRIDS, *DRAWN[:-1]))
+    if len(targets) != 1:
+        yield "give one of path, ratio, added_to, times or level" + (f", not {' and '.join(targets)}" * bool(targets))
+    elif factor.level is None and len(given) != 1:
+        yield f"give one of {valid} or {DRAWN[-1]}" + (f", not {' and '.join(given)}" * bool(given))
+    if factor.level is not None and given:
+        yield f"levels have no {given[0]}"
+    if factor.geomspace is not None and not min(factor.geomspace.start, factor.geomspace.stop) > 0:
+        yield "geomspace needs positive ends"
+    if factor.zip is not None and drawn:
+        yield f"a sampled factor ({drawn[0]}) cannot be zipped; all sampled factors already advance together"
+    middle = {"normal": "mean", "lognormal": "median"}
+    for name, word in middle.items():
+        given_by = getattr(factor, name)
+        if given_by is None or getattr(given_by, word) is not None:
+            continue
+        if not factor.times and not (factor.added_to and name == "normal"):
+            yield f"{name} needs its {word}: only of what is added or multiplied is it known"
+    ending = unit_ending(factor.changed[0].rpartition(".")[2]) if factor.changed and not factor.ratio else ""
+    if ending and not factor.times and not factor.name.endswith(ending):
+        yield (f"the name {factor.name!r} becomes a column and must end in {ending!r}, the unit of {factor.changed[0]}")
+    if factor.times and (wrong := unit_ending(factor.name)):
+        yield f"the name {factor.name!r} becomes a column and ends in {wrong!r}, but a multiplier has no unit"
+    labels = [level.label for level in factor.level or ()]
+    if len(set(labels)) < len(labels) and factor.zip is None:
+        yield "labels of levels must differ"
+
+
+class Sampling(Strict):
+    """How the factors that are drawn are sampled together; all others form a grid around them."""
+
+    method: Literal["sobol", "latin-hypercube", "saltelli"]
+    """`saltelli`: a Sobol sequence so arranged that it tells which factor matters, `count` (factors + 2) cases."""
+    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+
+    @model_validator(mode="after")
+    def _power_of_two(self) -> "Sampling":
+        if self.method == "saltelli" and (self.count < 4 or self.count & (self.count - 1)):
+            raise ValueError(f"the method 'saltelli' needs a count that is a power of 2, from 4 on, not {self.count}")
+        return self
+
+
+class DesignSearch(Strict):
+    """How the factors with a range are searched for the designs that [[requirement]] and [[preference]] ask for."""
+
+    designs: Annotated[int, Field(ge=8, le=100_000)]
+    """So many are tried at most."""
+    generation: Annotated[int, Field(ge=5, le=1024)] = 32
+    """So many are tried at once, before the next ones are chosen."""

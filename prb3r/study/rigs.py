@@ -1,0 +1,211 @@
+"""What errors that nobody chooses do to the rigs that are built: quantiles, share that keeps requirements, what matters.
+
+A rig is one sample of the errors; it stands in every circumstance of the study (loads, broken cables).  Which error
+matters is told by Sobol's indices: the share of a metric's variance that an error makes by itself (first order), and
+with all that it does together with others (total); estimates of Saltelli et al., Computer Physics Communications 181
+(2010) 259, and Jansen, ibid. 117 (1999) 35, by scipy, with intervals from resampled rigs.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest, sobol_indices
+
+from prb3r.quantities import Quantity
+from prb3r.runs.store import arrow_table, write_arrow
+from prb3r.study.axes import sample_count
+from prb3r.study.columns import described
+from prb3r.study.compare import select
+from prb3r.study.designs import design_names
+from prb3r.study.spec import Study
+
+QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+CONFIDENCE = 0.95
+"""Of every interval."""
+RESAMPLED, RESAMPLING_SEED = 999, 2010
+"""Times that rigs are drawn again for the intervals of indices: their ends are known within a twentieth of the width."""
+ALL_REQUIREMENTS = 0
+"""Number of what stands for all requirements together; each by itself is numbered from 1."""
+TABLES = ("quantiles", "shares", "indices")
+"""What is written beside the table of cases."""
+COLUMNS = (
+    Quantity("metric", "", "", "column of the cases"),
+    Quantity("unit", "", "", "unit of mean, sd and quantiles"),
+    Quantity("error", "", "", "factor that nobody chooses"),
+    Quantity("design", "", "", "factors that tell designs apart, with their values"),
+    Quantity("requirement", "", "1", "number of the requirement in the study file; 0: all of them together"),
+    Quantity("rigs", "", "1", "rigs that were drawn"),
+    Quantity("kept", "", "1", "rigs that keep the requirement"),
+    Quantity("failed", "", "1", "rigs without a value"),
+    Quantity("share", "", "1", "share of the rigs that keep the requirement"),
+    Quantity("first_order", "S", "1", "share of the variance that the error makes by itself"),
+    Quantity("total", "S_T", "1", "share of the variance that the error makes by itself and together with others"),
+)
+
+
+@dataclass(frozen=True)
+class Rigs:
+    """What errors do, as tables."""
+
+    quantiles: pd.DataFrame
+    """A row for each setting of the other factors and each metric: `metric, unit, rigs, failed, mean, sd, q_0_01, ...`."""
+    shares: pd.DataFrame
+    """A row for each design and requirement: `design, requirement, rigs, kept, share, share_low, share_high`; requirement
+    0 is all of them together."""
+    indices: pd.DataFrame
+    """With the method `saltelli`, a row for each setting of the other factors, metric and error: `metric, error,
+    first_order, first_order_low, first_order_high, total, total_low, total_high`; missing where a case has no value."""
+
+
+def rigs_of(study: Study, cases: pd.DataFrame) -> Rigs:
+    """What the errors of a study do to its metrics and comparisons; `cases` are all of them, in their order."""
+    fixed = [factor.name for factor in study.factor if factor.name not in {error.name for error in study.errors}]
+    blocks = sampled_cases(study, cases)
+    drawn = cases[blocks < 2]  # the others are no independent rigs
+    groups = list(_settings(drawn, fixed))
+    quantiles = [given | row for given, part in groups for row in _quantiles(part, metrics_of(study))]
+    indices = []
+    if study.sampling is not None and study.sampling.method == "saltelli":
+        for given, part in _settings(cases, fixed):
+            indices += [given | row for row in _indices(study, part)]
+    return Rigs(pd.DataFrame(quantiles), pd.DataFrame(_shares(study, drawn)), pd.DataFrame(indices))
+
+
+def write_rigs(rigs: Rigs | None, folder: Path, provenance: Mapping[str, Any]) -> None:
+    """Write the tables that hold something, and remove those of an earlier run.
+
+    Raises
+    ------
+    EngineError
+        If the disk is full or the folder does not take them.
+    """
+    for name in TABLES:
+        table = pd.DataFrame() if rigs is None else getattr(rigs, name)
+        if table.empty:
+            (folder / f"{name}.parquet").unlink(missing_ok=True)
+        else:
+            columns = {column: table[column].tolist() for column in table}
+            write_arrow(arrow_table(columns, COLUMNS, provenance), folder / f"{name}.parquet")
+
+
+def metrics_of(study: Study) -> list[Quantity]:
+    """The numbers that a study measures or compares, without its factors."""
+    return described(study)[len(study.factor) :]
+
+
+def sampled_cases(study: Study, cases: pd.DataFrame) -> np.ndarray:
+    """(cases,) block of the samples that each case belongs to; 0 but for the method `saltelli`, see `sampled_points`."""
+    assert study.sampling is not None
+    return cases["case_id"].to_numpy() % sample_count(study) // study.sampling.count
+
+
+def _settings(cases: pd.DataFrame, fixed: Sequence[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Each setting of the factors that are no errors, with its cases."""
+    if not fixed:
+        yield {}, cases
+        return
+    for values, part in cases.groupby(list(fixed), sort=False, dropna=False):
+        yield dict(zip(fixed, values, strict=True)), part
+
+
+def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict[str, Any]]:
+    for quantity in metrics:
+        values = _values(part, quantity.name)
+        good = values[np.isfinite(values)]
+        row = {"metric": quantity.name, "unit": quantity.unit, "rigs": len(values), "failed": len(values) - len(good)}
+        if len(good) > 1:
+            spread = np.quantile(good, QUANTILES)
+            row |= {"mean": good.mean(), "sd": good.std(ddof=1)}
+            row |= {quantile_column(share): value for share, value in zip(QUANTILES, spread, strict=True)}
+        yield row
+
+
+def quantile_column(share: float) -> str:
+    """Column of a quantile: `q_0_05`."""
+    return f"q_{share:g}".replace(".", "_")
+
+
+def _values(part: pd.DataFrame, column: str) -> np.ndarray:
+    """Numbers of cases, NaN without a stable equilibrium."""
+    return part[column].where(part["outcome"] == "converged").to_numpy(float)
+
+
+def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Which rigs of each design keep each requirement, asked of every rig by itself over its circumstances."""
+    rig = drawn["case_id"].to_numpy() % sample_count(study)
+    frame = drawn.assign(design=design_names(drawn, study.design_factors), rig=rig)
+    for name, part in frame.groupby("design", sort=False) if study.requirement else ():
+        order = sorted(part["rig"].unique())
+        kept = np.ones((len(order), len(study.requirement)), bool)
+        for r, requirement in enumerate(study.requirement):
+            counted = select(part, requirement.where)
+            by_rig = {k: _values(rows, requirement.metric) for k, rows in counted.groupby("rig")}
+            margins = [requirement.margin(requirement.value(by_rig.get(k, np.zeros(0)))) for k in order]
+            kept[:, r] = np.array(margins) >= 0
+        for r, which in enumerate([kept.all(1), *kept.T]):
+            interval = binomtest(int(which.sum()), len(which)).proportion_ci(CONFIDENCE, method="wilson")
+            yield {
+                "design": name,
+                "requirement": r,
+                "rigs": len(which),
+                "kept": int(which.sum()),
+                "share": float(which.mean()),
+                "share_low": float(interval.low),
+                "share_high": float(interval.high),
+            }
+
+
+def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Sobol's indices of every metric, of the cases of one setting."""
+    assert study.sampling is not None
+    count, names = study.sampling.count, [factor.name for factor in study.sampled]
+    for quantity in metrics_of(study):
+        blocks = _values(part.sort_values("case_id"), quantity.name).reshape(-1, count)
+        known = bool(np.isfinite(blocks).all())
+        table = sobol_table(blocks) if known else np.full((len(names), 6), np.nan)
+        for name, numbers in zip(names, table, strict=True):
+            columns = [f"{kind}{end}" for kind in ("first_order", "total") for end in ("", "_low", "_high")]
+            yield {"metric": quantity.name, "error": name, **dict(zip(columns, numbers.tolist(), strict=True))}
+
+
+def sobol_table(blocks: np.ndarray) -> np.ndarray:
+    """(factors, 6) first-order index with its ends, total index with its ends, of one metric.
+
+    Parameters
+    ----------
+    blocks : (factors + 2, n) its values on the samples A, B and, for each factor, A with that factor's column from B.
+    """
+    count = blocks.shape[1]
+    rng = np.random.default_rng(RESAMPLING_SEED)
+    draws = np.array([_sobol(blocks[:, rows]) for rows in rng.integers(count, size=(RESAMPLED, count))])
+    low, high = np.quantile(draws, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], axis=0)
+    estimate = _sobol(blocks)
+    return np.stack([estimate[0], low[0], high[0], estimate[1], low[1], high[1]], 1)
+
+
+def _sobol(blocks: np.ndarray) -> np.ndarray:
+    """(2, factors) first-order and total indices."""
+    evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
+    indices = sobol_indices(func=evaluated, n=blocks.shape[1])
+    return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])
+
+
+def share_sentences(rigs: Rigs) -> list[str]:
+    """Of each design how many of its rigs keep every requirement."""
+    if rigs.shares.empty:
+        return []
+    together = rigs.shares[rigs.shares["requirement"] == ALL_REQUIREMENTS]
+    return [
+        f"{share_in_words(row)} of {row['rigs']:,} rigs of {row['design']} keep every requirement"
+        for row in together.to_dict("records")
+    ]
+
+
+def share_in_words(row: Mapping[str, Any]) -> str:
+    """`97.3 % (96.1 to 98.2 %)`."""
+    share, low, high = (f"{100 * row[name]:.1f}" for name in ("share", "share_low", "share_high"))
+    return f"{share} % ({low} to {high} %)"

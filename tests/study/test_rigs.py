@@ -1,0 +1,162 @@
+"""Errors that nobody chooses: distributions, shares of rigs, and which error matters."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from prb3r.errors import SpecError
+from prb3r.present.study.publish import publish
+from prb3r.runs.store import read_arrow
+from prb3r.study.axes import sampled_points
+from prb3r.study.plan import plan_study
+from prb3r.study.rigs import sobol_table
+from prb3r.study.run import Options, Workers, solve_study
+from prb3r.study.spec import Study
+
+MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
+HEAD = f"""
+name = "errors"
+title = "Errors"
+manipulator = "{MANIPULATOR}"
+states = "none"
+"""
+MODULUS = """
+[[factor]]
+name = "modulus_factor"
+times = "youngs_modulus_pa"
+lognormal = { sd = 0.1 }
+"""
+DRIVE = """
+[[step]]
+cable_1_n = 20
+[[metric]]
+kind = "drive-tension"
+cable = "2"
+segment = 1
+bend_rad = 1.0
+"""
+
+
+def sampling(method: str, count: int) -> str:
+    return f'[sampling]\nmethod = "{method}"\ncount = {count}\n'
+
+
+def solved(folder: Path, text: str):
+    (folder / "errors.toml").write_text(text)
+    return solve_study(folder / "errors.toml", Options(folder / "out", Workers(jobs=1)))
+
+
+def refused(folder: Path, text: str) -> str:
+    (folder / "errors.toml").write_text(text)
+    with pytest.raises(SpecError) as error:
+        plan_study(folder / "errors.toml")
+    return str(error.value)
+
+
+def on_samples(function, drawn: dict, count: int = 4096) -> np.ndarray:
+    factors = [{"name": name, "path": f"friction.{name}", **values} for name, values in drawn.items()]
+    spec = {"name": "s", "title": "s", "manipulator": "m", "factor": factors}
+    study = Study.model_validate(spec | {"sampling": {"method": "saltelli", "count": count}})
+    return sobol_table(function(*sampled_points(study).T).reshape(-1, count))
+
+
+def test_indices_of_ishigamis_function():
+    """Ishigami and Homma 1990 with a = 7, b = 0.1: S = 0.3139, 0.4424, 0; S_T = 0.5576, 0.4424, 0.2437."""
+    ends = {"range": {"low": -math.pi, "high": math.pi}}
+    table = on_samples(
+        lambda x, y, z: np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x), {"x": ends, "y": ends, "z": ends}
+    )
+    assert table[:, 0] == pytest.approx([0.3139, 0.4424, 0.0], abs=0.02)
+    assert table[:, 3] == pytest.approx([0.5576, 0.4424, 0.2437], abs=0.01)
+    exact = np.array([[0.3139, 0.4424, 0.0], [0.5576, 0.4424, 0.2437]])
+    assert (table[:, [1, 4]].T < exact).all()
+    assert (exact < table[:, [2, 5]].T).all()
+
+
+def test_indices_of_a_sum_are_shares_of_its_variance():
+    normal = {"normal": {"mean": 5.0, "sd": 1.0}}
+    table = on_samples(lambda x, y: 3 * x + y, {"x": normal, "y": normal})
+    assert table[:, 0] == pytest.approx([0.9, 0.1], abs=0.01)
+    assert table[:, 3] == pytest.approx([0.9, 0.1], abs=0.01)
+
+
+def test_tension_scatters_as_the_modulus_that_it_is_proportional_to(tmp_path):
+    result = solved(tmp_path, HEAD + MODULUS + DRIVE + sampling("sobol", 256))
+    row = read_arrow(result.folder / "quantiles.parquet").to_pandas().set_index("metric").loc["drive_tension_n"]
+    assert row["q_0_95"] / row["q_0_5"] == pytest.approx(math.exp(0.1 * 1.6449), rel=0.01)
+    assert row["q_0_05"] / row["q_0_5"] == pytest.approx(math.exp(-0.1 * 1.6449), rel=0.01)
+    assert row["rigs"] == 256
+
+
+def test_more_samples_compute_only_what_is_new(tmp_path):
+    solved(tmp_path, HEAD + MODULUS + DRIVE + sampling("sobol", 16))
+    again = solved(tmp_path, HEAD + MODULUS + DRIVE + sampling("sobol", 32))
+    assert (len(again.cases), again.computed) == (32, 16)
+
+
+def test_half_of_the_rigs_keep_a_bound_at_the_median(tmp_path):
+    """Wilson's interval of 32 of 64 is 0.381 to 0.619."""
+    bound = '[[requirement]]\nmetric = "drive_tension_n"\nat_most = {}\n'
+    right = solved(tmp_path, HEAD + DRIVE).cases["drive_tension_n"].item()
+    result = solved(tmp_path, HEAD + MODULUS + DRIVE + sampling("sobol", 64) + bound.format(right))
+    shares = read_arrow(result.folder / "shares.parquet").to_pandas()
+    assert shares["kept"].tolist() == [32, 32]  # all of them together, and the only one
+    assert shares.iloc[0][["share_low", "share_high"]].tolist() == pytest.approx([0.381, 0.619], abs=5e-4)
+    publish(result)
+    summary = (result.folder / "summary.md").read_text()
+    assert "50.0 % (38.1 to 61.9 %) of 64 rigs of the design keep every requirement" in summary
+
+
+def test_only_the_error_of_a_design_matters_that_its_number_depends_on(tmp_path):
+    other = '[[factor]]\nname = "hole_error_m"\nadded_to = "cable.4.offset_m"\nnormal = { sd = 1e-4 }\n'
+    result = solved(tmp_path, HEAD + MODULUS + other + DRIVE + sampling("saltelli", 16))
+    assert len(result.cases) == 16 * 4
+    indices = read_arrow(result.folder / "indices.parquet").to_pandas().set_index(["metric", "error"])
+    of_tension = indices.loc["drive_tension_n"]
+    assert of_tension.loc["hole_error_m", ["first_order", "total"]].tolist() == pytest.approx([0, 0], abs=1e-9)
+    assert of_tension.loc["modulus_factor", "total_high"] > 0.9
+    publish(result)
+    assert (result.folder / "indices.png").exists()
+
+
+def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path):
+    text = HEAD + (
+        '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [1e-3, 2e-3]\n'
+        '[[factor]]\nname = "sheet_m"\nadded_to = ["segment.1.thickness_m", "segment.2.thickness_m"]\n'
+        "normal = { sd = 1e-5, low = 0.0 }\n"
+    )
+    (tmp_path / "errors.toml").write_text(text + DRIVE + sampling("latin-hypercube", 4))
+    plan = plan_study(tmp_path / "errors.toml")
+    assert plan.study.design_factors == ["thickness_m"]
+    for case in plan.cases:
+        first, second = (segment["thickness_m"] for segment in case.settings["manipulator"]["segment"])
+        assert first - case.factors["thickness_m"] == pytest.approx(second - 8e-4, abs=1e-15)
+        assert case.factors["sheet_m"] >= 0
+
+
+@pytest.mark.parametrize(
+    ("factor", "what"),
+    [
+        ('name = "mu"\npath = "friction.coefficient"\nnormal = { sd = 0.1 }', "normal needs its mean"),
+        ('name = "a"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "must end in '_m'"),
+        ('name = "a_m"\ntimes = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "a multiplier has no unit"),
+        ('name = "a"\nadded_to = "model"\nnormal = { sd = 0.1 }', "leads to no number that could be off: 'prb3r'"),
+        ('name = "a_m"\nadded_to = "cable.9.offset_m"\nnormal = { sd = 0.1 }', "there is no cable '9'"),
+        ('name = "a"\ntimes = "youngs_modulus_pa"\nnormal = { sd = 0.1, low = 2, high = 1 }', "must be less than high"),
+    ],
+)
+def test_a_wrong_error_is_refused(tmp_path, factor, what):
+    assert what in refused(tmp_path, HEAD + "[[factor]]\n" + factor + "\n" + DRIVE + sampling("sobol", 4))
+
+
+def test_wrong_sampling_is_refused(tmp_path):
+    assert "power of 2" in refused(tmp_path, HEAD + MODULUS + DRIVE + sampling("saltelli", 100))
+    assert "say how it is sampled" in refused(tmp_path, HEAD + MODULUS + DRIVE)
+    assert "needs factors that are drawn" in refused(tmp_path, HEAD + DRIVE + sampling("sobol", 4))
+
+
+def test_what_does_not_scatter_has_no_indices():
+    blocks = np.ones((4, 8))
+    assert (sobol_table(blocks) == 0).all()
