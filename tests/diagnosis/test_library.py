@@ -344,7 +344,25 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
             assert not [name for name, _ in hypothesis.place if name not in ("law", "side")]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
-    assert carried == rules | {"nonlinear_plate", "notch_closing"}
+    parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
+    assert carried == rules | parts | {"nonlinear_plate", "notch_closing"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "changed"),
+    [
+        ({"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01}, {"segment": {"clamp_m": 0.006}}),
+        ({"kind": "disk_contact", "angle_rad": 0.1, "stiffness_n_m_per_rad": 9.0}, {"segment": {"length_m": 0.04}}),
+        ({"kind": "hole_clearance", "clearance_m": 1e-3}, {"disk": {"thickness_m": 0.006, "mass_kg": 0.05}}),
+    ],
+)
+def test_what_belongs_to_clamps_gaps_or_holes_carries_over_with_them_alone(effect, changed):
+    here, there = recorded(Case(hidden=())).manipulator, other_design(**changed.get("segment", {}))
+    if "disk" in changed:
+        there = there.replace("disk", changed["disk"])
+    known = EFFECT_KINDS[effect["kind"]].model_validate(effect)
+    assert SUSPECTS[known.kind].transfer(known, here, other_design()) == known
+    assert "which differ" in SUSPECTS[known.kind].transfer(known, here, there)
 
 
 def test_names_read_as_kind_and_place():

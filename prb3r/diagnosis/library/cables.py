@@ -2,7 +2,7 @@
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, OF_THE_SETUP, Suspect
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, with_the_same
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -57,7 +57,7 @@ CABLE_SUSPECTS = (
             f"The cables have play in their holes and lie {fitted.size.times(1e3)} mm "
             "toward the inner side of the bend."
         ),
-        transfer=OF_THE_GEOMETRY,
+        transfer=with_the_same("disks", lambda manipulator: manipulator.disk.thickness_m),
         places=lambda scope: whole_rig_if(scope.arm > 0),
         free=_clearance,
     ),

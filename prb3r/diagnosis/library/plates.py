@@ -6,11 +6,12 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_GEOMETRY, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_A_PART, Occurrence, Suspect, as_it_is, left_behind, with_the_same
 from prb3r.model.effects.base import SIDES, Effect
 from prb3r.model.effects.plates import NonlinearPlate, closing_angles
 from prb3r.model.manipulator import Manipulator
 
+OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
 CLOSING_FACTOR = 0.5, 2.0
 """Closing angles of notches, of those that geometry gives."""
 
@@ -169,6 +170,17 @@ def _closing_sentence(fitted: Occurrence) -> str:
     )
 
 
+def _gaps(manipulator: Manipulator) -> object:
+    """What stands between neighbouring disks."""
+    gaps = {(segment.length_m, segment.clamp_m) for segment in manipulator.segment}
+    return gaps, manipulator.disk.thickness_m
+
+
+def _clamps(manipulator: Manipulator) -> object:
+    """What holds the plates' ends."""
+    return {(segment.clamp_m, segment.width_m) for segment in manipulator.segment}
+
+
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to ten nodes of a plate, mostly one; a millionth stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.node_rigidity))
@@ -210,19 +222,25 @@ PLATE_SUSPECTS = (
         free=_law,
         probes=_law_probes,
     ),
-    Suspect("precurvature", _rest_sentence, OF_A_PART, places=_bent_plates, free=_rest),
-    Suspect("disk_contact", _contact_sentence, OF_THE_GEOMETRY, free=_contact, probes=_contact_probes),
+    Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
+    Suspect(
+        "disk_contact",
+        _contact_sentence,
+        with_the_same("disks and the length between them", _gaps),
+        free=_contact,
+        probes=_contact_probes,
+    ),
     Suspect("notch_closing", _closing_sentence, as_it_is, places=_notches, free=_closing, probes=_closing_probes),
     Suspect(
         "clamp_compliance",
         sentence=lambda fitted: f"The clamps give way: a hinge of {fitted.size} rad/(N m) at each end of every plate.",
-        transfer=OF_THE_GEOMETRY,
+        transfer=with_the_same("clamps", _clamps),
         free=_hinge,
     ),
     Suspect(
         "cable_bending",
         sentence=lambda fitted: f"The cables themselves resist bending, each with {fitted.size} N m^2.",
-        transfer=OF_THE_GEOMETRY,
+        transfer=as_it_is,
         places=lambda scope: whole_rig_if(bool(scope.manipulator.cable_names)),
         free=_cable_stiffness,
     ),

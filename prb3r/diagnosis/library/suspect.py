@@ -80,7 +80,17 @@ def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | 
     return effect
 
 
-OF_THE_GEOMETRY = left_behind("depends on the geometry")
+def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
+    """What carries over where the `parts` are the same: what `of` says of both manipulators."""
+
+    def transfer(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+        if of(here) == of(there):
+            return effect
+        return f"{effect.kind}: belongs to the {parts}, which differ"
+
+    return transfer
+
+
 OF_A_PART = left_behind("is a fault of one part of this rig")
 OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
 

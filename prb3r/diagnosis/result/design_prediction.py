@@ -1,7 +1,7 @@
 """What was learnt from one manipulator, on another design: its file, and its positions with 95 % bands.
 
-A band holds what the recording leaves open: which model, and its parameters.  How exactly the new design is made is not
-in it, nor is what the diagnosis could not explain.
+A band holds what the recording leaves open: which model, and its parameters; and how exactly the design will be made,
+by the tolerances of the recording.  What the diagnosis could not explain is not in it.
 """
 
 import json
@@ -15,14 +15,16 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
+from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
 from prb3r.diagnosis.result.posterior import Drawn, Posterior
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
-from prb3r.model.manipulator import Manipulator
+from prb3r.model.manipulator import Cable, Manipulator, Segment
 from prb3r.model.solve import solve
+from prb3r.recording.recording import Tolerance
 
 DRAWS = 120
 """Solved for a band: its ends at 2.5 % are then the third draw from either end."""
@@ -38,7 +40,7 @@ class DesignPrediction:
     left_behind: tuple[str, ...]
     """What does not, each with its reason."""
     remarks: tuple[str, ...]
-    """What the bands do not hold."""
+    """What the bands do not hold, and draws that are missing in them."""
     positions: pd.DataFrame | None
     """`sequence, step, disk` and for x_m, y_m and angle_rad the value with the ends of its band; NaN without an
     equilibrium.  None where no steps were given."""
@@ -82,11 +84,15 @@ def predict_design(
     central, left = _carried(posterior.named, posterior.manipulator, design)
     if steps is None:
         return DesignPrediction(central, left, (), None)
-    remarks = ["tolerances of the design are not in the bands"]
+    remarks = []
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     positions = solve(central, steps)
-    drawn = [_carried(draw, posterior.manipulator, design)[0] for draw in posterior.draws(draws, seed)]
+    rng = np.random.default_rng([seed, 1])
+    drawn = [
+        as_built(_carried(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
+        for draw in posterior.draws(draws, seed)
+    ]
     spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
@@ -129,6 +135,27 @@ def _carried(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manip
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:
         left = (*left, "friction: the design states none")
     return adjusted(there, carried_constants(drawn.constants, here, there), effects), left
+
+
+def as_built(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
+    """A manipulator as it may come out of the workshop: lengths, sections and cable offsets within tolerance."""
+
+    def made(segment: Segment) -> Segment:
+        thicker = 1 + tolerance.thickness_relative * rng.standard_normal()
+        off = {"length_m": segment.length_m + tolerance.length(segment) * rng.standard_normal()}
+        if segment.thickness_m is not None:
+            off["thickness_m"] = segment.thickness_m * thicker
+        elif segment.bending_stiffness_n_m2 is not None:
+            off["bending_stiffness_n_m2"] = segment.bending_stiffness_n_m2 * thicker**THICKNESS_TO_STIFFNESS
+        return segment.model_copy(update=off)
+
+    def routed(cable: Cable) -> Cable:
+        arms = np.array(cable.offset_m)
+        off = arms + tolerance.offset(float(np.abs(arms).max())) * rng.standard_normal()
+        return cable.model_copy(update={"offset_m": off.tolist()})
+
+    parts = {"segment": list(map(made, manipulator.segment)), "cable": list(map(routed, manipulator.cable))}
+    return manipulator.model_copy(update=parts)
 
 
 def _banded(positions: pd.DataFrame, spread: np.ndarray) -> pd.DataFrame:

@@ -18,6 +18,7 @@ from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects import AnyEffect
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator, Strict
+from prb3r.recording.recording import Tolerance
 
 FILE_NAMES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
 """What the constants of the manipulator are called in files."""
@@ -107,6 +108,8 @@ class Posterior(Strict):
 
     manipulator: Manipulator
     """Nominal."""
+    tolerance: Tolerance = Tolerance()
+    """How exactly rigs of its making are made."""
     models: list[ModelPosterior]
     """Most probable first; probabilities add up to one."""
 
@@ -126,9 +129,9 @@ class Posterior(Strict):
 
 def posterior_of(choice: Choice) -> Posterior:
     """What the surviving models of a choice say."""
-    nominal = choice.fitted.model.predict.recording.manipulator
+    recording = choice.fitted.model.predict.recording
     models = [_model_posterior(survivor, survivor.fitted is choice.fitted) for survivor in choice.survivors]
-    return Posterior(manipulator=nominal, models=models)
+    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models)
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:

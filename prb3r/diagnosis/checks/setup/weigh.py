@@ -6,8 +6,9 @@ worth of either is
 
 .. math:: V - \tfrac12 m \ln S
 
-where `m` counts photographs, not readings: what no model explains is common to a photograph.  The scale of the noise is
-no matter of dispute then: each has the one that fits it best.
+with what handbooks say of E and friction as a prior of the constants; `m` counts photographs, not readings: what no
+model explains is common to a photograph.  The scale of the noise is no matter of dispute then: each has the one that
+fits it best.
 """
 
 import numpy as np
@@ -24,8 +25,10 @@ def worth(choice: Choice, search: Search) -> float:
     """Log evidence of the chosen model, the scale of the noise being open and a photograph counting as one number."""
     fitted = choice.fitted
     photographs = len(np.unique(fitted.model.predict.recording.readings.step))
+    settings, constants = fitted.model.settings, fitted.constants
     occam = log_evidence(fitted, search.log_odds) + fitted.chi2 / 2
-    return occam - photographs * np.log(mean_square(choice)) / 2
+    odd = (constants.log_stiffness / settings.modulus_sd) ** 2 + (constants.log_friction / settings.friction_sd) ** 2
+    return occam - odd / 2 - photographs * np.log(mean_square(choice)) / 2
 
 
 def mean_square(choice: Choice) -> float:
