@@ -9,7 +9,7 @@ from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED
 from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import follow, history_space, path_space
+from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
@@ -123,6 +123,7 @@ def solve_chain(
     eigenvalue: bool = False,
     detail: bool = True,
     accepted: AcceptedStates | None = None,
+    smallest_step: float = SMALLEST_STEP,
 ) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
 
@@ -132,6 +133,8 @@ def solve_chain(
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
     accepted : where accepted sub-steps are kept, if friction follows the cables' travel.
+    smallest_step : part of a load step to which it is found how far a step leads that has no equilibrium (`reached`),
+        unless friction follows the cables' travel.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed = loads.steps, pack(chain)
@@ -154,7 +157,7 @@ def solve_chain(
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    space = path_space(chain)
+    space = path_space(chain, smallest_step)
     memory = history_space(chain, packed, space, accepted or room_for_states(chain)) if history else None
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
     follow(packed, onset, rows, dead, anew, modes, space, memory, work, path)

@@ -23,7 +23,7 @@ from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
 SMALLEST_STEP = 1.0 / 2**20
-"""Of what has been reached of a load step, or of the step where that is more."""
+"""Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
 
 
 class PathSpace(NamedTuple):
@@ -38,6 +38,8 @@ class PathSpace(NamedTuple):
     good: State
     """The state of the last solved step."""
     rest: State
+    smallest: np.ndarray
+    """(1,) part of what is reached of a load step, or of the step where that is more, below which the path ends."""
 
 
 class HistorySpace(NamedTuple):
@@ -56,14 +58,15 @@ class HistorySpace(NamedTuple):
     accepted: AcceptedStates
 
 
-def path_space(chain: Chain) -> PathSpace:
-    """Working space for the load paths of `chain`."""
+def path_space(chain: Chain, smallest: float = SMALLEST_STEP) -> PathSpace:
+    """Working space for the load paths of `chain`, whose ends are found to the part `smallest` of a load step."""
     return PathSpace(
         now=Loads(*(np.zeros_like(field[0]) for field in no_loads(chain))),
         reached=np.zeros(1),
         kept=state(chain),
         good=state(chain),
         rest=state(chain),
+        smallest=np.array([smallest]),
     )
 
 
@@ -93,7 +96,7 @@ def ramp(packed, way, loaded, modes, space, work):
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
-        if step < SMALLEST_STEP * max(done, 1.0 / 64):
+        if step < space.smallest[0] * max(done, 1.0 / 64):
             return why
         taken = attempt(packed, way, done + step, loaded, modes, space.now, work)
         far = taken != FAILED and turned_too_far(packed, kept, loaded)

@@ -88,7 +88,9 @@ def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_p
     for rough in (0.0, 0.03):
         record["posterior"]["tolerance"]["thickness_relative"] = rough
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
-        tip = predict(tmp_path, folder / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [20.0]}).positions.iloc[-1]
+        tip = predict(
+            tmp_path, folder / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [20.0]}
+        ).positions.iloc[-1]
         widths.append((tip["angle_high_rad"] - tip["angle_low_rad"]) / abs(tip["angle_rad"]))
     assert widths[0] < 0.04
     assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(2 * 1.96 * 3 * 0.03 / np.sqrt(2), rel=0.3)

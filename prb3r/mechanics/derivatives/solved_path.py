@@ -8,6 +8,7 @@ from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.partials import PathStates
 from prb3r.mechanics.equilibrium import Equilibria, solve_chain
+from prb3r.mechanics.path import SMALLEST_STEP
 
 SUBSTEPS = 64
 """Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
@@ -26,8 +27,14 @@ class SolvedPath:
     all accepted sub-steps of the solved steps."""
 
 
-def solve_path(chain: Chain, loads: Loads, *, from_rest: bool | np.ndarray = False) -> SolvedPath:
-    """Solve `chain` under every step of `loads` once; `from_rest` is that of `solve`.
+def solve_path(
+    chain: Chain,
+    loads: Loads,
+    *,
+    from_rest: bool | np.ndarray = False,
+    smallest_step: float = SMALLEST_STEP,
+) -> SolvedPath:
+    """Solve `chain` under every step of `loads` once; `from_rest` and `smallest_step` are those of `solve_chain`.
 
     Raises
     ------
@@ -40,7 +47,7 @@ def solve_path(chain: Chain, loads: Loads, *, from_rest: bool | np.ndarray = Fal
     kept = room_for_states(chain)
     if chain.presliding > 0:
         kept = room_for_states(chain, 1 + SUBSTEPS * loads.steps)
-    equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept)
+    equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept, smallest_step=smallest_step)
     if kept.noted[0] > len(kept.row) > 0:
         kept = room_for_states(chain, int(kept.noted[0]))
         equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept)
