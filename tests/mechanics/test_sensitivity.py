@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
+from prototype import ELASTICA, PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
 from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
@@ -106,7 +106,7 @@ def test_everything_at_once(seed):
 @pytest.mark.parametrize("dead", [0.0, 0.4])
 def test_tied_angles(dead):
     rng = np.random.default_rng(10)
-    chain = random_chain(rng)._replace(tied=True, clearance=1e-3)
+    chain = random_chain(rng, ELASTICA)._replace(tied=True, clearance=1e-3)
     worst = worst_errors(chain, random_loads(rng, chain, 3, dead=dead))
     assert max(worst.values()) < 1e-5, worst
 
