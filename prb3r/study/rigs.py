@@ -98,7 +98,7 @@ def metrics_of(study: Study) -> list[Quantity]:
 
 
 def sampled_cases(study: Study, cases: pd.DataFrame) -> np.ndarray:
-    """(cases,) block of the samples that each case belongs to; 0 but for the method `saltelli`, see `sampled_points`."""
+    """(cases,) block of the samples that each case is of; 0 but for the method `saltelli`, see `sampled_points`."""
     assert study.sampling is not None
     return cases["case_id"].to_numpy() % sample_count(study) // study.sampling.count
 
