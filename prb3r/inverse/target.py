@@ -78,7 +78,7 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
         problems += error.problems
     if problems:
         raise SpecError(*problems)
-    return chain_targets(chain, number, rows)
+    return chain_targets(chain, int(number), rows)
 
 
 def chain_targets(chain: Chain, disk: int, rows: list[dict[str, float]]) -> list[Target]:

@@ -131,8 +131,8 @@ def trades(decision: Decision) -> list[str]:
     if len(ranking) > MOST_TOLD:
         front = [k for k in ranking if decision.front[k]]
         said.append(
-            f"{len(front)} of the {len(ranking)} designs that keep every requirement are on the Pareto front; the others "
-            "can be dropped."
+            f"{len(front)} of the {len(ranking)} designs that keep every requirement are on the Pareto front; the "
+            "others can be dropped."
         )
         ranking = front[:MOST_TOLD]
     for k in ranking:

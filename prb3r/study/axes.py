@@ -82,8 +82,8 @@ def sample_count(study: Study) -> int:
 def sampled_points(study: Study) -> np.ndarray:
     """(samples, factors) values of the factors that are sampled.
 
-    With the method `saltelli`, blocks of `count` rows: two independent samples A and B, then for each factor A with that
-    factor's column from B (Saltelli et al., Computer Physics Communications 181, 2010, 259).
+    With the method `saltelli`, blocks of `count` rows: two independent samples A and B, then for each factor A with
+    that factor's column from B (Saltelli et al., Computer Physics Communications 181, 2010, 259).
     """
     assert study.sampling is not None
     shares = _unit_points(study.sampling, study.seed, len(study.sampled))

@@ -19,7 +19,6 @@ from prb3r.study.compare import select
 from prb3r.study.spec import Study
 from prb3r.study.wishes import Criterion, Wishes, plain_text
 
-
 THE_DESIGN = "the design"
 """Name of the design of a study that is about one."""
 

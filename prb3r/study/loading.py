@@ -43,7 +43,7 @@ class LoadSweep(Strict):
         return self
 
 
-class Goal(Strict):
+class DiskPlace(Strict):
     """Where a disk should be; what is left out is free."""
 
     x_m: float | None = None
@@ -54,7 +54,7 @@ class Goal(Strict):
     """Angle of the disk, rad."""
 
     @model_validator(mode="after")
-    def _somewhere(self) -> "Goal":
+    def _somewhere(self) -> "DiskPlace":
         if not self.model_dump(exclude_none=True):
             raise ValueError("say where to: x_m and y_m, angle_rad, or all of them")
         return self
@@ -66,7 +66,7 @@ class TargetPath(Strict):
     disk: Annotated[int, Field(ge=1)] | Literal["tip"] = "tip"
     path: str | None = None
     """A table of x_m, y_m, angle_rad, one target after the other; relative to the study file."""
-    target: Annotated[list[Goal], Field(min_length=1)] | None = None
+    target: Annotated[list[DiskPlace], Field(min_length=1)] | None = None
     """Instead: targets one after the other."""
     count: Annotated[int, Field(ge=1, le=10_000)] = 1
     """Targets from each one of `target` to the next, in equal parts."""

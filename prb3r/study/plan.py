@@ -1,7 +1,7 @@
 """A study as resolved: what will be computed, under which keys, and where it goes."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
@@ -75,6 +75,8 @@ class Plan:
     study: Study
     cases: Cases
     folder: Path
+    engine: str = field(default_factory=fingerprint)
+    """Hash of the program text that the tables depend on."""
 
     @cached_property
     def cables(self) -> tuple[str, ...]:
@@ -98,11 +100,6 @@ class Plan:
         if study.states != "none":
             wanted.append([study.states, study.state_disks, self.cables])
         return [f"{self.engine} {content_hash(what)[:16]}" for what in wanted]
-
-    @cached_property
-    def engine(self) -> str:
-        """Hash of the program text that the tables depend on."""
-        return fingerprint()
 
     @cached_property
     def key(self) -> str:

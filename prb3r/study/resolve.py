@@ -15,9 +15,9 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import refused, step_problems
 from prb3r.study.axes import count_cases, short
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
-from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
+from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
 from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, with_setting
 

@@ -1,4 +1,4 @@
-"""What errors that nobody chooses do to the rigs that are built: quantiles, share that keeps requirements, what matters.
+"""What errors that nobody chooses do to the rigs that are built: quantiles, shares that keep requirements, indices.
 
 A rig is one sample of the errors; it stands in every circumstance of the study (loads, broken cables).  Which error
 matters is told by Sobol's indices: the share of a metric's variance that an error makes by itself (first order), and
@@ -27,7 +27,7 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
 """Of every interval."""
 RESAMPLED, RESAMPLING_SEED = 999, 2010
-"""Times that rigs are drawn again for the intervals of indices: their ends are known within a twentieth of the width."""
+"""Times that rigs are drawn again for the intervals of indices, whose ends are then known within a twentieth."""
 ALL_REQUIREMENTS = 0
 """Number of what stands for all requirements together; each by itself is numbered from 1."""
 TABLES = ("quantiles", "shares", "indices")
@@ -52,10 +52,10 @@ class Rigs:
     """What errors do, as tables."""
 
     quantiles: pd.DataFrame
-    """A row for each setting of the other factors and each metric: `metric, unit, rigs, failed, mean, sd, q_0_01, ...`."""
+    """A row for each setting of the other factors and metric: `metric, unit, rigs, failed, mean, sd, q_0_01, ...`."""
     shares: pd.DataFrame
-    """A row for each design and requirement: `design, requirement, rigs, kept, share, share_low, share_high`; requirement
-    0 is all of them together."""
+    """A row for each design and requirement: `design, requirement, rigs, kept, share, share_low, share_high`;
+    requirement 0 is all of them together."""
     indices: pd.DataFrame
     """With the method `saltelli`, a row for each setting of the other factors, metric and error: `metric, error,
     first_order, first_order_low, first_order_high, total, total_low, total_high`; missing where a case has no value."""
@@ -98,7 +98,7 @@ def metrics_of(study: Study) -> list[Quantity]:
 
 
 def sampled_cases(study: Study, cases: pd.DataFrame) -> np.ndarray:
-    """(cases,) block of the samples that each case belongs to; 0 but for the method `saltelli`, see `sampled_points`."""
+    """(cases,) block of the samples that each case is of; 0 but for the method `saltelli`, see `sampled_points`."""
     assert study.sampling is not None
     return cases["case_id"].to_numpy() % sample_count(study) // study.sampling.count
 

@@ -27,8 +27,8 @@ from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.axes import first_designs
 from prb3r.study.cases import Family
 from prb3r.study.compare import fitted_lines, with_comparisons
-from prb3r.study.manifest import changes, timing
 from prb3r.study.designs import designs_of
+from prb3r.study.manifest import changes, timing
 from prb3r.study.plan import Plan, Progress, Quiet, Silent, plan_study
 from prb3r.study.resolve import resolve
 from prb3r.study.rigs import Rigs, rigs_of, write_rigs

@@ -9,7 +9,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
-from prb3r.study.factors import LOADS, Factor, Name, Sampling, DesignSearch
+from prb3r.study.factors import LOADS, DesignSearch, Factor, Name, Sampling
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes

@@ -61,8 +61,8 @@ def test_a_study_follows_targets_as_reach_does_and_says_where_it_cannot(tmp_path
 
     publish(result)
     summary = (result.folder / "summary.md").read_text()
-    assert "All 3 targets are reached" in summary
-    assert "0 of 3 targets are reached; the first that is not is number 1 (angle 0.1 rad)" in summary
+    assert "All 3 targets reached" in summary
+    assert "0 of 3 targets reached; the first that is not is number 1 (angle 0.1 rad)" in summary
     assert (result.folder / "path.svg").exists()
 
 

@@ -51,7 +51,7 @@ def test_the_bound_of_a_requirement_is_found_with_a_whole_number():
 def test_without_preferences_the_largest_reserve_is_searched():
     study = searching([{"low": 0.0, "high": 4.0}], 0, 200)
     designs = searched_designs(study, least(margin=lambda x: 1 - (x - 1.7) ** 2))
-    assert np.abs(designs - 1.7).min() < 1e-3
+    assert np.abs(designs - 1.7).min() < 5e-3
 
 
 def test_the_front_of_schaffer_is_covered_from_end_to_end():
@@ -106,7 +106,7 @@ states = "none"
 [[factor]]
 name = "thickness_m"
 path = "segment.1.thickness_m"
-range = {{ low = 0.0006, high = 0.0014 }}
+range = {{ low = 0.0008, high = 0.001 }}
 [search]
 designs = DESIGNS
 generation = 16
@@ -149,9 +149,9 @@ def test_a_search_ends_at_the_stress_that_is_allowed_and_goes_on_from_there(tmp_
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
-        ("range = { low = 0.0006, high = 0.0014 }", "values = [0.001]", "needs factors with a range to search"),
+        ("range = { low = 0.0008, high = 0.001 }", "values = [0.001]", "needs factors with a range to search"),
         ("designs = DESIGNS", "designs = 8\n[designs]\nfactors = []", "at least 1"),
-        ("high = 0.0014", "high = 1.4", "not what rigs are made with"),
+        ("high = 0.001", "high = 1.0", "not what rigs are made with"),
         ("generation = 16", "generation = 64", "designs must not be fewer"),
     ],
 )

@@ -96,12 +96,53 @@ def test_workspace_shrinks_with_stiffness_at_equal_tension_and_converges():
 
 
 def test_broken_cables_never_add_to_the_workspace():
-    frame = small("broken-cables", cloud=8192, thickness_ratio=[1.0, 2.0])
+    frame = small("broken-cables", cloud=8192, thickness_ratio=[1.0, 2.0], limit=["equal tension"])
     retained = frame.set_index(["thickness_ratio", "broken"])["area_retained"]
     assert retained.max() <= 1
     assert retained[1.0, "2 and 3"] < 0.35
     mirrored = frame.set_index(["thickness_ratio", "broken"])["workspace_area_m2"]
     assert mirrored[1.0, "1"] == pytest.approx(mirrored[1.0, "4"], rel=0.05)
+
+
+def test_fig_16_the_outline_does_not_depend_on_stiffness_where_the_force_grows_with_it():
+    frame = small("workspace", cloud=32768, thickness_ratio=[1.0, 2.0], limit=["force grows with stiffness"])
+    ratio = frame.set_index("thickness_ratio").loc[2.0]
+    assert ratio["relative_hull"] == pytest.approx(1.0, abs=0.04)
+    assert ratio["relative_width"] == pytest.approx(1.0, abs=0.03)
+    assert ratio["relative_area"] > 1.1  # and the area is larger
+    at_equal_force = small("workspace", cloud=4096, thickness_ratio=[1.0, 2.0], limit=["equal tension"])
+    assert at_equal_force.set_index("thickness_ratio").loc[2.0, "relative_hull"] < 0.1
+
+
+def test_fig_17_a_soft_segment_1_keeps_more_where_it_bent_no_more_before():
+    """Independent march: area, hull and width 24, 42 and 86 % of equal segments, 6.7, 3.9 and 37 % of 8 EI."""
+    keep = {"limit": ["force grows with stiffness"], "broken": ["none", "2 and 3"], "thickness_ratio": [1.0, 2.0]}
+    frame = small("broken-cables", cloud=32768, **keep).query("broken == '2 and 3'")
+    columns = ["area_retained", "hull_retained", "width_retained"]
+    soft, stiff = frame.set_index("thickness_ratio")[columns].to_numpy()
+    assert soft == pytest.approx([0.24, 0.42, 0.86], abs=0.03)
+    assert stiff == pytest.approx([0.067, 0.039, 0.37], abs=0.03)
+
+
+def test_fig_10_loci_at_equal_x_part_by_2_percent_near_75_degrees():
+    frame = small("bending-curvature", statics=["friction 0.3", "no friction"])
+    rubbing = frame[frame["statics"] == "friction 0.3"]
+    at = np.interp(0.02, rubbing["locus_error_y"][1:], np.degrees(rubbing["total_angle_rad"][1:]))
+    assert 73 <= at <= 77
+    assert frame.loc[frame["statics"] == "no friction", "locus_error_y"].max() < 1e-3
+
+
+def test_follow_path_is_followed_with_all_cables_and_lost_without_those_of_segment_1():
+    frame = small("follow-path", broken=["none", "2 and 3"]).set_index("broken")
+    assert frame.loc["none", "reached_share"] == 1.0
+    assert frame.loc["2 and 3", "reached_share"] < 0.2
+
+
+def test_best_design_begins_with_designs_spread_over_the_ranges():
+    frame = small("best-design", cloud=64)
+    assert len(frame) == 32
+    assert frame["segment_1_plates"].nunique() == 5
+    assert (frame["safety_factor"] >= 2).any()
 
 
 def test_experiments_bend_as_far_as_the_statics_without_a_tip_load_say():

@@ -14,6 +14,8 @@ from prb3r.study.decide import Decision
 
 MOST_TOLD_APART = 6
 """So many designs, the first in the ranking, have a look of their own; the others are grey."""
+MOST_WITH_LONG_NAMES = 3
+"""So many where names take several lines."""
 FULL_RESERVE = 1.0
 """Reserves beyond this share of the bound, to either side, stand at the edge."""
 LABEL_LETTERS = 48
@@ -30,7 +32,8 @@ OTHERS = style.Look(style.PALE, ".", "-", "")
 def looks_of(decision: Decision) -> dict[int, style.Look]:
     """The look of each design: the best ranked ones are told apart, and of designs that are out the nearest."""
     out = [k for k in np.argsort(-decision.margins.min(1, initial=np.inf)) if not decision.feasible[k]]
-    apart = [*decision.ranking, *map(int, out)][:MOST_TOLD_APART]
+    long = max(map(len, decision.designs)) > LABEL_LETTERS
+    apart = [*decision.ranking, *map(int, out)][: MOST_WITH_LONG_NAMES if long else MOST_TOLD_APART]
     looks = style.looks([decision.designs[k] for k in apart])
     return {k: looks[decision.designs[k]] if k in apart else OTHERS for k in range(len(decision.designs))}
 
@@ -134,10 +137,15 @@ def front_figure(decision: Decision) -> Figure:
     figure = Figure(figsize=(size[0] * style.MM, size[1] * style.MM), layout="constrained")
     axes = figure.subplots()
     out = ~decision.feasible
+    many = len(decision.designs) > MOST_OTHERS
     if out.any():
-        axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, ms=4, mew=0.9, label="breaks a requirement")
+        ink = {"ms": 2.5, "mew": 0.5, "alpha": 0.5, "zorder": 1.5} if many else {"ms": 4, "mew": 0.9}
+        axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, label="breaks a requirement", **ink)
     edge = _edge(decision.scores[:, columns], decision.feasible)
-    axes.plot(x[edge], y[edge], color=style.QUIET, lw=0.9, ls=(0, (4, 2)), label="Pareto front of these two")
+    ink = {"lw": 0.9, "ls": (0, (4, 2)), "zorder": 2.5}
+    axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front of these two", **ink)
+    if many and decision.feasible.any():  # what breaks a requirement may lie anywhere
+        axes.set(xlim=_around(x[decision.feasible]), ylim=_around(y[decision.feasible]))
     for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
         label = None if look is OTHERS else textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
@@ -151,6 +159,13 @@ def front_figure(decision: Decision) -> Figure:
         setter(textwrap.fill(text, letters))
     figure.legend(loc="outside lower center", ncols=beside)
     return figure
+
+
+def _around(values: np.ndarray) -> tuple[float, float]:
+    """Ends of an axis that shows finite values, with some room."""
+    low, high = np.min(values[np.isfinite(values)]), np.max(values[np.isfinite(values)])
+    room = 0.15 * (high - low) or 0.1 * abs(high) or 1.0
+    return float(low - room), float(high + room)
 
 
 def _edge(scores: np.ndarray, feasible: np.ndarray) -> list[int]:

@@ -102,7 +102,10 @@ def targets_of_case(scene: Scene, case: int) -> list[Target]:
 
 
 def paths_section(result: Result, scene: Scene) -> Section:
-    """Of each case how many targets are reached, which is missed first, and with what tensions; without `follow` nothing."""
+    """Of each case how many targets are reached, which is missed first, and with what tensions.
+
+    Without the metric `follow` there is nothing to say.
+    """
     said = list(_followed(result, scene)) if "reached_share" in result.cases else []
     return Section("Along the path", said, [], "Missed targets: the disk is as near as the cables bring it.")
 
@@ -119,7 +122,7 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
         count = round(row["reached_share"] * len(targets))
         force = f"highest tension {row['highest_tension_n']:.4g} N, highest sum {row['highest_sum_n']:.4g} N"
         if count == len(targets):
-            yield f"{before}All {count} targets are reached; {force}."
+            yield f"{before}All {count} targets reached; {force}."
             continue
         first = int(row["first_missed"])
         place = ", ".join(
@@ -130,6 +133,6 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
         off = [f"{1e3 * row['farthest_off_m']:.3g} mm"] if row["farthest_off_m"] > 0 else []
         off += [f"{row['most_turned_off_rad']:.3g} rad"] if row["most_turned_off_rad"] > 0 else []
         yield (
-            f"{before}{count} of {len(targets)} targets are reached; the first that is not is number {first} ({place}); "
+            f"{before}{count} of {len(targets)} targets reached; the first that is not is number {first} ({place}); "
             f"at most {' and '.join(off)} off; {force}."
         )

@@ -32,8 +32,8 @@ from prb3r.study.spec import Study
 from prb3r.study.wishes import Requirement
 
 RIGS_CAPTIONS = {
-    "rigs": "Share of the rigs that lie below each value; the bound of the requirement is red, and its far side shaded.",
-    "indices": "Which error matters: share of a metric's variance that it makes by itself (dark), and with others (pale).",
+    "rigs": "Share of the rigs below each value; the bound of the requirement is red, and its far side shaded.",
+    "indices": "Which error matters: share of the variance that it makes by itself (dark) and with others (pale).",
 }
 MOST_PANELS = 6
 """Metrics that are drawn; all of them are in the tables."""
@@ -210,10 +210,12 @@ def _bound(axes: Axes, requirement: Requirement, factor: float) -> None:
     axes.axvline(at, color=style.ALARM, lw=1.0)
     low, high = min(low, at), max(high, at)
     margin = 0.04 * (high - low)
-    low, high = (low - margin, high) if requirement.sign > 0 else (low, high + margin)
-    axes.axvspan(low, at, color="#f3e3e5", lw=0) if requirement.sign > 0 else axes.axvspan(
-        at, high, color="#f3e3e5", lw=0
-    )
+    if requirement.sign > 0:
+        low -= margin
+        axes.axvspan(low, at, color="#f3e3e5", lw=0)
+    else:
+        high += margin
+        axes.axvspan(at, high, color="#f3e3e5", lw=0)
     axes.set_xlim(low, high)
 
 

@@ -15,7 +15,10 @@ from prb3r.study.decide import Decision
 from prb3r.study.designs import design_names
 from prb3r.study.spec import Study
 
-SEARCH_CAPTION = "The best score among the designs tried so far, and the score of each: where the line is flat, the search has settled."
+SEARCH_CAPTION = (
+    "The score of each design and the best so far, in the order in which they were tried: where the line is flat, the "
+    "search has settled."
+)
 
 
 def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Section:
@@ -30,8 +33,8 @@ def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Sec
         first = int(np.argmax(best))
         level = int(np.argmax(best >= best[-1] - LEVEL))
         said.append(
-            f"The best of them was number {first + 1:,}; from number {level + 1:,} on the best score has grown by less than "
-            f"{LEVEL:g}."
+            f"The best of them was number {first + 1:,}; from number {level + 1:,} on the best score has grown by less "
+            f"than {LEVEL:g}."
         )
         if level > 0.9 * tried:
             said.append("**The search has not settled: try more designs.**")

@@ -34,7 +34,7 @@ class Scene:
     """`x, y, slope, intercept, largest_deviation, where`, all in SI."""
     sampled: frozenset[str] = frozenset()
     """Factors that are drawn by a sampling, which have no order along which cases could be joined."""
-    reach: Callable[[int], Mapping[str, Any]] = lambda case: {}  # noqa: E731
+    reach: Callable[[int], Mapping[str, Any]] = lambda case: {}
     """From `case_id`: disk and targets of the path that it follows."""
 
 

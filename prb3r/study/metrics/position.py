@@ -93,7 +93,7 @@ class LocusError(Metric):
     kind: Literal["locus-error"]
 
     def quantities(self) -> list[Quantity]:
-        meaning = "distance of the tip in y from the locus of constant curvature at the same x, of that locus' y"
+        meaning = "distance of the tip in y from the locus of constant curvature at the same x, of its own y"
         return [Quantity("locus_error_y", "e_x", "1", meaning)]
 
     def values(self, case: Solved) -> Sequence[float]:
@@ -109,4 +109,4 @@ class LocusError(Metric):
         if y == 0 or not tip(turn)[0] < x < tip(0.0)[0]:
             return [np.nan]
         total = brentq(lambda angle: tip(angle)[0] - x, 0.0, turn, xtol=1e-12)
-        return [abs(y - tip(total)[1]) / abs(tip(total)[1])]
+        return [abs((y - tip(total)[1]) / y)]
