@@ -45,9 +45,19 @@ def test_no_licence_is_claimed_before_one_is_chosen():
 
 
 @pytest.mark.parametrize("file", FILES)
-def test_shipped_schemas_are_those_of_the_program(file):
+def test_shipped_schemas_say_of_files_what_the_program_does(file):
     shipped = json.loads((ROOT / f"schemas/{file}.json").read_text())
-    assert shipped == json.loads(json.dumps(schema_of(file))), "run `make schemas`"
+    assert _described(shipped) == _described(schema_of(file)), "run `make schemas`"
+
+
+def _described(schema):
+    """Every key of every table, what it means and whether it is needed; the rest depends on the version of pydantic."""
+    tables = {"": schema, **schema.get("$defs", {})}
+    return {
+        (table, key): (field["description"], key in part.get("required", []), field.get("const", field.get("enum")))
+        for table, part in tables.items()
+        for key, field in part.get("properties", {}).items()
+    }
 
 
 @pytest.mark.parametrize(("path", "kind"), SHIPPED, ids=lambda value: getattr(value, "stem", None))

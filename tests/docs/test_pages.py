@@ -63,3 +63,10 @@ def test_numbers_that_the_readme_quotes_are_those_of_the_tables():
         for number in numbers:
             assert number in readme, number
             assert number in text, number
+
+
+def test_every_shipped_study_is_listed():
+    listed = re.findall(
+        r"^\| `([\w-]+)` \|", (ROOT / "docs/studies.md").read_text().split("## The shipped studies")[1], re.M
+    )
+    assert sorted(listed) == sorted(study.stem for study in (ROOT / "studies").glob("*.toml"))
