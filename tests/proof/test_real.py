@@ -116,7 +116,7 @@ def test_distances_grow_with_the_square_of_a_small_effect_and_vanish_for_what_ot
     plates = range(1, design.manipulator["segment"][0]["plates"] + 1)
     weak = [{"kind": "weakened_plate", "plate": plate, "factor": 0.97} for plate in plates]
     alone, together = apart(weak[0])[0], apart(*weak)[0]
-    assert together <= alone + 1e-6  # more is free beside it
+    assert together < alone  # sizes of the other plates are free beside it
 
 
 def test_a_rig_keeps_its_equilibria_wherever_it_is_asked(design, label):
