@@ -55,12 +55,15 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
             away = (predicted[:, 1:] - true)[..., columns]
             return np.where(np.isfinite(away), away, lost)
 
-        before, after = off(forecast.calibrated), off(forecast.explained)
         inside = (forecast.low[:, 1:] <= true) & (true <= forecast.high[:, 1:])
-        distance = [
-            float(np.sqrt(np.nanmean(((each[:, 1:] - true)[..., :2] ** 2).sum(-1))))
-            for each in (forecast.calibrated, forecast.explained)
-        ]
-        squares = (float(np.mean((each / unit) ** 2)) for each in (before, after))
-        out.append(Missed(forecast.name, *squares, float(inside.mean()), *distance))
+        before, after = (float(np.mean((off(each) / unit) ** 2)) for each in (forecast.calibrated, forecast.explained))
+        before_m, after_m = (_distance(each[:, 1:] - true) for each in (forecast.calibrated, forecast.explained))
+        out.append(Missed(forecast.name, before, after, float(inside.mean()), before_m, after_m))
     return tuple(out)
+
+
+def _distance(away: np.ndarray) -> float:
+    """Root mean square distance of (s, n, 3) positions that are known, m; NaN of none."""
+    squares = (away[..., :2] ** 2).sum(-1)
+    known = np.isfinite(squares)
+    return float(np.sqrt(squares[known].mean())) if known.any() else np.nan
