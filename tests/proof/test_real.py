@@ -210,6 +210,12 @@ def test_excess_error_is_removed_by_what_is_right(design, label, away, removed, 
     assert missed.counts
 
 
+def test_a_failure_counts_as_nothing_removed(design, label):
+    for missed in miss_of(design, label, Verdict(0, "diagnose", "failed")):
+        assert missed.counts
+        assert (missed.removed, missed.covered) == (0, 0)
+
+
 def test_names_count_by_kind_and_place():
     effects = ({"kind": "weakened_plate", "plate": 3, "factor": 0.8}, {"kind": "gravity", "y_m_s2": 2.0})
     label = Label(0, "several", 0, 0, effects=effects, worth=(3.0, 3.0))

@@ -30,8 +30,8 @@ class Missed(NamedTuple):
 
     @property
     def removed(self) -> float:
-        """Share of the squared error of calibration alone that the explanation removes."""
-        return 1 - self.explained / self.calibrated
+        """Share of the squared error of calibration alone that the explanation removes; 0 without a verdict."""
+        return 1 - self.explained / self.calibrated if np.isfinite(self.calibrated) else 0.0
 
     @property
     def counts(self) -> bool:
@@ -40,7 +40,9 @@ class Missed(NamedTuple):
 
 
 def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...]:
-    """The predictions of a verdict against the rig; a failure predicts nothing, and misses by the whole length."""
+    """The predictions of a verdict against the rig; a failure removes nothing and covers nothing."""
+    if verdict.verdict == "failed" and not label.blunder:
+        return tuple(Missed(target["name"], np.inf, np.inf, 0.0, np.nan, np.nan) for target in label.targets)
     out = []
     for forecast in verdict.elsewhere:
         target = next(each for each in label.targets if each["name"] == forecast.name)
