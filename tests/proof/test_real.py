@@ -107,16 +107,12 @@ def test_an_effect_of_twice_the_size_is_worth_twice_as_much(design):
     assert twice / small == pytest.approx(2, rel=0.03)
 
 
-def test_distances_grow_with_the_square_of_a_small_effect_and_vanish_for_what_others_can_do(design):
-    def apart(*effects):
-        return squared_distances(design, effects, *PLAIN, exact(design))
-
-    (small,), (twice,) = ([apart({"kind": "hole_offset", "cable": "1", "offset_m": x})[0]] for x in (5e-4, 1e-3))
+def test_distances_grow_with_the_square_of_a_small_effect(design):
+    small, twice = (
+        squared_distances(design, [{"kind": "hole_offset", "cable": "1", "offset_m": x}], *PLAIN, exact(design))[0]
+        for x in (5e-4, 1e-3)
+    )
     assert twice / small == pytest.approx(4, rel=0.1)
-    plates = range(1, design.manipulator["segment"][0]["plates"] + 1)
-    weak = [{"kind": "weakened_plate", "plate": plate, "factor": 0.97} for plate in plates]
-    alone, together = apart(weak[0])[0], apart(*weak)[0]
-    assert together < alone  # sizes of the other plates are free beside it
 
 
 def test_a_rig_keeps_its_equilibria_wherever_it_is_asked(design, label):
