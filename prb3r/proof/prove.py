@@ -14,12 +14,13 @@ from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import bias_of
 from prb3r.proof.concealed.sealing import Seal
 from prb3r.proof.judging.experiments import promising, resolved, tested
+from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score, share_of
 from prb3r.proof.judging.methods import METHODS
 from prb3r.proof.judging.missed import miss_of
 from prb3r.proof.judging.opened import OpenedCase
 from prb3r.proof.judging.real_scores import REAL_GOALS, REAL_INFORMATION
-from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION, Goal
+from prb3r.proof.judging.scores import FOLLOWED, GOALS, INFORMATION
 from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.tasks import RecordingTask, VerdictTask, answer, record

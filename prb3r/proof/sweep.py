@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.concealed.composition import BENCH_CLASSES
+from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score
 from prb3r.proof.judging.opened import OpenedCase
-from prb3r.proof.judging.scores import GOALS, Goal
+from prb3r.proof.judging.scores import GOALS
 from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.prove import MAIN, answer, concealed_recordings, stages_of
 from prb3r.proof.settings import SETTINGS

@@ -56,7 +56,7 @@ def proof_page(proof: Proof) -> str:
         "",
         *scores_table(proof),
         "",
-        "Shares with Wilson intervals (of effects and names clustered by rig), medians with intervals of order "
+        "Shares with Wilson intervals (clustered by design), medians with intervals of order "
         "statistics, held-out error pooled with a bootstrapped interval. *Met* by the point estimate, *shown* by the "
         "whole interval. Numbers in brackets: on how many of the recordings another method was judged. A failure "
         "counts against every score it belongs to. "

@@ -3,8 +3,8 @@
 import math
 
 from prb3r.markdown import markdown_table
+from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score
-from prb3r.proof.judging.scores import Goal
 from prb3r.proof.prove import MAIN, Proof
 from prb3r.proof.settings import SETTINGS
 

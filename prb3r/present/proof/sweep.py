@@ -8,8 +8,8 @@ from typing import Any
 
 from prb3r.markdown import markdown_table
 from prb3r.present.proof.scores import score_text
+from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score
-from prb3r.proof.judging.scores import Goal
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.sweep import SettingsSweep, VariantScores
 from prb3r.runs.files import write_whole

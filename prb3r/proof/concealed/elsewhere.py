@@ -74,14 +74,14 @@ def drawn_targets(
     for name in (OTHER_LOADS, OTHER_DESIGN):
         manipulator = dict(design.manipulator) if name == OTHER_LOADS else _another(rng, design)
         program = drawn_program(rng, manipulator, design.flavour)[: SETTINGS.real.sequences]
-        target = {"name": name, "manipulator": manipulator, "program": [list(map(dict, steps)) for steps in program]}
         for _ in range(SETTINGS.programs.weakenings):
+            listed = [list(map(dict, steps)) for steps in program]
+            target = {"name": name, "manipulator": manipulator, "program": listed}
             states = target_states(design, target, effects, constants, build)
             if states is not None and largest_bend(states) < SETTINGS.real.largest_bend_rad:
                 out.append(target)
                 break
-            lighter = weaker_program(target["program"])
-            target = {**target, "program": [list(map(dict, steps)) for steps in lighter]}
+            program = weaker_program(program)
         else:
             return None
     return tuple(out)

@@ -30,8 +30,8 @@ class Missed(NamedTuple):
 
     @property
     def removed(self) -> float:
-        """Share of the squared error of calibration alone that the explanation removes."""
-        return 1 - self.explained / self.calibrated
+        """Share of the squared error of calibration alone that the explanation removes; 0 without a verdict."""
+        return 1 - self.explained / self.calibrated if np.isfinite(self.calibrated) else 0.0
 
     @property
     def counts(self) -> bool:
@@ -40,7 +40,9 @@ class Missed(NamedTuple):
 
 
 def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...]:
-    """The predictions of a verdict against the rig; a failure predicts nothing, and misses by the whole length."""
+    """The predictions of a verdict against the rig; a failure removes nothing and covers nothing."""
+    if verdict.verdict == "failed" and not label.blunder:
+        return tuple(Missed(target["name"], np.inf, np.inf, 0.0, np.nan, np.nan) for target in label.targets)
     out = []
     for forecast in verdict.elsewhere:
         target = next(each for each in label.targets if each["name"] == forecast.name)
@@ -55,12 +57,15 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
             away = (predicted[:, 1:] - true)[..., columns]
             return np.where(np.isfinite(away), away, lost)
 
-        before, after = off(forecast.calibrated), off(forecast.explained)
         inside = (forecast.low[:, 1:] <= true) & (true <= forecast.high[:, 1:])
-        distance = [
-            float(np.sqrt(np.nanmean(((each[:, 1:] - true)[..., :2] ** 2).sum(-1))))
-            for each in (forecast.calibrated, forecast.explained)
-        ]
-        squares = (float(np.mean((each / unit) ** 2)) for each in (before, after))
-        out.append(Missed(forecast.name, *squares, float(inside.mean()), *distance))
+        before, after = (float(np.mean((off(each) / unit) ** 2)) for each in (forecast.calibrated, forecast.explained))
+        before_m, after_m = (_distance(each[:, 1:] - true) for each in (forecast.calibrated, forecast.explained))
+        out.append(Missed(forecast.name, before, after, float(inside.mean()), before_m, after_m))
     return tuple(out)
+
+
+def _distance(away: np.ndarray) -> float:
+    """Root mean square distance of (s, n, 3) positions that are known, m; NaN of none."""
+    squares = (away[..., :2] ** 2).sum(-1)
+    known = np.isfinite(squares)
+    return float(np.sqrt(squares[known].mean())) if known.any() else np.nan

@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS
+from prb3r.proof.judging.goals import Goal, Measure, Test, share_measure
 from prb3r.proof.judging.intervals import Score, mean_of, median_of, quantile_of, share_of
 from prb3r.proof.judging.methods import kind_of
 from prb3r.proof.judging.opened import OpenedCase, failed, mentioned, same_place
-from prb3r.proof.judging.scores import Goal, Measure, Test
 from prb3r.proof.judging.verdict import Claim
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
@@ -59,14 +59,6 @@ def blunder_said(case: OpenedCase) -> bool:
     """Whether the blunder that was made is said, or is among those that look the same."""
     assert case.label.blunder is not None
     return any(case.label.blunder["said"] in said for said in case.verdict.setup)
-
-
-def _share(chosen: Test, hit: Test) -> Measure:
-    def measure(cases: Sequence[OpenedCase]) -> Score:
-        of = [case for case in cases if chosen(case)]
-        return share_of([hit(case) for case in of])
-
-    return measure
 
 
 def _pooled(chosen: Test, outcomes: Callable[[OpenedCase], Sequence[bool]]) -> Measure:
@@ -124,35 +116,37 @@ def _seconds(slow: bool, worst: bool) -> Measure:
 SEVERAL, CLEAN = of_class("several"), of_class("imperfect-clean")
 BLUNDERED = of_class("blunder")
 REAL_GOALS: tuple[Goal, ...] = (
-    Goal("imperfect clean rigs: adequate", ">=", (0.95,), _share(CLEAN, lambda c: c.verdict.verdict == "adequate")),
+    Goal(
+        "imperfect clean rigs: adequate", ">=", (0.95,), share_measure(CLEAN, lambda c: c.verdict.verdict == "adequate")
+    ),
     Goal(
         "imperfect clean rigs: an effect named",
         "<=",
         (0.02,),
-        _share(CLEAN, lambda c: bool(c.verdict.named) or failed(c)),
+        share_measure(CLEAN, lambda c: bool(c.verdict.named) or failed(c)),
     ),
     Goal(
         "imperfect rigs, five times detectable: named or among the alternatives",
         ">=",
         (0.95,),
-        _share(of_class("imperfect-single"), lambda c: c.label.kinds[0] in surviving_kinds(c)),
+        share_measure(of_class("imperfect-single"), lambda c: c.label.kinds[0] in surviving_kinds(c)),
     ),
     Goal(f"several: effects worth {REAL.worth:g} sd at other loads named", ">=", (0.9,), _pooled(SEVERAL, _worthy)),
     Goal("several: names that are wrong", "<=", (0.05,), _pooled(SEVERAL, wrong_of)),
-    Goal("several: all named and none beside", ">=", (0.7,), _share(SEVERAL, whole_set)),
-    Goal("several: all in a surviving set", ">=", (0.9,), _share(SEVERAL, listed_set)),
+    Goal("several: all named and none beside", ">=", (0.7,), share_measure(SEVERAL, whole_set)),
+    Goal("several: all in a surviving set", ">=", (0.9,), share_measure(SEVERAL, listed_set)),
     Goal("other loads: excess error removed, median", ">=", (0.95,), _removed(OTHER_LOADS, False)),
     Goal("other loads: excess error removed, worst tenth", ">=", (0.8,), _removed(OTHER_LOADS, True)),
     Goal("another design: excess error removed, median", ">=", (0.9,), _removed(OTHER_DESIGN, False)),
     Goal("another design: excess error removed, worst tenth", ">=", (0.7,), _removed(OTHER_DESIGN, True)),
     Goal("other loads: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_LOADS)),
     Goal("another design: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_DESIGN)),
-    Goal("blunders said by name", ">=", (0.95,), _share(BLUNDERED, blunder_said)),
+    Goal("blunders said by name", ">=", (0.95,), share_measure(BLUNDERED, blunder_said)),
     Goal(
         "blunders said where there is none",
         "<=",
         (0.005,),
-        _share(lambda c: c.label.blunder is None, lambda c: bool(c.verdict.setup)),
+        share_measure(lambda c: c.label.blunder is None, lambda c: bool(c.verdict.setup)),
     ),
 )
 REAL_INFORMATION: tuple[Goal, ...] = (
@@ -161,8 +155,8 @@ REAL_INFORMATION: tuple[Goal, ...] = (
     Goal(
         f"several: worth {REAL.worth:g} sd and can be told apart: named", "", (), _pooled(SEVERAL, _named_if_told_apart)
     ),
-    Goal("several: explained", "", (), _share(SEVERAL, lambda c: c.verdict.verdict == "explained")),
-    Goal("several: unexplained", "", (), _share(SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
+    Goal("several: explained", "", (), share_measure(SEVERAL, lambda c: c.verdict.verdict == "explained")),
+    Goal("several: unexplained", "", (), share_measure(SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
     Goal("real rigs, declared slip: seconds, median", "", (), _seconds(False, False)),
     Goal("real rigs, declared slip: seconds, longest", "", (), _seconds(False, True)),
     Goal("real rigs, history: seconds, median", "", (), _seconds(True, False)),

@@ -1,10 +1,10 @@
 """The table of scores: goals, what counts towards each, and what is given for information."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
+from prb3r.proof.judging.goals import Goal, Measure, Test, share_measure
 from prb3r.proof.judging.intervals import Score, median_of, ratio_of, share_of
 from prb3r.proof.judging.opened import (
     OpenedCase,
@@ -22,51 +22,14 @@ from prb3r.proof.settings import SETTINGS
 
 EDGE, PLAINLY, LARGE = SETTINGS.population.multiples
 """Sizes, in smallest detectable ones: names and places are scored from the second on, numbers at the third."""
-Test = Callable[[OpenedCase], bool]
-Measure = Callable[[Sequence[OpenedCase]], Score]
-
-
-@dataclass(frozen=True)
-class Goal:
-    """One line of the table."""
-
-    name: str
-    relation: str
-    """`>=`, `<=`, `in`, or empty for information."""
-    asked: tuple[float, ...]
-    measure: Measure
-    short: str = ""
-    """Of a headline: its name where there is little room."""
-
-    def met(self, score: Score) -> bool | None:
-        """By the point estimate; None without data or goal."""
-        return _within(self, score.value, score.value) if score.count else None
-
-    def shown(self, score: Score) -> bool | None:
-        """By the whole interval."""
-        return _within(self, score.low, score.high) if score.count else None
-
-
-def _within(goal: Goal, low: float, high: float) -> bool | None:
-    if not goal.relation:
-        return None
-    if goal.relation == ">=":
-        return bool(low >= goal.asked[0])
-    if goal.relation == "<=":
-        return bool(high <= goal.asked[0])
-    return bool(low >= goal.asked[0] and high <= goal.asked[1])
 
 
 def _of(cls: str, *sizes: float) -> Test:
     return lambda case: case.label.cls == cls and (not sizes or size_class(case.label) in sizes)
 
 
-def _share(chosen: Callable[[OpenedCase], bool], hit: Callable[[OpenedCase], bool]) -> Measure:
-    return lambda cases: share_of([hit(case) for case in cases if chosen(case)])
-
-
 def _first(size: float) -> Measure:
-    return _share(lambda case: _of("single", size)(case) and case.label.distinguishable, first_right)
+    return share_measure(lambda case: _of("single", size)(case) and case.label.distinguishable, first_right)
 
 
 def _placed(case: OpenedCase) -> bool:
@@ -145,7 +108,7 @@ def _false_constant(which: str) -> Measure:
 
 
 GOALS: tuple[Goal, ...] = (
-    Goal("clean sets with a named effect", "<=", (0.01,), _share(_of("clean"), named_or_failed), "invented"),
+    Goal("clean sets with a named effect", "<=", (0.01,), share_measure(_of("clean"), named_or_failed), "invented"),
     Goal(
         f"right effect first, at {PLAINLY:g} times detectable", ">=", (0.95,), _first(PLAINLY), f"first at {PLAINLY:g}"
     ),
@@ -154,15 +117,15 @@ GOALS: tuple[Goal, ...] = (
         "truth among named and indistinguishable",
         ">=",
         (0.98,),
-        _share(_of("single", PLAINLY, LARGE), lambda c: c.label.kinds[0] in mentioned(c.verdict)),
+        share_measure(_of("single", PLAINLY, LARGE), lambda c: c.label.kinds[0] in mentioned(c.verdict)),
     ),
     Goal(
         "plate exactly",
         ">=",
         (0.92,),
-        _share(lambda c: _placed(c) and not c.label.places, lambda c: plate_error(c) == 0),
+        share_measure(lambda c: _placed(c) and not c.label.places, lambda c: plate_error(c) == 0),
     ),
-    Goal("plate within one", ">=", (0.99,), _share(_placed, lambda c: plate_error(c) <= 1)),
+    Goal("plate within one", ">=", (0.99,), share_measure(_placed, lambda c: plate_error(c) <= 1)),
     Goal("95 % intervals cover", "in", (0.90, 0.98), _covering, "covered"),
     Goal(f"parameter error at {LARGE:g} times, median", "<=", (0.05,), _errors),
     Goal("held-out excess error removed", ">=", (0.90,), _heldout, "held out"),
@@ -170,71 +133,71 @@ GOALS: tuple[Goal, ...] = (
         "both of a pair named",
         ">=",
         (0.80,),
-        _share(_pair, lambda c: set(c.label.kinds) <= {claim.kind for claim in confident(c.verdict)}),
+        share_measure(_pair, lambda c: set(c.label.kinds) <= {claim.kind for claim in confident(c.verdict)}),
         "pairs",
     ),
     Goal(
         "outside the library: `unexplained`",
         ">=",
         (0.90,),
-        _share(outside, lambda c: c.verdict.verdict == "unexplained"),
+        share_measure(outside, lambda c: c.verdict.verdict == "unexplained"),
         "outside",
     ),
     Goal(
         "outside the library: wrong confident name",
         "<=",
         (0.03,),
-        _share(outside, lambda c: bool(confident(c.verdict)) or failed(c)),
+        share_measure(outside, lambda c: bool(confident(c.verdict)) or failed(c)),
     ),
-    Goal("confusable flagged", ">=", (0.98,), _share(_of("confusable"), _flagged), "confusable"),
+    Goal("confusable flagged", ">=", (0.98,), share_measure(_of("confusable"), _flagged), "confusable"),
 )
 FOLLOWED = Goal("proposed experiment resolves the pair", ">=", (0.90,), lambda cases: share_of([]))
 INFORMATION: tuple[Goal, ...] = (
-    Goal("clean sets not adequate", "", (), _share(_of("clean"), lambda c: c.verdict.verdict != "adequate")),
+    Goal("clean sets not adequate", "", (), share_measure(_of("clean"), lambda c: c.verdict.verdict != "adequate")),
     Goal(
         "right effect first, at the detectable size",
         "",
         (),
-        _share(lambda c: _of("single", EDGE)(c) and c.label.distinguishable, first_right),
+        share_measure(lambda c: _of("single", EDGE)(c) and c.label.distinguishable, first_right),
     ),
     Goal(
         "effect at the detectable size noticed",
         "",
         (),
-        _share(_of("single", EDGE), lambda c: c.verdict.verdict not in ("adequate", "failed")),
+        share_measure(_of("single", EDGE), lambda c: c.verdict.verdict not in ("adequate", "failed")),
     ),
     Goal(
         "pairs: truth named or indistinguishable, both",
         "",
         (),
-        _share(_pair, lambda c: set(c.label.kinds) <= mentioned(c.verdict)),
+        share_measure(_pair, lambda c: set(c.label.kinds) <= mentioned(c.verdict)),
     ),
     Goal(
         "wrong weight: adequate, and its step named",
         "",
         (),
-        _share(lambda c: c.label.wrong_weight is not None, _weight_named),
+        share_measure(lambda c: c.label.wrong_weight is not None, _weight_named),
     ),
     Goal(
         "outside, two effects together included: `unexplained`",
         "",
         (),
-        _share(far_outside, lambda c: c.verdict.verdict == "unexplained"),
+        share_measure(far_outside, lambda c: c.verdict.verdict == "unexplained"),
     ),
     Goal(
         "outside, two effects together included: wrong confident name",
         "",
         (),
-        _share(far_outside, lambda c: bool(confident(c.verdict)) or failed(c)),
+        share_measure(far_outside, lambda c: bool(confident(c.verdict)) or failed(c)),
     ),
-    Goal("decoys with a named effect", "", (), _share(_of("decoy"), named_or_failed)),
+    Goal("decoys with a named effect", "", (), share_measure(_of("decoy"), named_or_failed)),
     Goal("held-out chi-square a reading, median", "", (), _after),
-    Goal("calibration hides it: true effect first", "", (), _share(_of("hidden"), first_right)),
+    Goal("calibration hides it: true effect first", "", (), share_measure(_of("hidden"), first_right)),
     Goal(
         f"calibration hides it: loading alone fits (p > {SETTINGS.protocol.loading_fits:g})",
         "",
         (),
-        _share(
+        share_measure(
             lambda c: c.label.cls == "hidden" and c.verdict.loading is not None,
             lambda c: c.verdict.loading is not None and c.verdict.loading[2] > SETTINGS.protocol.loading_fits,
         ),
@@ -242,5 +205,5 @@ INFORMATION: tuple[Goal, ...] = (
     Goal("calibration hides it: error of E, loading alone, median", "", (), _false_constant("loading")),
     Goal("calibration hides it: error of E, all sequences, median", "", (), _false_constant("calibrated")),
     Goal("calibration hides it: error of E, explained, median", "", (), _false_constant("explained")),
-    Goal("failed", "", (), _share(lambda c: True, lambda c: c.verdict.verdict == "failed")),
+    Goal("failed", "", (), share_measure(lambda c: True, lambda c: c.verdict.verdict == "failed")),
 )
