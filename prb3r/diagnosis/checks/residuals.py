@@ -8,7 +8,7 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
-from prb3r.diagnosis.evidence.neighbours import LINES, Line, neighbours
+from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, Line, neighbours
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.recording.recording import Recording
 
@@ -32,7 +32,7 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
             "scale of the noise", float(2 * norm.sf(abs(np.log(choice.level.level.scale)) / settings.noise_log_sd))
         ),
         ModelCheck("largest score", choice.scores_of_best.chance),
-        *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in LINES),
+        *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in NEIGHBOURS_ALONG),
     ]
     return (*checks, *(ModelCheck(f"sequence {sequence.name}, set aside", sequence.p) for sequence in judged))
 

@@ -7,7 +7,7 @@ import numpy as np
 from prb3r.recording.recording import Recording
 
 Line = Literal["disks", "steps"]
-LINES: tuple[Line, ...] = "disks", "steps"
+NEIGHBOURS_ALONG: tuple[Line, ...] = "disks", "steps"
 
 
 def neighbours(recording: Recording, line: Line) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,7 @@ from prb3r.recording.recording import Kind
 FRAME = ("rotation", "x", "y")
 """Constants that change what is seen, not what is."""
 RUBBING = "cable_friction"
-LOST, FARTHER = 3.0, 10.0
+LOST_AT_LEAST, FARTHER = 3.0, 10.0
 """What a reading costs whose step is not in balance: so many standard deviations beside what the last step in balance
 misses it by, and so many times as much where nothing of the step has an equilibrium."""
 
@@ -160,7 +160,7 @@ class Model:
             white = self.noise.whiten(self.predict.misfit(solved.readings))
         else:
             white = self.noise.whiten(self.predict.misfit(lost.readings)) * (1 + FARTHER * lost.missing)
-            white += np.where(lost.missing > 0, np.where(white < 0, -LOST, LOST), 0.0)
+            white += np.where(lost.missing > 0, np.where(white < 0, -LOST_AT_LEAST, LOST_AT_LEAST), 0.0)
         others = self.believed
         return np.concatenate([white, -p / self.deviations, others.target - others.root @ p])
 

@@ -15,7 +15,7 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Kind, Recording
 
-SMALLEST_STEP = 1.0 / 2**10
+PATH_END_FOUND_TO = 1.0 / 2**10
 """Part of a load step to which it is found how far a step leads that has no equilibrium: fits count it in per cents."""
 LEAST_LOST = 1e-6
 """Part of a step that a step without equilibrium lacks at least."""
@@ -92,7 +92,7 @@ class Predictor:
         """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
         chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
         begins = self.recording.begins
-        path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=SMALLEST_STEP)
+        path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=PATH_END_FOUND_TO)
         states = path.equilibria if path else equilibria_of(chain, loads, from_rest=begins, number=self.number)
         readings = self.read(states, constants, effects)
         return Solution(constants, tuple(effects), chain, loads, states, path, readings)

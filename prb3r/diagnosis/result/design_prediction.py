@@ -90,7 +90,7 @@ def predict_design(
     positions = solve(central, steps)
     rng = np.random.default_rng([seed, 1])
     drawn = [
-        as_built(_carried(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
+        within_tolerances(_carried(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
         for draw in posterior.draws(draws, seed)
     ]
     spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
@@ -137,7 +137,7 @@ def _carried(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manip
     return adjusted(there, carried_constants(drawn.constants, here, there), effects), left
 
 
-def as_built(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
+def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
     """A manipulator as it may come out of the workshop: lengths, sections and cable offsets within tolerance."""
 
     def made(segment: Segment) -> Segment:

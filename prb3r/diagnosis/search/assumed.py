@@ -43,7 +43,7 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
         if effect in own:
             own.remove(effect)
             continue
-        hypothesis = same_place(effect, library)
+        hypothesis = hypothesis_at(effect, library)
         rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)
         if hypothesis is None:
             unknown.append(f"{_named(effect)}: {_why_unknown(effect, nominal)}")
@@ -57,7 +57,7 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
     return Assumed(values, constants, tuple(unknown))
 
 
-def same_place(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
+def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
     """The hypothesis of which an effect is one size; None where the library has none such."""
     given = _plain(effect)
     for hypothesis in library:

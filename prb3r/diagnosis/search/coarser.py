@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.neighbours import LINES, correlation
+from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, correlation
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.pool import Pool
@@ -45,5 +45,5 @@ def told_share(fitted: Fit) -> float:
     """How many independent readings a reading of a recording that is not explained is worth, at most one."""
     recording, most = fitted.model.predict.recording, fitted.model.settings.most_alike
     left = fitted.residual[: recording.readings.count]
-    alike = np.clip([correlation(recording, left, line) for line in LINES], 0.0, most)
+    alike = np.clip([correlation(recording, left, line) for line in NEIGHBOURS_ALONG], 0.0, most)
     return float(np.prod((1 - alike) / (1 + alike)) / max(fitted.reduced, 1.0))

@@ -46,7 +46,7 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
     return f"{text} Of its variance {over} {say.percent(noise.common)} in common."
 
 
-def tolerances(diagnosis: Diagnosis) -> Table | None:
+def tolerance_table(diagnosis: Diagnosis) -> Table | None:
     """How far the rig is off its drawing, where the recording tells; beyond three deviations in bold."""
     rows = []
     far = sorted(diagnosis.tolerances, key=lambda tolerance: -abs(tolerance.value) / tolerance.prior_sd)
@@ -59,7 +59,7 @@ def tolerances(diagnosis: Diagnosis) -> Table | None:
     return Table(head, rows, (0, 4)) if rows else None
 
 
-def checks(diagnosis: Diagnosis) -> Table:
+def check_table(diagnosis: Diagnosis) -> Table:
     """Chances of as much misfit, or more, if the best model were right; rare ones in bold."""
     rows = []
     for check in diagnosis.checks:
