@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
+from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, neighbours
 from prb3r.diagnosis.evidence.score_test import Alternative, alternative
 from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
@@ -147,6 +149,26 @@ class Doubts:
         moved = moved if uncertain is None else np.hstack([moved, uncertain])
         sensitivity = tension_response(predict, solved)
         return noise_of(recording, sensitivity, self.inflated(recording, settings), self.level, moved)
+
+
+def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
+    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone.
+
+    A misfit is gross by the scale that half of the residuals keep, and alone where it is twice those of its neighbours
+    along disks and steps: what a model lacks is missed by neighbours alike.
+    """
+    recording, settings = fitted.model.predict.recording, fitted.model.settings
+    off = np.abs(fitted.residual[: recording.readings.count]) * doubts.inflation
+    off /= max(float(np.median(off)) / norm.ppf(0.75), 1.0)
+    beside = np.zeros(len(off))
+    for line in NEIGHBOURS_ALONG:
+        first, second = neighbours(recording, line)
+        np.maximum.at(beside, first, off[second])
+        np.maximum.at(beside, second, off[first])
+    gross = (off > settings.gross_sd) & (off > 2 * beside)
+    if not fitted.balanced or gross.mean() > settings.most_gross:
+        return doubts.inflation
+    return np.where(gross, student(off), 1.0)
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:

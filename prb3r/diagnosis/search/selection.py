@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
-from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.outliers import Doubts, lone_outliers
 from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.least_squares import polished
@@ -82,8 +84,11 @@ def choose(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     for _ in range(settings.renewals):
         pool.explore(expansions)
         best = pool.best
+        inflation = doubts.inflation if settings.believe_all else lone_outliers(best, doubts)
+        alike = np.array_equal(inflation > 1, doubts.inflation > 1)
+        doubts = doubts if alike else replace(doubts, inflation=inflation)
         estimate = level_under(best, doubts, search.library)
-        if estimate.level.near(doubts.level) and around == frozenset(best.model.hypotheses):
+        if alike and estimate.level.near(doubts.level) and around == frozenset(best.model.hypotheses):
             break
         doubts, around = replace(doubts, level=estimate.level), frozenset(best.model.hypotheses)
         pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions
