@@ -44,7 +44,7 @@ class Match(NamedTuple):
 
 
 def scatter(recording: Recording, settings: Settings) -> Scatter | None:
-    """The scatter of sequences that repeat others; None where none does.
+    """The scatter of sequences that repeat others; None where too few steps do.
 
     Raises
     ------
@@ -52,7 +52,8 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
     matched = list(matches(recording, settings))
-    if not matched:
+    steps = len({match.step for _, match in matched})
+    if steps < settings.fewest_repeats:
         return None
     predict = predictor(recording)
     fitted = fit_constants(predict, settings=settings)
@@ -63,9 +64,9 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     for change in _changes(recording, matched, believed):
         rows, weights = np.array(list(change)), np.array(list(change.values()))
         squares.append((weights @ misfit[rows]) ** 2 / (weights**2 @ variance[rows]))
-    factor, steps = float(np.sqrt(np.mean(squares))) if squares else 0.0, len({match.step for _, match in matched})
+    factor = float(np.sqrt(np.mean(squares))) if squares else 0.0
     chance = chi2_law.isf(settings.alarm_rate, steps)
-    return Scatter(factor, steps, bool(steps >= settings.fewest_repeats and factor**2 * steps > chance))
+    return Scatter(factor, steps, bool(factor**2 * steps > chance))
 
 
 def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray) -> Iterator[Counter[int]]:
