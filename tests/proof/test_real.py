@@ -139,7 +139,7 @@ def test_the_seal_keeps_labels_of_real_rigs(label):
     assert (opened.effects, opened.build, opened.worth) == (label.effects, label.build, label.worth)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in BLUNDERS if kind != "degrees"])
+@pytest.mark.parametrize("kind", BLUNDERS)
 def test_every_blunder_is_undone_by_what_is_to_be_said_of_it(design, label, kind, monkeypatch):
     """The remedy of that name gives back what the tables held before."""
     options = BLUNDERS[kind].possible(design)
