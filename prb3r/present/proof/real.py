@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 from prb3r.markdown import markdown_table
 from prb3r.proof.judging.opened import OpenedCase
-from prb3r.proof.judging.real_scores import SEVERAL, blunder_said, named_of
+from prb3r.proof.judging.real_scores import HAS_SEVERAL, blunder_said, named_of
 from prb3r.proof.prove import Proof
 from prb3r.proof.settings import SETTINGS
 
 
 def real_section(proof: Proof) -> list[str]:
     """Tables of the recordings with several effects and of those with a blunder; empty without any."""
-    several = [case for case in proof.main if SEVERAL(case)]
+    several = [case for case in proof.main if HAS_SEVERAL(case)]
     blundered = [case for case in proof.main if case.label.blunder]
     lines: list[str] = []
     if several:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.build import Build, as_built
+from prb3r.proof.concealed.build import Build, rig_as_built
 from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.candidates import candidates
 from prb3r.proof.concealed.design import Design, followed
@@ -36,7 +36,7 @@ def squared_distances(
     sd = build.noise * np.array([design.deviation(kind) for kind in design.kinds])
 
     def seen(acting: Sequence[Mapping[str, Any]], p: Sequence[float], at: Sequence[float]) -> list[np.ndarray] | None:
-        manipulator = as_built(truth(design, acting, *p), build)
+        manipulator = rig_as_built(truth(design, acting, *p), build)
         states = followed(manipulator, design.program)
         if states is None:
             return None

@@ -24,7 +24,7 @@ def exchange_cables(tables: Tables, details: Details) -> Tables:
     rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
     for form in ("cable_{}_n", "slip_{}"):
         first, second = form.format(a), form.format(b)
-        steps.loc[rows, [first, second]] = steps.loc[rows, [second, first]].to_numpy()
+        steps.loc[rows, [first, second]] = steps.loc[rows, [second, first]].to_numpy(copy=True)
     return tables._replace(steps=steps)
 
 

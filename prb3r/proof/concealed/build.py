@@ -61,7 +61,7 @@ def drawn_build(rng: np.random.Generator, design: Design) -> Build:
     )
 
 
-def as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]:
+def rig_as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]:
     """The contents of a manipulator's file with every plate a segment of its own, as it was made."""
     counts = _plates(manipulator)
     ends = np.cumsum(counts)
@@ -97,7 +97,7 @@ def _by_plate(effect: Mapping[str, Any], counts: Sequence[int]) -> list[dict[str
     return [{"kind": "weakened_plate", "plate": i, "factor": effect["factor"]} for i in range(first, last + 1)]
 
 
-def scatter(rng: np.random.Generator, build: Build, shape: tuple[int, int, int]) -> np.ndarray:
+def reading_noise(rng: np.random.Generator, build: Build, shape: tuple[int, int, int]) -> np.ndarray:
     """(steps, disks, kinds) reading noise in stated deviations: heavy tails, a part common to neighbouring disks."""
     chosen = SETTINGS.real
     nu = chosen.noise_freedom

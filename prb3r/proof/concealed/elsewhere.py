@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.build import Build, as_built
+from prb3r.proof.concealed.build import Build, rig_as_built
 from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.design import Design, followed, largest_bend
 from prb3r.proof.concealed.designs import drawn_program, weaker_program
@@ -58,7 +58,7 @@ def target_states(
     """What the rig really does there; None where an equilibrium ceases."""
     there = replace(design, manipulator=target["manipulator"])
     if target["name"] == OTHER_LOADS:
-        return followed(as_built(truth(design, effects, *constants), build), target["program"])
+        return followed(rig_as_built(truth(design, effects, *constants), build), target["program"])
     return followed(truth(there, carried(effects, design, there), *constants), target["program"])
 
 

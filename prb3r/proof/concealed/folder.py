@@ -8,7 +8,7 @@ import pandas as pd
 
 from prb3r.proof.concealed.blundering import Tables
 from prb3r.proof.concealed.blunders import blundered, sequence_names
-from prb3r.proof.concealed.build import Build, as_built, scatter
+from prb3r.proof.concealed.build import Build, reading_noise, rig_as_built
 from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.design import Design, LoadSteps, followed
 from prb3r.proof.concealed.labels import Label
@@ -57,14 +57,14 @@ def write_real_recording(design: Design, label: Label, folder: Path) -> None:
 def recorded_tables(design: Design, label: Label) -> Tables:
     """The tables as they are before any blunder."""
     rng, build, names = np.random.default_rng(label.noise_seed), build_of(label), sequence_names(design)
-    manipulator = as_built(truth(design, label.effects, *label.constants), build)
+    manipulator = rig_as_built(truth(design, label.effects, *label.constants), build)
     states = followed(manipulator, [_applied(rng, design, build, steps) for steps in design.program])
     if states is None:
         raise ValueError("the rig has no equilibrium at some step")
     marked = [_at_markers(part, np.array(build.marker_m)) for part in states]
     exact = exact_readings(design, manipulator, marked, [label.frame] * len(marked))
     sd = np.array([design.deviation(kind) for kind in design.kinds])
-    value = exact + sd * scatter(rng, build, exact.shape)
+    value = exact + sd * reading_noise(rng, build, exact.shape)
     value = _with_slips(rng, design, build, value)
     noted = [
         {"sequence": name, "step": k + 1, **step}

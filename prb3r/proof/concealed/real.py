@@ -8,7 +8,7 @@ import numpy as np
 
 from prb3r.proof.concealed.apart import squared_distances
 from prb3r.proof.concealed.blunders import drawn_blunder
-from prb3r.proof.concealed.build import Build, as_built, drawn_build
+from prb3r.proof.concealed.build import Build, drawn_build, rig_as_built
 from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.candidates import candidates, shaped
 from prb3r.proof.concealed.design import Design, Flavour, followed, largest_bend
@@ -21,7 +21,7 @@ from prb3r.proof.rig.effects.candidate import Candidate
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.real import TYPICAL
 
-SEVERAL, SINGLE, CLEAN, BLUNDER = REAL_CLASSES = "several", "imperfect-single", "imperfect-clean", "blunder"
+_SEVERAL, _SINGLE, _CLEAN, _BLUNDER = REAL_CLASSES = "several", "imperfect-single", "imperfect-clean", "blunder"
 """Three to five effects; one; none; a blunder of the set-up, with effects in every second."""
 
 
@@ -45,20 +45,20 @@ def real_label(request: Request, design: Design) -> Label:
         planted = _planted(rng, request, design)
         label = _held(rng, request, design, planted, attempt)
         if label is not None:
-            blunder = drawn_blunder(rng, design) if request.cls == BLUNDER else None
+            blunder = drawn_blunder(rng, design) if request.cls == _BLUNDER else None
             return replace(label, blunder=blunder)
     raise RuntimeError(f"case {request.case}: no rig with equilibria was found")
 
 
 def _planted(rng: np.random.Generator, request: Request, design: Design) -> list[Planted]:
-    if request.cls == SINGLE:
+    if request.cls == _SINGLE:
         drawn = None
         responses = Responses(design)
         while drawn is None:
             multiple = SETTINGS.real.single_multiple
             drawn = draw_effect(responses, request.kind, multiple, rng) or draw_effect(responses, "", multiple, rng)
         return [Planted(drawn.effect, drawn.size)]
-    if request.cls == CLEAN or (request.cls == BLUNDER and request.kind != "several"):
+    if request.cls == _CLEAN or (request.cls == _BLUNDER and request.kind != "several"):
         return []
     return several_effects(rng, design)
 
@@ -103,7 +103,7 @@ def _held(
     rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
     frame = tuple((np.array([rotation, shift, shift]) * drawn[2:]).tolist())
     build, effects = drawn_build(rng, design), [each.effect for each in planted]
-    states = followed(as_built(truth(design, effects, *constants), build), design.program)
+    states = followed(rig_as_built(truth(design, effects, *constants), build), design.program)
     if states is None or largest_bend(states) > SETTINGS.real.most_bend_rad:
         return None
     targets = drawn_targets(rng, design, effects, constants, build)

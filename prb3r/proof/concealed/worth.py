@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.build import Build, as_built
+from prb3r.proof.concealed.build import Build, rig_as_built
 from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.design import Design, LoadSteps, followed
 from prb3r.proof.settings import SETTINGS
 
-LOST = 1e3
+NO_BALANCE = 1e3
 """In place of a miss where there is no equilibrium without the effect."""
 
 
@@ -31,7 +31,7 @@ def worths(
     programs = (design.program, loads)
 
     def seen(acting: Sequence[Mapping[str, Any]], p: Sequence[float], at: Sequence[float]) -> list[np.ndarray] | None:
-        manipulator = as_built(truth(design, acting, *p), build)
+        manipulator = rig_as_built(truth(design, acting, *p), build)
         states = [followed(manipulator, program) for program in programs]
         if any(each is None for each in states):
             return None
@@ -47,13 +47,13 @@ def worths(
     for k in range(len(effects)):
         without = seen([*effects[:k], *effects[k + 1 :]], constants, frame)
         if without is None:
-            out.append(LOST)
+            out.append(NO_BALANCE)
             continue
         here, there = (a - b for a, b in zip(whole, without, strict=True))
         rows = np.vstack([columns[0], np.diag(priors)])
         refit = np.linalg.lstsq(rows, np.append(here, np.zeros(len(priors))), rcond=None)[0]
         left = there - columns[1] @ refit
-        out.append(round(float(min(np.sqrt(np.mean(left**2)), LOST)), 4))
+        out.append(round(float(min(np.sqrt(np.mean(left**2)), NO_BALANCE)), 4))
     return out
 
 

@@ -64,13 +64,13 @@ def right_claim(case: OpenedCase) -> Claim | None:
     true = case.label.effects[0]
     for claim in confident(case.verdict):
         if claim.kind == true["kind"] and all(
-            same_place(claim.place.get(name), true.get(name)) for name in RECORDS[claim.kind].places
+            places_agree(claim.place.get(name), true.get(name)) for name in RECORDS[claim.kind].places
         ):
             return claim
     return None
 
 
-def same_place(said: Any, true: Any) -> bool:
+def places_agree(said: Any, true: Any) -> bool:
     """Whether two values of a place are the same, lists in any order."""
     listed = lambda value: sorted(map(str, value)) if isinstance(value, list | tuple) else str(value)  # noqa: E731
     return listed(said) == listed(true)

@@ -7,7 +7,7 @@ from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS
 from prb3r.proof.judging.goals import Goal, Measure, Test, share_measure
 from prb3r.proof.judging.intervals import Score, mean_of, median_of, quantile_of, share_of
 from prb3r.proof.judging.methods import kind_of
-from prb3r.proof.judging.opened import OpenedCase, failed, mentioned, same_place
+from prb3r.proof.judging.opened import OpenedCase, failed, mentioned, places_agree
 from prb3r.proof.judging.verdict import Claim
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
@@ -25,8 +25,8 @@ def is_hit(claim: Claim, true: Mapping[str, Any]) -> bool:
     if claim.kind != true["kind"]:
         return False
     names = RECORDS[claim.kind].places
-    best = all(same_place(claim.place.get(name), true.get(name)) for name in names)
-    return best or any(same_place(value, true.get(name)) for name in names for value in claim.sets.get(name, ()))
+    best = all(places_agree(claim.place.get(name), true.get(name)) for name in names)
+    return best or any(places_agree(value, true.get(name)) for name in names for value in claim.sets.get(name, ()))
 
 
 def named_of(case: OpenedCase) -> list[bool]:
@@ -95,14 +95,14 @@ def _named_if_told_apart(case: OpenedCase) -> list[bool]:
 
 def _removed(name: str, worst: bool) -> Measure:
     def measure(cases: Sequence[OpenedCase]) -> Score:
-        values = [m.removed for case in cases if SEVERAL(case) for m in case.missed if m.name == name and m.counts]
+        values = [m.removed for case in cases if HAS_SEVERAL(case) for m in case.missed if m.name == name and m.counts]
         return quantile_of(values, REAL.worst) if worst else median_of(values)
 
     return measure
 
 
 def _covered(name: str) -> Measure:
-    return lambda cases: mean_of([m.covered for c in cases if SEVERAL(c) for m in c.missed if m.name == name])
+    return lambda cases: mean_of([m.covered for c in cases if HAS_SEVERAL(c) for m in c.missed if m.name == name])
 
 
 def _seconds(slow: bool, worst: bool) -> Measure:
@@ -113,17 +113,20 @@ def _seconds(slow: bool, worst: bool) -> Measure:
     return measure
 
 
-SEVERAL, CLEAN = of_class("several"), of_class("imperfect-clean")
-BLUNDERED = of_class("blunder")
+HAS_SEVERAL, _CLEAN = of_class("several"), of_class("imperfect-clean")
+_BLUNDERED = of_class("blunder")
 REAL_GOALS: tuple[Goal, ...] = (
     Goal(
-        "imperfect clean rigs: adequate", ">=", (0.95,), share_measure(CLEAN, lambda c: c.verdict.verdict == "adequate")
+        "imperfect clean rigs: adequate",
+        ">=",
+        (0.95,),
+        share_measure(_CLEAN, lambda c: c.verdict.verdict == "adequate"),
     ),
     Goal(
         "imperfect clean rigs: an effect named",
         "<=",
         (0.02,),
-        share_measure(CLEAN, lambda c: bool(c.verdict.named) or failed(c)),
+        share_measure(_CLEAN, lambda c: bool(c.verdict.named) or failed(c)),
     ),
     Goal(
         "imperfect rigs, five times detectable: named or among the alternatives",
@@ -131,17 +134,17 @@ REAL_GOALS: tuple[Goal, ...] = (
         (0.95,),
         share_measure(of_class("imperfect-single"), lambda c: c.label.kinds[0] in surviving_kinds(c)),
     ),
-    Goal(f"several: effects worth {REAL.worth:g} sd at other loads named", ">=", (0.9,), _pooled(SEVERAL, _worthy)),
-    Goal("several: names that are wrong", "<=", (0.05,), _pooled(SEVERAL, wrong_of)),
-    Goal("several: all named and none beside", ">=", (0.7,), share_measure(SEVERAL, whole_set)),
-    Goal("several: all in a surviving set", ">=", (0.9,), share_measure(SEVERAL, listed_set)),
+    Goal(f"several: effects worth {REAL.worth:g} sd at other loads named", ">=", (0.9,), _pooled(HAS_SEVERAL, _worthy)),
+    Goal("several: names that are wrong", "<=", (0.05,), _pooled(HAS_SEVERAL, wrong_of)),
+    Goal("several: all named and none beside", ">=", (0.7,), share_measure(HAS_SEVERAL, whole_set)),
+    Goal("several: all in a surviving set", ">=", (0.9,), share_measure(HAS_SEVERAL, listed_set)),
     Goal("other loads: excess error removed, median", ">=", (0.95,), _removed(OTHER_LOADS, False)),
     Goal("other loads: excess error removed, worst tenth", ">=", (0.8,), _removed(OTHER_LOADS, True)),
     Goal("another design: excess error removed, median", ">=", (0.9,), _removed(OTHER_DESIGN, False)),
     Goal("another design: excess error removed, worst tenth", ">=", (0.7,), _removed(OTHER_DESIGN, True)),
     Goal("other loads: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_LOADS)),
     Goal("another design: 95 % bands cover", "in", (0.9, 0.98), _covered(OTHER_DESIGN)),
-    Goal("blunders said by name", ">=", (0.95,), share_measure(BLUNDERED, blunder_said)),
+    Goal("blunders said by name", ">=", (0.95,), share_measure(_BLUNDERED, blunder_said)),
     Goal(
         "blunders said where there is none",
         "<=",
@@ -150,13 +153,16 @@ REAL_GOALS: tuple[Goal, ...] = (
     ),
 )
 REAL_INFORMATION: tuple[Goal, ...] = (
-    Goal("several: all effects named", "", (), _pooled(SEVERAL, named_of)),
-    Goal(f"several: worth {REAL.worth:g} sd, share that can be told apart", "", (), _pooled(SEVERAL, _told_apart)),
+    Goal("several: all effects named", "", (), _pooled(HAS_SEVERAL, named_of)),
+    Goal(f"several: worth {REAL.worth:g} sd, share that can be told apart", "", (), _pooled(HAS_SEVERAL, _told_apart)),
     Goal(
-        f"several: worth {REAL.worth:g} sd and can be told apart: named", "", (), _pooled(SEVERAL, _named_if_told_apart)
+        f"several: worth {REAL.worth:g} sd and can be told apart: named",
+        "",
+        (),
+        _pooled(HAS_SEVERAL, _named_if_told_apart),
     ),
-    Goal("several: explained", "", (), share_measure(SEVERAL, lambda c: c.verdict.verdict == "explained")),
-    Goal("several: unexplained", "", (), share_measure(SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
+    Goal("several: explained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "explained")),
+    Goal("several: unexplained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
     Goal("real rigs, declared slip: seconds, median", "", (), _seconds(False, False)),
     Goal("real rigs, declared slip: seconds, longest", "", (), _seconds(False, True)),
     Goal("real rigs, history: seconds, median", "", (), _seconds(True, False)),
