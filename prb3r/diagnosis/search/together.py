@@ -33,7 +33,10 @@ class Alone(NamedTuple):
     """A recording by itself."""
 
     choice: Choice
+    """What stands of it."""
     search: Search
+    best: Fit
+    """Its most probable model, explained or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +78,7 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     rigs = tuple(replace(each.choice.fitted.model, hypotheses=()) for each in alone)
     model = JointModel(rigs, shared_constants(rigs, groups))
     search = joint_search([each.search for each in alone], model.shared, groups, settings)
-    own = [Alone(each.choice, _own_search(each.search, k, search)) for k, each in enumerate(alone)]
+    own = [each._replace(search=_own_search(each.search, k, search)) for k, each in enumerate(alone)]
     explored = _explore(model, search, own)
     survivors = explored.pool.survivors()
     fitted: Any = polished(simplest(survivors, settings.simpler_reach))
@@ -117,7 +120,7 @@ def _on_each(
     out = []
     for rig, (each, noise) in enumerate(zip(alone, explored.noise, strict=True)):
         choice = _with_others(rig, each.choice.calibrated, each.search, (fitted, survivors), noise)
-        out.append(Alone(choice, each.search))
+        out.append(Alone(choice, each.search, choice.survivors[0].fitted))
     return tuple(out)
 
 
@@ -143,12 +146,19 @@ def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
     """Where joint fits begin: without effects, and from what each recording shows alone."""
     plain = [each.choice.calibrated for each in alone]
-    starts = [start_set(model, (), plain, first=0)]
-    for chosen in (
-        [each.choice.fitted for each in alone],
-        [each.choice.survivors[0].fitted for each in alone],
-    ):
-        starts += [start_set(model, search.library, chosen, first) for first in range(len(alone))]
+    starts, sets = (
+        [start_set(model, (), plain, first=0)],
+        [
+            [each.choice.fitted for each in alone],
+            [each.choice.survivors[0].fitted for each in alone],
+            [each.best for each in alone],
+        ],
+    )
+    for chosen in sets:
+        for first in range(len(alone)):
+            whole, p = start_set(model, search.library, chosen, first)
+            if not any(whole.hypotheses == known.hypotheses and np.array_equal(p, at) for known, at in starts):
+                starts.append((whole, p))
     return starts
 
 
