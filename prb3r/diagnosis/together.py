@@ -10,7 +10,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import STAGES, Report, Searched, Task, check, without_blunders
+from prb3r.diagnosis.stages import STAGES, Report, Searched, Task, check, standing, without_blunders
 from prb3r.errors import Problem, RecordingError
 
 
@@ -49,7 +49,10 @@ def diagnose_together(
     found = [_alone(task, report, apply) for task in tasks]
     report("together")
     groups = groups_of([searched.tested.doubted.recording for searched, _ in found])
-    alone = [Alone(searched.choice, searched.tested.doubted.search) for searched, _ in found]
+    alone = [
+        Alone(standing(searched).choice, searched.tested.doubted.search, searched.choice.survivors[0].fitted)
+        for searched, _ in found
+    ]
     together = choose_together(alone, groups)
     names = [searched.tested.doubted.recording.name for searched, _ in found]
     investigations = []

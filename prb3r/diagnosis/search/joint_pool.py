@@ -33,7 +33,9 @@ class JointSearch:
     apply: Apply = field(default=serially)
 
 
-def joint_search(alone: Sequence[Search], shared: Mapping[str, tuple[int, ...]], groups: Groups, settings: Settings):
+def joint_search(
+    alone: Sequence[Search], shared: Mapping[str, tuple[int, ...]], groups: Groups, settings: Settings
+) -> JointSearch:
     """What is searched: everything that may be in common, everything on each rig, and shared constants that part.
 
     What is in common has the odds of its kind; that one rig has for itself what it should share is less likely.

@@ -33,7 +33,10 @@ class Alone(NamedTuple):
     """A recording by itself."""
 
     choice: Choice
+    """What stands of it."""
     search: Search
+    best: Fit
+    """Its most probable model, explained or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,43 +64,64 @@ class Together:
         return float(sum(survivor.probability for survivor in self.survivors if holds(survivor.effects)))
 
 
+class _Explored(NamedTuple):
+    """Joint models under the noise that the best of them leaves."""
+
+    pool: JointPool
+    noise: tuple[tuple[Doubts, EstimatedLevel], ...]
+    """Of every recording."""
+
+
 def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     """The joint models that survive, under the noise that the best of them leaves."""
     settings = alone[0].choice.fitted.model.settings
     rigs = tuple(replace(each.choice.fitted.model, hypotheses=()) for each in alone)
     model = JointModel(rigs, shared_constants(rigs, groups))
     search = joint_search([each.search for each in alone], model.shared, groups, settings)
+    own = [each._replace(search=_own_search(each.search, k, search)) for k, each in enumerate(alone)]
+    explored = _explore(model, search, own)
+    survivors = explored.pool.survivors()
+    fitted: Any = polished(simplest(survivors, settings.simpler_reach))
+    each = _on_each(own, explored, fitted, survivors)
+    if any(rig.choice.structured for rig in each):
+        fitted, survivors = _standing(explored.pool, fitted, each)
+        each = _on_each(own, explored, fitted, survivors)
+    return Together(tuple(alone), groups, search, fitted, each, survivors)
+
+
+def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> _Explored:
+    """Search from what each recording shows alone; `alone` with the libraries of the joint search."""
+    settings = model.settings
     wide: Any = replace(settings, most_effects=settings.most_effects * len(alone))
-    starts = _starts(model, search, alone)
-    pool = JointPool(search, wide, search.apply(fit_joint, starts))  # type: ignore[arg-type]
+    pool = JointPool(search, wide, search.apply(fit_joint, _starts(model, search, alone)))  # type: ignore[arg-type]
     doubts, around = [each.choice.doubts for each in alone], Effects()
     for _ in range(settings.renewals):
         pool.explore(settings.later_expansions)
         best: Any = pool.best
         parts = [best.part(k) for k in range(len(alone))]
         levels = [
-            level_under(part, doubted, own.search.library)
-            for part, doubted, own in zip(parts, doubts, alone, strict=True)
+            level_under(part, doubted, each.search.library)
+            for part, doubted, each in zip(parts, doubts, alone, strict=True)
         ]
         near = all(level.level.near(doubted.level) for level, doubted in zip(levels, doubts, strict=True))
         if near and around == frozenset(best.model.hypotheses):
             break
         around = frozenset(best.model.hypotheses)
         doubts = [replace(doubted, level=level.level) for doubted, level in zip(doubts, levels, strict=True)]
-        pool = pool.under_each(
-            [
-                doubted.noise(part.model.predict, part.solved, settings)
-                for part, doubted in zip(parts, doubts, strict=True)
-            ]
-        )
-    noise = list(zip(doubts, levels, strict=True))
-    survivors = pool.survivors()
-    fitted: Any = polished(simplest(survivors, settings.simpler_reach))
-    each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
-    if any(own.choice.structured for own in each):
-        fitted, survivors = _standing(pool, fitted, each)
-        each = tuple(_with_others(k, own, search, (fitted, survivors), noise[k]) for k, own in enumerate(alone))
-    return Together(tuple(alone), groups, search, fitted, each, survivors)
+        pairs = zip(parts, doubts, strict=True)
+        pool = pool.under_each([doubted.noise(part.model.predict, part.solved, settings) for part, doubted in pairs])
+    return _Explored(pool, tuple(zip(doubts, levels, strict=True)))
+
+
+def _on_each(
+    alone: Sequence[Alone], explored: _Explored, fitted: JointFit, survivors: Sequence[Survivor]
+) -> tuple[Alone, ...]:
+    """Every recording with what the others say."""
+    out = []
+    for rig, (each, noise) in enumerate(zip(alone, explored.noise, strict=True)):
+        choice = _with_others(rig, each.choice.calibrated, each.search, (fitted, survivors), noise)
+        out.append(Alone(choice, each.search, choice.survivors[0].fitted))
+    return tuple(out)
 
 
 def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
@@ -122,27 +146,42 @@ def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
     """Where joint fits begin: without effects, and from what each recording shows alone."""
     plain = [each.choice.calibrated for each in alone]
-    starts = [start_set(model, (), plain, first=0)]
-    for chosen in (
-        [each.choice.fitted for each in alone],
-        [each.choice.survivors[0].fitted for each in alone],
-    ):
-        starts += [start_set(model, search.library, chosen, first) for first in range(len(alone))]
+    starts, sets = (
+        [start_set(model, (), plain, first=0)],
+        [
+            [each.choice.fitted for each in alone],
+            [each.choice.survivors[0].fitted for each in alone],
+            [each.best for each in alone],
+        ],
+    )
+    for chosen in sets:
+        for first in range(len(alone)):
+            whole, p = start_set(model, search.library, chosen, first)
+            if not any(whole.hypotheses == known.hypotheses and np.array_equal(p, at) for known, at in starts):
+                starts.append((whole, p))
     return starts
 
 
 def _with_others(
     rig: int,
-    alone: Alone,
-    search: JointSearch,
+    plain: Fit,
+    search: Search,
     joint: tuple[JointFit, Sequence[Survivor]],
     noise: tuple[Doubts, EstimatedLevel],
-) -> Alone:
-    """A recording with what the others say: the chosen joint model and all that survive, as they are on one rig."""
+) -> Choice:
+    """A recording with what the others say: the chosen joint model and all that survive, as they are on one rig.
+
+    Parameters
+    ----------
+    plain : its constants alone.
+    search : among what is searched on it.
+    joint : the chosen joint model, and all that survive.
+    noise : its doubts and noise level.
+    """
     fitted, survivors = joint
-    own = _own_search(alone.search, rig, search)
+    doubts, level = noise
     chosen = polished(at_minimum(fitted, rig))
-    calibrated = replace(alone.choice.calibrated.model, noise=chosen.model.noise)
+    calibrated = replace(plain.model, noise=chosen.model.noise)
     found = {frozenset(chosen.model.hypotheses): chosen}
     shares, worth = dict[Effects, float](), dict[Effects, float]()
     for survivor in survivors:
@@ -153,22 +192,21 @@ def _with_others(
         shares[effects] = shares.get(effects, 0.0) + survivor.probability
         worth[effects] = max(worth.get(effects, -np.inf), survivor.log_evidence)
     ranked = sorted(shares, key=lambda effects: -shares[effects])
-    scores, best = examine(chosen, own), found[ranked[0]]
-    choice = Choice(
-        calibrated=fit(calibrated, alone.choice.calibrated.p) or alone.choice.calibrated,
+    scores, best = examine(chosen, search), found[ranked[0]]
+    return Choice(
+        calibrated=fit(calibrated, plain.p) or plain,
         fitted=chosen,
         tried=tuple(found.values()),
         survivors=tuple(Survivor(found[effects], worth[effects], shares[effects]) for effects in ranked),
         scores=scores,
-        scores_of_best=scores if best is chosen else examine(best, own),
+        scores_of_best=scores if best is chosen else examine(best, search),
         chi2_threshold=chi2_threshold(chosen),
-        doubts=noise[0],
-        level=noise[1],
+        doubts=doubts,
+        level=level,
         settled=frozenset(
             part for each in fitted.model.hypotheses if len(each.rigs) > 1 and (part := each.parts[rig]) is not None
         ),
     )
-    return Alone(choice, own)
 
 
 def at_minimum(fitted: JointFit, rig: int) -> Fit:
