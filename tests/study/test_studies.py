@@ -139,7 +139,7 @@ def test_follow_path_is_followed_with_all_cables_and_lost_without_those_of_segme
 
 
 def test_best_design_begins_with_designs_spread_over_the_ranges():
-    frame = small("best-design", cloud=64)
+    frame = small("best-design")
     assert len(frame) == 32
     assert frame["segment_1_plates"].nunique() == 5
     assert (frame["safety_factor"] >= 2).any()
