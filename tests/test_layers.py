@@ -20,7 +20,7 @@ ORDER = {
     "inverse": "target pull search reach",
     "runs": "files secret store sealed parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare work plan "
-    "tables manifest designs rigs search run decide advice",
+    "tables manifest designs rigs search compute explore run decide advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result stages together run",
     "proof": "rig settings concealed judging prove sweep",

@@ -8,33 +8,28 @@ import contextlib
 import os
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.runs.engine import run_tasks
 from prb3r.runs.files import clear_left_over, ensure_writable, sole_writer
-from prb3r.runs.parts import Columns, Parts, States
+from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import environment, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, read_arrow, write_arrow
-from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.axes import first_designs
-from prb3r.study.cases import Family
-from prb3r.study.compare import fitted_lines, with_comparisons
-from prb3r.study.designs import designs_of
+from prb3r.runs.tasks import Workers
+from prb3r.study.compare import fitted_lines
+from prb3r.study.compute import brought
+from prb3r.study.explore import explored
 from prb3r.study.manifest import changes, timing
-from prb3r.study.plan import Plan, Progress, Quiet, Silent, plan_study
-from prb3r.study.resolve import resolve
+from prb3r.study.plan import Plan, Progress, Silent, plan_study
 from prb3r.study.rigs import Rigs, rigs_of, write_rigs
-from prb3r.study.search import Judged, searched_designs
-from prb3r.study.tables import cases_frame, write_states
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
+from prb3r.study.tables import tabulated, write_states
+from prb3r.study.work import solve_chunk
 
 
 @dataclass(frozen=True)
@@ -169,118 +164,6 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     result = Result(plan, cases, manifest, computed)
     write_rigs(result.rigs, plan.folder, provenance)
     return result
-
-
-def tabulated(plan: Plan, parts: Parts) -> pd.DataFrame:
-    """The table of cases, all of which are among the parts, with comparisons."""
-    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
-    lengths = straight_lengths(plan.cases.families) if relative else {}
-    return with_comparisons(cases_frame(plan, parts), plan.study, lengths)
-
-
-def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> tuple[Plan, int]:
-    """The plan with every design that a search tries, generation by generation, and the number of computed cases.
-
-    The search is the same every time: where designs are known already it goes through them again without computing.
-    """
-    study, counted = plan.study, []
-    assert study.search is not None
-
-    def judged(designs: np.ndarray) -> Judged:
-        asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
-        counted.append(brought(asked, parts, workers, Quiet(progress)))
-        cases = designs_of(study, tabulated(asked, parts))
-        bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
-        margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]
-        scores = wanted * [preference.sign for preference in study.preference]
-        return Judged(np.array(margins, float).reshape(bounded.shape), np.nan_to_num(scores, nan=-np.inf))
-
-    each = len(plan.cases) // len(first_designs(study))
-    progress.begin(study.name, study.search.designs * each, 0)
-    try:
-        designs = searched_designs(study, judged)
-    finally:
-        progress.end()
-    return replace(plan, cases=resolve(plan.path, study, designs=designs)), sum(counted)
-
-
-def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
-    """Bring all cases of a plan among the parts, from other studies or computed; the number of the latter."""
-    adopt(plan, parts)
-    return compute(plan, parts, workers, progress)
-
-
-def adopt(plan: Plan, parts: Parts) -> None:
-    """Take what other studies in the same folder have computed of the cases."""
-    missing = plan.missing(parts)
-    lacking = zip(plan.items, missing.T, strict=True)
-    if missing.any():
-        parts.adopt({item: {plan.keys[number] for number in np.flatnonzero(lacks)} for item, lacks in lacking})
-
-
-def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
-    """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
-    missing = plan.missing(parts)
-    chunks, waiting = plan.chunks(missing), int(missing.any(1).sum())
-    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
-
-    def keep(number: int, pieces: list[Piece]) -> None:
-        chunk = chunks[number]
-        cases, states = computed_columns(pieces, chunk)
-        keep_chunk(plan, parts, chunk, cases, states)
-        failed = cases["outcome"] != "converged"
-        for metric in chunk.metrics:
-            failed |= cases[reason_column(metric)] != ""
-        progress.advance(len(failed), int(failed.sum()))
-
-    try:
-        run_tasks(solve_chunk, dict(enumerate(chunks)), keep, workers, split=Chunk.single)
-    finally:
-        progress.end()
-    return waiting
-
-
-def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Columns | None]:
-    """Columns of a chunk's cases and, if they are kept, of their states, from the pieces that it was computed in."""
-    cases, states = [], []
-    for piece in pieces:
-        if piece.fate == "done":
-            cases.append(piece.value[0])
-            states.append(piece.value[1])
-        else:
-            outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
-            cases.append(blank_columns(piece.task.numbers, chunk.metrics, outcome, piece.reason))
-    return _stacked(cases), _stacked(states) if states and chunk.states != "none" else None
-
-
-def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
-    """Add the items that a chunk was computed for to the parts."""
-    numbers, names = cases["case_id"], {}
-    if plan.items[0] in chunk.items:
-        outcome = blank_columns(numbers[:0], (), "", "")
-        names = {name: plan.items[0] for name in outcome if name != "case_id"}
-    for metric, item in plan.metric_items:
-        if item in chunk.items:
-            columns = [*(quantity.name for quantity in metric.quantities()), reason_column(metric)]
-            names |= dict.fromkeys(columns, item)
-    kept = None
-    if chunk.states != "none" and plan.states_item:
-        states = states or {"case_id": np.zeros(0, np.int64)}
-        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
-        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
-    parts.add([plan.keys[number] for number in numbers], cases, names, kept)
-
-
-def _stacked(tables: Sequence[Columns]) -> Columns:
-    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-
-
-def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
-    """Straight length of the manipulator of every case, m, by number of the case."""
-    lengths: dict[int, float] = {}
-    for family in families:
-        lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
-    return lengths
 
 
 def forecast(plan: Plan) -> tuple[float, int]:

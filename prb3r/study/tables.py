@@ -1,6 +1,6 @@
 """From parts to the tables of a study: every case in its order, whatever run or study it was computed in."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,8 @@ import pandas as pd
 from prb3r.runs import store
 from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
 from prb3r.runs.store import arrow_table, whole_table
-from prb3r.study.cases import Cases
+from prb3r.study.cases import Cases, Family
+from prb3r.study.compare import with_comparisons
 from prb3r.study.plan import Plan
 from prb3r.study.work import CASE_FAILED, blank_columns, reason_column, state_columns
 
@@ -27,6 +28,21 @@ def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
         columns["outcome"][reason != ""] = CASE_FAILED
         columns["reason"] = np.where(reason != "", reason, columns["reason"])
     return labelled(plan.cases, pd.DataFrame({"case_id": np.arange(len(plan.cases)), **columns}))
+
+
+def tabulated(plan: Plan, parts: Parts) -> pd.DataFrame:
+    """The table of cases, all of which are among the parts, with comparisons."""
+    relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
+    lengths = straight_lengths(plan.cases.families) if relative else {}
+    return with_comparisons(cases_frame(plan, parts), plan.study, lengths)
+
+
+def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
+    """Straight length of the manipulator of every case, m, by number of the case."""
+    lengths: dict[int, float] = {}
+    for family in families:
+        lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
+    return lengths
 
 
 def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:

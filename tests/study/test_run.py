@@ -17,8 +17,9 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.runs.tasks import Piece, Workers
+from prb3r.study.compute import computed_columns
 from prb3r.study.plan import plan_study
-from prb3r.study.run import Options, computed_columns, solve_study
+from prb3r.study.run import Options, solve_study
 from prb3r.study.work import solve_chunk
 
 ROOT = Path(__file__).parents[2]
