@@ -143,22 +143,19 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
     effects, speak for it.
     """
-    blunders, suspected = blunders_of(task.recording, task.settings)
-    task = _mended(task, blunders)
-    searched = to_search(task, report, apply)
-    while suspected is not None and len(blunders) < task.settings.most_blunders:
+    blunders = blunders_of(task.recording, task.settings)
+    if not blunders or blunders[-1].plain:
+        return to_search(_mended(task, blunders), report, apply), blunders
+    plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
+    searched = to_search(_mended(task, plain), report, apply)
+    for suspected in dict.fromkeys((blunders, blunders[: len(plain) + 1])):
         report("search")
-        other = to_search(_mended(task, (suspected,)), lambda stage: None, apply)
+        other = to_search(_mended(task, suspected), lambda stage: None, apply)
         after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
-        if not speaks_for(after, before, least_gain(task.recording, task.settings)):
-            break
-        task, searched = _mended(task, (suspected,)), other
-        more, following = blunders_of(task.recording, task.settings)
-        blunders, suspected = (*blunders, suspected, *more), following
-        if more:
-            task = _mended(task, more)
-            searched = to_search(task, lambda stage: None, apply)
-    return searched, blunders
+        asked = (len(suspected) - len(plain)) * least_gain(task.recording, task.settings)
+        if speaks_for(after, before, asked):
+            return other, suspected
+    return searched, plain
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:

@@ -106,18 +106,18 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     return Attempt(recording, remedies(recording), trying, here, grid, seen)
 
 
-def blunders_of(recording: Recording, settings: Settings) -> tuple[tuple[Blunder, ...], Blunder | None]:
-    """The plain blunders of a recording, each looked for with those before it mended, and one that is suspected then.
+def blunders_of(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:
+    """The blunders that a recording could hold, each looked for with those before it mended; mostly none.
 
-    Mostly there are none.
+    Where the last is plain they are plain together: constants alone explain what is mended.
     """
-    plain: list[Blunder] = []
-    while len(plain) < settings.most_blunders:
-        blunder = find_blunder(plain[-1].mended if plain else recording, settings)
-        if blunder is None or not blunder.plain:
-            return tuple(plain), blunder
-        plain.append(blunder)
-    return tuple(plain), None
+    out: list[Blunder] = []
+    while len(out) < settings.most_blunders:
+        blunder = find_blunder(out[-1].mended if out else recording, settings)
+        if blunder is None:
+            break
+        out.append(blunder)
+    return tuple(out)
 
 
 def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
