@@ -11,9 +11,15 @@ from prb3r.study.plan import Plan, Progress
 from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
 
 
-def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
-    """Bring all cases of a plan among the parts, from other studies or computed; the number of the latter."""
-    adopt(plan, parts)
+def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
+    """Bring all cases of a plan among the parts, from other studies or computed; the number of the latter.
+
+    Parameters
+    ----------
+    fresh : take nothing from other studies.
+    """
+    if not fresh:
+        adopt(plan, parts)
     return compute(plan, parts, workers, progress)
 
 

@@ -15,7 +15,7 @@ from prb3r.study.search import Judged, searched_designs
 from prb3r.study.tables import tabulated
 
 
-def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> tuple[Plan, int]:
+def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> tuple[Plan, int]:
     """The plan with every design that a search tries, generation by generation, and the number of computed cases.
 
     The search is the same every time: where designs are known already it goes through them again without computing.
@@ -25,7 +25,7 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> 
 
     def judged(designs: np.ndarray) -> Judged:
         asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
-        counted.append(brought(asked, parts, workers, Quiet(progress)))
+        counted.append(brought(asked, parts, workers, Quiet(progress), fresh))
         cases = designs_of(study, tabulated(asked, parts))
         bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
         margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]

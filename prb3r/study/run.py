@@ -129,9 +129,9 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     if options.fresh:
         parts.discard()
     if plan.study.search is None:
-        computed = brought(plan, parts, options.workers, progress)
+        computed = brought(plan, parts, options.workers, progress, options.fresh)
     else:
-        plan, computed = explored(plan, parts, options.workers, progress)
+        plan, computed = explored(plan, parts, options.workers, progress, options.fresh)
     provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}
     if plan.states_item:
         write_states(plan, parts, plan.folder / "states.parquet", provenance)
