@@ -119,9 +119,16 @@ def _on_each(
     """Every recording with what the others say."""
     out = []
     for rig, (each, noise) in enumerate(zip(alone, explored.noise, strict=True)):
-        choice = _with_others(rig, each.choice.calibrated, each.search, (fitted, survivors), noise)
-        out.append(Alone(choice, each.search, choice.survivors[0].fitted))
+        search = _knowing(each.search, fitted.model.members[rig].hypotheses)
+        choice = _with_others(rig, each.choice.calibrated, search, (fitted, survivors), noise)
+        out.append(Alone(choice, search, choice.survivors[0].fitted))
     return tuple(out)
+
+
+def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
+    """The same search with every chosen effect as it was fitted: in common, or with the bounds of one rig alone."""
+    by_place = {(own.kind, own.place): own for own in chosen}
+    return replace(search, library=tuple(by_place.get((own.kind, own.place), own) for own in search.library))
 
 
 def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
