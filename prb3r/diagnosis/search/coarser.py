@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, correlation
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
@@ -38,7 +39,14 @@ def coarsened(choice: Choice, search: Search) -> Choice:
         return choice
     exact = polished(exact)
     scores = examine(exact, search)
-    return replace(choice, fitted=exact, survivors=survivors, scores=scores, scores_of_best=scores)
+    return replace(
+        choice,
+        fitted=exact,
+        survivors=survivors,
+        scores=scores,
+        scores_of_best=scores,
+        chi2_threshold=chi2_threshold(exact),
+    )
 
 
 def told_share(fitted: Fit) -> float:
