@@ -37,6 +37,8 @@ def goal_text(goal: Goal) -> str:
     """What is asked; empty for information."""
     if not goal.relation:
         return ""
+    if goal.name.startswith(NOT_SHARES):
+        return f"{goal.relation} {goal.asked[0]:g}".replace("<=", "≤").replace(">=", "≥")
     asked = "-".join(f"{100 * share:g}" for share in goal.asked)
     return f"{goal.relation} {asked} %".replace("in ", "").replace("<=", "≤").replace(">=", "≥")
 

@@ -39,6 +39,12 @@ def wrong_of(case: OpenedCase) -> list[bool]:
     return [claim.kind not in case.label.kinds for claim in case.verdict.named]
 
 
+def misplaced(case: OpenedCase) -> list[bool]:
+    """Of every name, whether its kind is there but at another place."""
+    true = case.label.effects
+    return [c.kind in case.label.kinds and not any(is_hit(c, each) for each in true) for c in case.verdict.named]
+
+
 def whole_set(case: OpenedCase) -> bool:
     """Whether all true effects are named, and none beside."""
     return all(named_of(case)) and len(case.verdict.named) == len(case.label.effects)
@@ -93,6 +99,13 @@ def _named_if_told_apart(case: OpenedCase) -> list[bool]:
     ]
 
 
+def _worthy_listed(case: OpenedCase) -> list[bool]:
+    listed = surviving_kinds(case)
+    return [
+        kind in listed for kind, worth in zip(case.label.kinds, case.label.worth, strict=True) if worth >= REAL.worth
+    ]
+
+
 def _removed(name: str, worst: bool) -> Measure:
     def measure(cases: Sequence[OpenedCase]) -> Score:
         values = [m.removed for case in cases if HAS_SEVERAL(case) for m in case.missed if m.name == name and m.counts]
@@ -102,7 +115,7 @@ def _removed(name: str, worst: bool) -> Measure:
 
 
 def _covered(name: str) -> Measure:
-    return lambda cases: mean_of([m.covered for c in cases if HAS_SEVERAL(c) for m in c.missed if m.name == name])
+    return lambda cases: mean_of([m.covered for c in cases for m in c.missed if m.name == name])
 
 
 def _seconds(slow: bool, worst: bool) -> Measure:
@@ -151,6 +164,10 @@ REAL_GOALS: tuple[Goal, ...] = (
         (0.005,),
         share_measure(lambda c: c.label.blunder is None, lambda c: bool(c.verdict.setup)),
     ),
+    Goal("real rigs, declared slip: seconds, median", "<=", REAL.seconds[:1], _seconds(False, False)),
+    Goal("real rigs, declared slip: seconds, longest", "<=", REAL.seconds[1:], _seconds(False, True)),
+    Goal("real rigs, history: seconds, median", "<=", REAL.history_seconds[:1], _seconds(True, False)),
+    Goal("real rigs, history: seconds, longest", "<=", REAL.history_seconds[1:], _seconds(True, True)),
 )
 REAL_INFORMATION: tuple[Goal, ...] = (
     Goal("several: all effects named", "", (), _pooled(HAS_SEVERAL, named_of)),
@@ -163,8 +180,8 @@ REAL_INFORMATION: tuple[Goal, ...] = (
     ),
     Goal("several: explained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "explained")),
     Goal("several: unexplained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
-    Goal("real rigs, declared slip: seconds, median", "", (), _seconds(False, False)),
-    Goal("real rigs, declared slip: seconds, longest", "", (), _seconds(False, True)),
-    Goal("real rigs, history: seconds, median", "", (), _seconds(True, False)),
-    Goal("real rigs, history: seconds, longest", "", (), _seconds(True, True)),
+    Goal(
+        f"several: worth {REAL.worth:g} sd, named or in a surviving set", "", (), _pooled(HAS_SEVERAL, _worthy_listed)
+    ),
+    Goal("several: right kinds at a wrong place, of names", "", (), _pooled(HAS_SEVERAL, misplaced)),
 )

@@ -105,7 +105,6 @@ class RealRigs:
     """The same of calibration alone, from which on there is excess error to remove."""
     worst: float = 0.1
     """Share of recordings that the worst ones are."""
-    modest_worth: float = 1.0
     seconds: tuple[float, float] = (15.0, 60.0)
     """Asked for of a diagnosis, median and longest, with declared slip."""
     history_seconds: tuple[float, float] = (60.0, 180.0)
