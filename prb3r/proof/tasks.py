@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from prb3r.diagnosis.settings import Settings
-from prb3r.errors import SpecError
+from prb3r.errors import Prb3rError
 from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.folder import recording_from_folder
 from prb3r.proof.concealed.labels import Label
@@ -45,7 +45,7 @@ def record(task: RecordingTask) -> Recording | str:
         if task.design.flavour.is_real:
             return recording_from_folder(task.design, task.label)
         return recording_of(task.design, task.label, task.extra)
-    except (ValueError, SpecError) as error:
+    except (ValueError, Prb3rError) as error:
         return str(error)
 
 

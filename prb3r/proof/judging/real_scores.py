@@ -61,10 +61,15 @@ def surviving_kinds(case: OpenedCase) -> set[str]:
     return mentioned(case.verdict) | {kind_of(name) for model in case.verdict.models for name in model}
 
 
+REFUSED = {"angle_rad is in degrees": "degrees? write radians"}
+"""Blunders that reading a recording may refuse already, and how it says so."""
+
+
 def blunder_said(case: OpenedCase) -> bool:
-    """Whether the blunder that was made is said, or is among those that look the same."""
+    """Whether the blunder that was made is said, or is among those that look the same, or is why nothing is read."""
     assert case.label.blunder is not None
-    return any(case.label.blunder["said"] in said for said in case.verdict.setup)
+    blunder = case.label.blunder["said"]
+    return any(blunder in said for said in case.verdict.setup) or REFUSED.get(blunder, blunder) in case.verdict.reason
 
 
 def _pooled(chosen: Test, outcomes: Callable[[OpenedCase], Sequence[bool]]) -> Measure:
