@@ -38,7 +38,8 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed, assumed_of
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.selection import Choice, choose
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.search.starts import search_effects
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
 from prb3r.model.manipulator import Manipulator
@@ -203,7 +204,7 @@ def test(doubted: Doubted) -> Tested:
 def search(tested: Tested) -> Searched:
     """Choose effects, under the noise that is found with them."""
     doubted = tested.doubted
-    return Searched(tested, choose(doubted.fitted, doubted.search, doubted.doubts))
+    return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts))
 
 
 def standing(searched: Searched) -> Searched:

@@ -13,10 +13,8 @@ from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.search.assumed import fit_assumed
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.small_loads import from_small_loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +72,9 @@ class Choice:
         return tuple(kinds for kinds in ranked if shares[kinds] >= settings.alike_rate)
 
 
-def choose(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
-    """The models that survive, under the noise that the best of them leaves."""
-    settings = calibrated.model.settings
-    pool, around = Pool(search, settings, [calibrated, fit_assumed(calibrated, search.assumed)]), Effects()
-    if calibrated.reduced > settings.gross:
-        pool.add(from_small_loads(calibrated, search, doubts))
+def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
+    """The models that survive, under the noise that the best of them leaves; `pool` holds those to begin from."""
+    settings, around = pool.settings, Effects()
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
         pool.explore(expansions)

@@ -1,0 +1,31 @@
+r"""What a choice of effects is worth, whatever the noise: for choices that do not share the scale of it.
+
+With the mean square :math:`S` that the chosen model leaves, in units of the stated noise, and :math:`V` its prior odds
+and volumes (Occam's factor), the worth is
+
+.. math:: V - \tfrac12 m \ln S
+
+with what handbooks say of E and friction as a prior of the constants; `m` counts photographs, not readings: what no
+model explains is common to a photograph.
+"""
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.search.selection import Choice
+
+
+def worth(choice: Choice, search: Search) -> float:
+    """Log evidence of the chosen model, the scale of the noise being open and a photograph counting as one number."""
+    fitted = choice.fitted
+    photographs = len(np.unique(fitted.model.predict.recording.readings.step))
+    settings, constants = fitted.model.settings, fitted.constants
+    occam = log_evidence(fitted, search.log_odds) + fitted.chi2 / 2
+    odd = (constants.log_stiffness / settings.modulus_sd) ** 2 + (constants.log_friction / settings.friction_sd) ** 2
+    return float(occam - odd / 2 - photographs * np.log(mean_square(choice)) / 2)
+
+
+def mean_square(choice: Choice) -> float:
+    """What the chosen model leaves, per degree of freedom, in units of the stated variance."""
+    return choice.fitted.reduced * choice.level.level.scale**2
