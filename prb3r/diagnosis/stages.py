@@ -148,15 +148,17 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     if not blunders or blunders[-1].plain:
         return to_search(_mended(task, blunders), report, apply), blunders
     plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
-    searched = to_search(_mended(task, plain), report, apply)
-    for suspected in dict.fromkeys((blunders, blunders[: len(plain) + 1])):
+    searched, said = to_search(_mended(task, plain), report, apply), plain
+    for count in range(len(plain) + 1, len(blunders) + 1):
         report("search")
-        other = to_search(_mended(task, suspected), lambda stage: None, apply)
+        other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
         after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
-        asked = (len(suspected) - len(plain)) * least_gain(task.recording, task.settings)
-        if speaks_for(after, before, asked):
-            return other, suspected
-    return searched, plain
+        if not speaks_for(after, before, least_gain(task.recording, task.settings)):
+            break
+        searched, said = other, blunders[:count]
+        if not other.choice.structured:
+            break
+    return searched, said
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
