@@ -90,9 +90,10 @@ class LokyWorkers:
             self.idle.append(pool)
 
     def __exit__(self, failed: object, *_: object) -> None:
-        kept = [] if failed or self.busy else self.idle[: self.slots]
-        _KEPT.setdefault(os.getpid(), []).extend(kept)
-        _end([pool for pool in [*self.idle, *self.busy.values()] if pool not in kept])
+        if failed:
+            _end([*self.idle, *self.busy.values()])
+        else:
+            _KEPT.setdefault(os.getpid(), []).extend(self.idle)
 
 
 @atexit.register
