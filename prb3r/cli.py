@@ -131,14 +131,14 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
         for plan in plans:
             click.echo(_forecast(plan, jobs))
         return
-    from prb3r.present.study.publish import publish
+    from prb3r.present.study.current import publish_what_changed
 
     options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
     with reporter() as progress:
         for plan in plans:
             with writing(plan):
                 result = execute(plan, options, progress)
-                files = publish(result)
+                files = publish_what_changed(result)
             for change in result.manifest["changed"]:
                 click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
             failed += result.failed

@@ -17,7 +17,7 @@ from prb3r.model.given import Given
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
 from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
-from prb3r.present.study.publish import publish
+from prb3r.present.study.current import publish_what_changed
 from prb3r.recording.recording import Recording
 from prb3r.runs.tasks import Workers
 from prb3r.study.designs import read_designs
@@ -53,7 +53,7 @@ def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1
     plan = plan_study(path, output)
     with writing(plan):
         result = execute(plan, options, Silent())
-        publish(result)
+        publish_what_changed(result)
     return result
 
 

@@ -1,6 +1,7 @@
 """Imports go in one direction, between the layers and inside them, and each layer imports only its packages."""
 
 import ast
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -52,8 +53,10 @@ ALLOWED = {
 STANDARD = __import__("sys").stdlib_module_names
 
 
+@cache
 def modules():
     """(dotted name below the package, imported modules) of every file, imports for type checkers included."""
+    known = []
     for path in sorted(ROOT.rglob("*.py")):
         name = path.relative_to(ROOT).with_suffix("").as_posix().removesuffix("/__init__").replace("/", ".")
         if name in ("__init__", "__main__"):
@@ -67,7 +70,8 @@ def modules():
                 inner = {f"{node.module}.{alias.name}" for alias in node.names}
                 files = {module for module in inner if is_module(module)}
                 found |= files | ({node.module} if len(files) < len(inner) else set())
-        yield name, found
+        known.append((name, frozenset(found)))
+    return known
 
 
 def is_module(dotted):

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
-from scipy.stats import qmc
+import scipy
 
 from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.target import ARRIVED
@@ -74,7 +73,7 @@ def natural_limits(chain: Chain) -> np.ndarray:
 def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
     """Tensions that lead near the target, nearest first, each with another set of cables."""
     chain = pull.chain._replace(presliding=0.0, closure=())
-    share = qmc.Sobol(len(most), rng=START_SEED).random_base2(START_BITS)
+    share = scipy.stats.qmc.Sobol(len(most), rng=START_SEED).random_base2(START_BITS)
     tension = np.concatenate([np.zeros((1, len(most))), np.maximum(2 * share - 1, 0) * most])
     states = equilibria_of(chain, loads(chain, tension), from_rest=True, detail=False)
     off = np.linalg.norm(pull.target.off(pull.target.place(states)), axis=1)
@@ -100,7 +99,7 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
         tension[free] = part * most[free]
         return tension
 
-    result = least_squares(
+    result = scipy.optimize.least_squares(
         lambda part: pull(whole(part)).off,
         np.clip(standing[0][free] / most[free], 0, 1),
         jac=lambda part: pull(whole(part)).rate[:, free] * most[free],
@@ -124,7 +123,7 @@ def least_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
         tension[free] = part * scale
         return tension
 
-    result = minimize(
+    result = scipy.optimize.minimize(
         np.sum,
         start[free] / scale,
         jac=np.ones_like,

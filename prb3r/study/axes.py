@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from prb3r.study.factors import Factor, Sampling
 from prb3r.study.spec import Study
@@ -139,9 +139,9 @@ def _values(factor: Factor) -> list[Any]:
 def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     if sampling.method == "latin-hypercube":
-        return qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)
+        return scipy.stats.qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)
     exponent, apart = int(np.ceil(np.log2(sampling.count))), sampling.method == "saltelli"
-    points = qmc.Sobol(dimensions * (2 if apart else 1), rng=rng).random_base2(exponent)[: sampling.count]
+    points = scipy.stats.qmc.Sobol(dimensions * (2 if apart else 1), rng=rng).random_base2(exponent)[: sampling.count]
     if not apart:
         return points
     first, second = points[:, :dimensions], points[:, dimensions:]

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import scipy
 from pydantic import Field, model_validator
-from scipy.stats import lognorm, norm, truncnorm
 
 from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import ModelName, Strict
@@ -92,9 +92,9 @@ class Normal(Distribution):
     def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
         mean = neutral if self.mean is None else self.mean
         if self.low is None and self.high is None:
-            return norm.ppf(share, mean, self.sd)
+            return scipy.stats.norm.ppf(share, mean, self.sd)
         low, high = (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
-        return truncnorm.ppf(share, (low - mean) / self.sd, (high - mean) / self.sd, mean, self.sd)
+        return scipy.stats.truncnorm.ppf(share, (low - mean) / self.sd, (high - mean) / self.sd, mean, self.sd)
 
 
 class Lognormal(Distribution):
@@ -106,7 +106,7 @@ class Lognormal(Distribution):
     """Standard deviation of the natural logarithm: 0.1 is about 10 %."""
 
     def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
-        return lognorm.ppf(share, self.sd, scale=self.median or neutral)
+        return scipy.stats.lognorm.ppf(share, self.sd, scale=self.median or neutral)
 
 
 class Level(Strict):

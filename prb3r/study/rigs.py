@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest, sobol_indices
+import scipy
 
 from prb3r.quantities import Quantity
 from prb3r.runs.store import arrow_table, write_arrow
@@ -147,7 +147,7 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
             margins = [requirement.margin(requirement.value(by_rig.get(k, np.zeros(0)))) for k in order]
             kept[:, r] = np.array(margins) >= 0
         for r, which in enumerate([kept.all(1), *kept.T]):
-            interval = binomtest(int(which.sum()), len(which)).proportion_ci(CONFIDENCE, method="wilson")
+            interval = scipy.stats.binomtest(int(which.sum()), len(which)).proportion_ci(CONFIDENCE, method="wilson")
             yield {
                 "design": name,
                 "requirement": r,
@@ -190,7 +190,7 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 def _sobol(blocks: np.ndarray) -> np.ndarray:
     """(2, factors) first-order and total indices."""
     evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
-    indices = sobol_indices(func=evaluated, n=blocks.shape[1])
+    indices = scipy.stats.sobol_indices(func=evaluated, n=blocks.shape[1])
     return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution
+import scipy
 
 from prb3r.study.axes import first_designs, five_digits
 from prb3r.study.factors import Factor
@@ -147,13 +147,13 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
         worth = tried.worth.rows(place).cost(weights, low, high)
         return np.where(place >= 0, worth, 2 * BROKEN * NO_VALUE)  # no room left to try it
 
-    def over(intermediate_result: OptimizeResult) -> bool:
+    def over(intermediate_result: scipy.optimize.OptimizeResult) -> bool:
         return len(tried) >= most
 
     order = np.argsort(tried.worth.cost(weights, low, high), kind="stable")
     half = study.search.generation // 2
     others = rng.permutation(order[half:])[: study.search.generation - half]
-    differential_evolution(
+    scipy.optimize.differential_evolution(
         costs,
         [_ends(factor) for factor in factors],
         init=np.stack([_coordinates(factors, tried.designs[row]) for row in (*order[:half], *others)]),

@@ -3,9 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import ConvexHull
-from scipy.stats import qmc
+import scipy
 
 from prb3r.mechanics.chain import Chain, Loads, loads
 from prb3r.model.manipulator import Manipulator
@@ -23,7 +21,7 @@ def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, flo
     tension = np.zeros((count, len(manipulator.cable)))
     if names:
         bits = int(np.ceil(np.log2(count)))
-        share = qmc.Sobol(len(names), rng=CLOUD_SEED).random_base2(bits)[:count]
+        share = scipy.stats.qmc.Sobol(len(names), rng=CLOUD_SEED).random_base2(bits)[:count]
         for column, name in enumerate(names):
             tension[:, manipulator.cable_names.index(name)] = np.maximum(2 * share[:, column] - 1, 0) * limits[name]
     return loads(chain, tension)
@@ -40,7 +38,7 @@ def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
     column, row = (np.floor(values[reached] / side).astype(int) for values in (x, y))
     mask = np.zeros((np.ptp(column) + 5, np.ptp(row) + 5), bool)
     mask[column - column.min() + 2, row - row.min() + 2] = True
-    return float(ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
+    return float(scipy.ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
 
 
 def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
@@ -49,4 +47,4 @@ def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     if not len(points):
         return 0.0, 0.0
     flat = min(np.linalg.svd(points - points.mean(0), compute_uv=False)) < 1e-9 if len(points) > 2 else True
-    return 0.0 if flat else float(ConvexHull(points).volume), float(np.ptp(points[:, 1]))
+    return 0.0 if flat else float(scipy.spatial.ConvexHull(points).volume), float(np.ptp(points[:, 1]))

@@ -91,6 +91,24 @@ def test_a_worker_killed_from_outside_is_replaced_and_its_task_done_again(tmp_pa
     assert [piece.value for piece in found[0]] == [os.getpid()]
 
 
+def own_number(task):
+    return os.getpid()
+
+
+def test_a_worker_serves_the_next_run_unless_one_failed():
+    def numbers():
+        found = {}
+        run_tasks(own_number, [0, 1], found.__setitem__)
+        return {pieces[0].value for pieces in found.values()}
+
+    first = numbers()
+    assert len(first) == 1
+    assert numbers() == first
+    with pytest.raises(ZeroDivisionError):
+        run_tasks(own_number, [0], lambda number, pieces: 1 / 0)
+    assert numbers() != first
+
+
 def threads(task):
     import numpy as np
     import threadpoolctl

@@ -16,6 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from prb3r.errors import SpecError
+from prb3r.present.page import save_figure
+from prb3r.present.study import publish
+from prb3r.present.study.current import publish_what_changed
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.compute import computed_columns
 from prb3r.study.plan import plan_study
@@ -90,6 +93,36 @@ def test_a_changed_spec_is_a_new_result_and_says_what_changed(spec, tmp_path):
     assert changed.manifest["changed"] == ["study factor.1.values.1: 60 -> 70"]
     spec.write_text(SPEC)
     assert go(spec, tmp_path / "out").computed == 0  # nothing already computed was lost
+
+
+def test_figures_and_report_are_made_again_only_where_something_changed(spec, tmp_path, monkeypatch):
+    plot = '[[plot]]\nname = "shifts"\nkind = "lines"\nx = "mu"\ny = ["disk7_shift_m"]\ncaption = "How far."\n'
+    drawn = []
+
+    def published():
+        drawn.clear()
+        return sorted(path.name for path in publish_what_changed(go(spec, tmp_path)))
+
+    monkeypatch.setattr(publish, "save_figure", lambda *to: (drawn.append(to[2]), save_figure(*to))[1])
+    spec.write_text(SPEC + plot)
+    files, folder = published(), tmp_path / "trial"
+    assert files == ["report.html", "shifts.png", "shifts.svg", "summary.md"]
+    assert drawn == ["shifts"]
+    content = {name: (folder / name).read_bytes() for name in files}
+    assert published() == files
+    assert not drawn
+    (folder / "shifts.png").unlink()
+    (folder / "report.html").write_text("torn")
+    assert published() == files
+    assert drawn == ["shifts"]
+    assert {name: (folder / name).read_bytes() for name in files if name.startswith("shifts")} == {
+        name: content[name] for name in files if name.startswith("shifts")
+    }
+    assert (folder / "report.html").read_text().startswith("<!")
+    spec.write_text(SPEC + plot.replace("How far", "How near"))
+    published()
+    assert drawn == ["shifts"]
+    assert "How near" in (folder / "report.html").read_text()
 
 
 def test_tables_say_what_they_hold_and_other_tools_read_them(spec, tmp_path):

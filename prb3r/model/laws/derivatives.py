@@ -12,7 +12,7 @@ from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
+import scipy
 
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities
@@ -89,8 +89,10 @@ def sensitivities_under_law(
     start = np.where(closed[:, None, None], itself, 0.0) + called_for(by_parameters(np.zeros_like(itself)))
     size = np.linalg.norm(start, axis=(0, 1))
     size[size == 0] = 1.0
-    system = LinearOperator((start.size, start.size), matvec=left, dtype=float)
-    flat, failed = gmres(system, (start / size).ravel(), rtol=SENSITIVITY_TOLERANCE, restart=MOST_PRODUCTS, maxiter=1)
+    system = scipy.sparse.linalg.LinearOperator((start.size, start.size), matvec=left, dtype=float)
+    flat, failed = scipy.sparse.linalg.gmres(
+        system, (start / size).ravel(), rtol=SENSITIVITY_TOLERANCE, restart=MOST_PRODUCTS, maxiter=1
+    )
     response = by_parameters(flat.reshape(start.shape) * size)
     return _after_rest(response, states, closed & (failed == 0))
 

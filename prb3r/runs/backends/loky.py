@@ -1,8 +1,10 @@
 """Worker processes on this machine, by joblib's loky.
 
-Every worker is a pool of its own, so a death names its task.
+Every worker is a pool of its own, so a death names its task.  Workers outlive a run that went well and serve the next
+one of this process: to start one and to load what it needs takes longer than many studies do.
 """
 
+import atexit
 import contextlib
 import os
 import re
@@ -23,6 +25,10 @@ ENVIRONMENT = dict.fromkeys(
 """Of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless asked for."""
 
 
+_KEPT: dict[int, list[Any]] = {}
+"""Idle workers of earlier runs, by the process that started them: one that was forked from it cannot use them."""
+
+
 class LokyWorkers:
     """Processes on this machine, started when first needed and replaced when dead."""
 
@@ -40,6 +46,7 @@ class LokyWorkers:
             from multiprocessing import resource_tracker
 
             resource_tracker.ensure_running()
+        self.idle = _KEPT.pop(os.getpid(), [])
         return self
 
     def submit(self, job: Job) -> None:
@@ -82,9 +89,22 @@ class LokyWorkers:
         else:
             self.idle.append(pool)
 
-    def __exit__(self, *_: object) -> None:
-        for pool in [*self.idle, *self.busy.values()]:
-            pool.shutdown(kill_workers=True)
+    def __exit__(self, failed: object, *_: object) -> None:
+        if failed:
+            _end([*self.idle, *self.busy.values()])
+        else:
+            _KEPT.setdefault(os.getpid(), []).extend(self.idle)
+
+
+@atexit.register
+def end_kept_workers() -> None:
+    """End the workers that wait for another run of this process."""
+    _end(_KEPT.pop(os.getpid(), []))
+
+
+def _end(pools: list[Any]) -> None:
+    for pool in pools:
+        pool.shutdown(kill_workers=True)
 
 
 def _obey(parent: int) -> None:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.optimize import brentq
 
 from prb3r.mechanics.chain import Chain, loads
 from prb3r.model.files.numbers import Positive
@@ -49,7 +49,9 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
     above = np.flatnonzero(bends(grid) >= bend)
     if not len(above):
         return np.nan
-    return brentq(lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9)
+    return scipy.optimize.brentq(
+        lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9
+    )
 
 
 class ChangingPoint(Metric):
@@ -76,4 +78,4 @@ class ChangingPoint(Metric):
 
         if not bend(0.0) * bend(self.up_to_n) < 0:
             return [np.nan]
-        return [brentq(bend, 0.0, self.up_to_n, xtol=1e-10)]
+        return [scipy.optimize.brentq(bend, 0.0, self.up_to_n, xtol=1e-10)]

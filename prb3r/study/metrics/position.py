@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from prb3r.mechanics.chain import pose
 from prb3r.mechanics.plate import gauss_collocation
@@ -108,5 +108,5 @@ class LocusError(Metric):
         turn = np.copysign(np.pi, y)  # x falls all the way from straight to half a turn
         if y == 0 or not tip(turn)[0] < x < tip(0.0)[0]:
             return [np.nan]
-        total = brentq(lambda angle: tip(angle)[0] - x, 0.0, turn, xtol=1e-12)
+        total = scipy.optimize.brentq(lambda angle: tip(angle)[0] - x, 0.0, turn, xtol=1e-12)
         return [abs((y - tip(total)[1]) / y)]
