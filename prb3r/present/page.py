@@ -2,9 +2,10 @@
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import matplotlib
@@ -15,6 +16,18 @@ from prb3r.present import style
 from prb3r.runs.files import write_whole
 
 
+class Cell(str):
+    """The text of a cell, and the number by which a page sorts its column where texts alone would not tell."""
+
+    __slots__ = ("key",)
+
+    def __new__(cls, text: str, key: float) -> "Cell":
+        """Text and number."""
+        cell = super().__new__(cls, text)
+        cell.key = f"{key:.12g}"
+        return cell
+
+
 @dataclass(frozen=True)
 class Table:
     """A table whose cells are text already, for pages in Markdown and HTML."""
@@ -23,6 +36,8 @@ class Table:
     rows: list[list[str]]
     words: Sequence[int] = (0,)
     """Columns of words; the others hold numbers."""
+    sortable: bool = False
+    """Whether its rows are things of one kind, which pages sort by any column and filter."""
 
     @property
     def markdown(self) -> str:
@@ -40,6 +55,8 @@ class Picture:
     caption: str
     data: str
     """The smaller of its files as a data address; of a workspace the PNG."""
+    spots: Mapping[str, Any] | None = None
+    """Places that stand for cases, as `spots_of` gives them."""
 
 
 def templates() -> jinja2.Environment:
@@ -53,8 +70,8 @@ def templates() -> jinja2.Environment:
     )
 
 
-def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
-    """A figure whose files are in `folder` already; `kind` is that of its plot.
+def picture(folder: Path, name: str, caption: str, kind: str = "", spots: Mapping | None = None) -> Picture:
+    """A figure whose files are in `folder` already; `kind` is that of its plot, `spots` are what can be pointed at.
 
     Raises
     ------
@@ -67,7 +84,7 @@ def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
         raise FileNotFoundError(f"{folder / name}.png: the figure of plot {name!r} is missing")
     chosen = files[0] if kind == "workspace" else min(files, key=lambda path: path.stat().st_size)
     data = base64.b64encode(chosen.read_bytes()).decode()
-    return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}")
+    return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}", spots)
 
 
 def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
