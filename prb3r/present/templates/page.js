@@ -97,14 +97,15 @@ for (const image of document.querySelectorAll("img[data-spots]")) {
   told.className = "told";
   told.setAttribute("aria-live", "polite");
   stage.after(told);
-  const most = figure.all > points.length ? `${points.length.toLocaleString("en")} of ${figure.all.toLocaleString("en")} places` : "places";
-  const hint = `Point at the figure, or focus it and use the arrow keys, to see the cases (${most} can be pointed at).`;
+  const some = figure.all > points.length ? ` Of ${figure.all.toLocaleString("en")} places ${points.length.toLocaleString("en")} tell.` : "";
+  const hint = `Point at a place of the figure, or focus it and use the arrow keys, to see which case it is.${some}`;
   const words = add(told, "span", {}, hint);
   const order = points.map((_, k) => k).sort((a, b) => points[a][2] - points[b][2] || points[a][0] - points[b][0]);
   let place = -1;
   const show = k => {
     const [x, y, panel, id, step] = points[k], scale = figure.scales[panel], state = stateAt(id, step);
-    for (const [name, value] of Object.entries({cx: 1000 * x, cy: tall * y, rx: 9, ry: 9})) ring.setAttribute(name, value);
+    const size = 5000 / svg.getBoundingClientRect().width;
+    for (const [name, value] of Object.entries({cx: 1000 * x, cy: tall * y, rx: size, ry: size})) ring.setAttribute(name, value);
     const onPaper = scale && state ? (u, v) => [1000 * (scale[0] + scale[2] * u), tall * (scale[1] - scale[3] * v)] : null;
     drawn.setAttribute("d", onPaper ? outline(state[0], data.half, onPaper) : "");
     const where = scale ? `Tip at x = ${((x - scale[0]) / scale[2]).toFixed(0)} mm, y = ${((scale[1] - y) / scale[3]).toFixed(0)} mm. ` : "";
