@@ -274,6 +274,16 @@ def compare_command(ctx, results, output, requirements) -> None:
     ctx.exit(ExitCode.DONE if counsel.decision.winner else ExitCode.SOME_FAILED)
 
 
+@main.command("report")
+@click.argument("folder", metavar="FOLDER")
+def report_command(folder) -> None:
+    """An index page over everything in a folder: studies, comparisons, diagnoses and proofs, each with its answer."""
+    from prb3r.present.index import write_index
+
+    page, count = write_index(Path(folder))
+    click.echo(f"{count} result{'s' * (count > 1)} in {page}")
+
+
 @main.command("diagnose")
 @click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
 @click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")

@@ -25,7 +25,7 @@ ORDER = {
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result stages together run",
     "proof": "rig settings concealed judging prove sweep",
-    "present": "style framing page study diagnosis proof",
+    "present": "style framing page spots study diagnosis proof index",
     "bench": "prototype methods scaling jacobians diagnosis measure tables",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""

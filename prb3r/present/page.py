@@ -2,9 +2,10 @@
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import matplotlib
@@ -13,6 +14,23 @@ from matplotlib.figure import Figure
 from prb3r.markdown import markdown_table
 from prb3r.present import style
 from prb3r.runs.files import write_whole
+
+DPI = 200
+"""Of PNG files."""
+PAGE_SCALE = 4.4
+"""Pixels of a page for a millimetre of a figure."""
+
+
+class Cell(str):
+    """The text of a cell, and the number by which a page sorts its column where texts alone would not tell."""
+
+    __slots__ = ("key",)
+
+    def __new__(cls, text: str, key: float) -> "Cell":
+        """Text and number."""
+        cell = super().__new__(cls, text)
+        cell.key = f"{key:.12g}"
+        return cell
 
 
 @dataclass(frozen=True)
@@ -23,6 +41,8 @@ class Table:
     rows: list[list[str]]
     words: Sequence[int] = (0,)
     """Columns of words; the others hold numbers."""
+    sortable: bool = False
+    """Whether its rows are things of one kind, which pages sort by any column and filter."""
 
     @property
     def markdown(self) -> str:
@@ -40,6 +60,10 @@ class Picture:
     caption: str
     data: str
     """The smaller of its files as a data address; of a workspace the PNG."""
+    width: int = 0
+    """Pixels of a page that it takes where there is room; 0 if its files do not tell."""
+    spots: Mapping[str, Any] | None = None
+    """Places that stand for cases, as `spots_of` gives them."""
 
 
 def templates() -> jinja2.Environment:
@@ -53,8 +77,8 @@ def templates() -> jinja2.Environment:
     )
 
 
-def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
-    """A figure whose files are in `folder` already; `kind` is that of its plot.
+def picture(folder: Path, name: str, caption: str, kind: str = "", spots: Mapping | None = None) -> Picture:
+    """A figure whose files are in `folder` already; `kind` is that of its plot, `spots` are what can be pointed at.
 
     Raises
     ------
@@ -66,8 +90,19 @@ def picture(folder: Path, name: str, caption: str, kind: str = "") -> Picture:
     if not files:
         raise FileNotFoundError(f"{folder / name}.png: the figure of plot {name!r} is missing")
     chosen = files[0] if kind == "workspace" else min(files, key=lambda path: path.stat().st_size)
-    data = base64.b64encode(chosen.read_bytes()).decode()
-    return Picture(name, caption, f"data:{types[chosen.suffix]};base64,{data}")
+    data = data_address(types[chosen.suffix], chosen.read_bytes())
+    return Picture(name, caption, data, _page_width(files[0]), spots)
+
+
+def data_address(kind: str, content: bytes) -> str:
+    """A file as an address that holds all of it; `kind` is such as `image/png`."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def _page_width(path: Path) -> int:
+    """Pixels of a page for a PNG: as many for a millimetre in every figure, so that all letters are of one size."""
+    head = path.read_bytes()[:24]
+    return round(int.from_bytes(head[16:20], "big") / DPI * 25.4 * PAGE_SCALE) if head[:4] == b"\x89PNG" else 0
 
 
 def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
@@ -86,6 +121,6 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
         content = io.BytesIO()
         with matplotlib.rc_context(style.RC):
-            figure.savefig(content, format=kind, dpi=200, metadata=metadata)
+            figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
     return paths

@@ -1,13 +1,15 @@
 """A decision between designs as a page in Markdown or a section of a report, a table on disk and figures."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 
 from prb3r.present import style
-from prb3r.present.page import Table, save_figure
+from prb3r.present.page import Cell, Table, picture, save_figure, templates
+from prb3r.present.spots import spots_of
 from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
@@ -23,7 +25,9 @@ MOST_BESIDE = 5
 """Up to this many designs stand side by side; more stand below each other."""
 
 MOST_LISTED_DESIGNS = 24
-"""Of more designs the best ranked ones are listed."""
+"""Of more designs the best ranked ones are listed in Markdown."""
+MOST_IN_PAGE = 500
+"""And in a page."""
 
 
 @dataclass(frozen=True)
@@ -62,23 +66,33 @@ def advice_on(cases: DesignCases) -> Advice:
         decision,
         advice.recommendation(decision),
         decision_table(decision),
-        _note(decision),
+        note_on(decision, MOST_LISTED_DESIGNS),
         [(heading, sentences) for heading, sentences in points if sentences],
     )
 
 
 def decision_table(decision: Decision) -> Table:
-    """Requirements, preferences and what follows, with a column for each design or, of many, a row."""
-    columns = [("", decision.designs), *_required(decision), *_preferred(decision), *_ranked(decision)]
-    heads = [head for head, _ in columns]
-    rows = [list(row) for row in zip(*(cells for _, cells in columns), strict=True)]
-    if len(decision.designs) > MOST_LISTED_DESIGNS:
-        best = [*decision.ranking, *(k for k in range(len(rows)) if not decision.feasible[k])]
-        return Table(heads, [rows[k] for k in best[:MOST_LISTED_DESIGNS]])
+    """Requirements, preferences and what follows, with a column for each design or, of many, a row for the best."""
+    table = all_designs(decision)
     if len(decision.designs) > MOST_BESIDE:
-        return Table(heads, rows)
-    turned = [list(row) for row in zip(heads, *rows, strict=True)]
+        return replace(table, rows=table.rows[:MOST_LISTED_DESIGNS])
+    turned = [list(row) for row in zip(table.head, *table.rows, strict=True)]
     return Table(turned[0], turned[1:])
+
+
+def listed_designs(decision: Decision) -> Table:
+    """The table of a page: few designs side by side, of more a row each."""
+    return all_designs(decision) if len(decision.designs) > MOST_BESIDE else decision_table(decision)
+
+
+def all_designs(decision: Decision) -> Table:
+    """A row for each design, up to `MOST_IN_PAGE`, of many in the order of the ranking; those that are out last."""
+    columns = [("", decision.designs), *_required(decision), *_preferred(decision), *_ranked(decision)]
+    rows = [list(row) for row in zip(*(cells for _, cells in columns), strict=True)]
+    order = list(range(len(rows)))
+    if len(rows) > MOST_LISTED_DESIGNS:
+        order = [*decision.ranking, *(k for k in order if not decision.feasible[k])]
+    return Table([head for head, _ in columns], [rows[k] for k in order[:MOST_IN_PAGE]], sortable=True)
 
 
 def _required(decision: Decision) -> list[tuple[str, list[str]]]:
@@ -88,7 +102,8 @@ def _required(decision: Decision) -> list[tuple[str, list[str]]]:
         head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity)}"
         texts = [value_in_words(value, quantity) for value in decision.bounded[:, r]]
         kept = decision.margins[:, r] >= 0
-        columns.append((head, [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]))
+        marked = [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]
+        columns.append((head, _keyed(marked, decision.bounded[:, r])))
     return columns
 
 
@@ -101,8 +116,13 @@ def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
         scores = decision.scores[:, j]
         best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
         texts = [value_in_words(value, quantity) for value in decision.values.iloc[:, j]]
-        columns.append((head, [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]))
+        marked = [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]
+        columns.append((head, _keyed(marked, decision.values.iloc[:, j])))
     return columns
+
+
+def _keyed(texts: list[str], values: Iterable[float]) -> list[str]:
+    return [Cell(text, float(value)) for text, value in zip(texts, values, strict=True)]
 
 
 def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
@@ -123,7 +143,8 @@ def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
     return columns
 
 
-def _note(decision: Decision) -> str:
+def note_on(decision: Decision, most: int) -> str:
+    """What the numbers of a table of at most so many designs are of."""
     parts = []
     if decision.requirements:
         parts.append("Requirements hold over all cases of a design; ✗ marks those that are broken")
@@ -134,11 +155,42 @@ def _note(decision: Decision) -> str:
         if decision.left_out:
             note += f"; {decision.left_out} cases that only some designs have are not used"
         parts += [note, "Best values in bold"]
-    if len(decision.designs) > MOST_LISTED_DESIGNS:
-        parts.append(f"The {MOST_LISTED_DESIGNS} best ranked of {len(decision.designs):,} designs are listed")
+    if len(decision.designs) > most:
+        parts.append(f"The {most} best ranked of {len(decision.designs):,} designs are listed")
     if sum(decision.front) > 1:
         parts.append("Scores go from 0, worst in everything, to 1, best in everything")
     return ". ".join(parts) + "."
+
+
+def designs_told(decision: Decision) -> list[str]:
+    """Each design in two lines: its name, and what it is worth."""
+    columns = [*_required(decision), *_preferred(decision), *_ranked(decision)]
+    worth = zip(*([f"{head}: {cell}" for cell in cells] for head, cells in columns), strict=True)
+    lines = ["; ".join(row).replace("**", "") for row in worth]
+    return [f"{name}.\n{line}." for name, line in zip(decision.designs, lines, strict=True)]
+
+
+def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[str, dict | None]) -> Path:
+    """Write the page of a comparison, whose figures are in `folder` already: `report.html`.
+
+    In the folder of a study or a diagnosis, which has such a page, it is named as the other files are.
+    """
+    captions = {key.replace("decision", name): text for key, text in DECISION_CAPTIONS.items()}
+    found = {key: part for key, part in spots.items() if part is not None}
+    told = dict(enumerate(designs_told(counsel.decision)))
+    page = templates().get_template("comparison.html.j2")
+    text = page.render(
+        counsel=counsel,
+        designs=listed_designs(counsel.decision),
+        note=note_on(counsel.decision, MOST_IN_PAGE),
+        parquet=f"{name}.parquet",
+        title=f"{len(counsel.decision.designs)} designs compared",
+        answer=counsel.recommendation.replace("**", ""),
+        figures=[picture(folder, key, captions[key], "", spots[key]) for key in spots],
+        pointed={"figures": found, "cases": told, "states": {}, "half": 0.0, "paths": []} if found else None,
+    )
+    taken = any((folder / other).exists() for other in ("manifest.json", "diagnosis.json"))
+    return write_whole(folder / (f"{name}.html" if taken else "report.html"), text.encode())
 
 
 def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") -> list[str]:
@@ -149,15 +201,20 @@ def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") 
     table = decision.table
     columns = {column: table[column].tolist() for column in table}
     write_arrow(arrow_table(columns, decision.column_quantities), folder / f"{name}.parquet")
-    return [f"{name}.md", f"{name}.parquet", *(path.name for path in decision_pictures(decision, folder, name))]
+    drawn = decision_pictures(decision, folder, name)
+    page = write_comparison(counsel, folder, name, {part: spots for part, (_, spots) in drawn.items()})
+    pictures = [path.name for paths, _ in drawn.values() for path in paths]
+    return [f"{name}.md", f"{name}.parquet", page.name, *pictures]
 
 
-def decision_pictures(decision: Decision, folder: Path, name: str) -> list[Path]:
-    """Draw the figures of a decision, `name` and `name-front`; the files written."""
-    files: list[Path] = []
+def decision_pictures(decision: Decision, folder: Path, name: str) -> dict[str, tuple[list[Path], dict | None]]:
+    """Draw the figures of a decision, `name` and `name-front`; of each the files written and its spots."""
+    drawn = {}
     with matplotlib.rc_context(style.RC):
         if decision.requirements or sum(decision.front) > 1:
-            files += save_figure(decision_figure(decision), folder, name)
+            figure = decision_figure(decision)
+            drawn[name] = save_figure(figure, folder, name), spots_of(figure)
         if len(decision.preferences) > 1:
-            files += save_figure(front_figure(decision), folder, f"{name}-front")
-    return files
+            figure = front_figure(decision)
+            drawn[f"{name}-front"] = save_figure(figure, folder, f"{name}-front"), spots_of(figure)
+    return drawn

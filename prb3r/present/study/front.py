@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.present import style
+from prb3r.present.spots import point_at
 from prb3r.study.advice import bound_in_words, wish_in_words
 from prb3r.study.decide import Decision
 
@@ -150,6 +151,7 @@ def front_figure(decision: Decision) -> Figure:
         look = looks[k]
         label = None if look is OTHERS else textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
         axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=label)
+    point_at(axes, np.stack([x, y], 1), np.arange(len(x)))
     sides = (axes.set_xlabel, LABEL_LETTERS), (axes.set_ylabel, UPRIGHT_LETTERS)
     for (setter, letters), j, s in zip(sides, columns, shown, strict=True):
         preference = decision.preferences[j]

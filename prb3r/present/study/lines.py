@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from prb3r.present import style
+from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.sheet import COLUMN, FAILED_MARK, Sheet, entry, failures
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
@@ -39,6 +40,7 @@ def lines_figure(sheet: Sheet) -> Figure:
                 panel.plot(ends, law(ends), **ink)
         for point in plot.mark:
             panel.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
+        point_at(panel, part[["_at", "_up"]], part["case_id"], part.get("step", LAST))
         if bounds and np.isfinite(bounds[number]["at"]):
             panel.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
         if _in_order(sheet) and len(axes) == 1:

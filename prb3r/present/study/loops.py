@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.present import style
+from prb3r.present.spots import point_at
 from prb3r.present.study.sheet import Sheet, entry, failures
 from prb3r.study.columns import disk_of
 from prb3r.study.metrics.response import last_loop
@@ -33,7 +34,8 @@ def loops_figure(sheet: Sheet) -> Figure:
         position = sheet.shown(column, plot.y_unit)
         for index, (look, _, group) in enumerate(sheet.groups(part)):
             for case in group["case_id"]:
-                pull, way = _path(sheet, case, column)
+                pull, way, steps = _path(sheet, case, column)
+                point_at(panel, np.stack([pull * tension.factor, way * position.factor], 1), case, steps)
                 ink = {"color": look.colour, "lw": 1.0, "marker": look.marker, "mec": "white", "mew": 0.4}
                 _loop(panel, pull * tension.factor, way * position.factor, ink, directed=index == 0)
         if number % len(parts) == 0:
@@ -43,14 +45,14 @@ def loops_figure(sheet: Sheet) -> Figure:
     return figure
 
 
-def _path(sheet: Sheet, case: int, column: str) -> tuple[np.ndarray, np.ndarray]:
-    """Tension as it enters the base and position of a disk at every step of a case."""
+def _path(sheet: Sheet, case: int, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tension as it enters the base, position of a disk and number of every step of a case."""
     states = sheet.states if sheet.states is not None else pd.DataFrame()
     states = states[states["case_id"] == case].sort_values("step", kind="stable")
     last = int(sheet.scene.manipulator(case).plates)
     at = {disk: states[states["disk"] == disk] for disk in (0, disk_of(column, last))}
     pull, moved = at.values()
-    return pull[sheet.plot.x].to_numpy(float), moved[column.partition("_")[2]].to_numpy(float)
+    return pull[sheet.plot.x].to_numpy(float), moved[column.partition("_")[2]].to_numpy(float), moved["step"].to_numpy()
 
 
 def _loop(axes: Axes, pull: np.ndarray, way: np.ndarray, ink: dict, directed: bool) -> None:

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from prb3r.inverse.target import COORDINATES, Target, chain_targets
 from prb3r.present import style
 from prb3r.present.framing import to_scale, view_of
+from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.present.study.shapes import Body, body, draw_body, draw_ghost, not_drawn, notes, straight
 from prb3r.present.study.sheet import Scene, Sheet
@@ -47,6 +48,7 @@ def paths_figure(sheet: Sheet) -> Figure:
         for look, _, group in sheet.groups(part):
             for case in group["case_id"]:
                 ways[case].draw(panel, look)
+                point_at(panel, 1e3 * ways[case].places[:, :2], case, ways[case].steps, to_scale=True)
         to_scale(panel, corners)
     style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
@@ -55,8 +57,10 @@ def paths_figure(sheet: Sheet) -> Figure:
 class _Way:
     """The targets of a case and where its disk comes."""
 
-    def __init__(self, targets: list[Target], places: np.ndarray, rest: Body, bodies: list[Body]) -> None:
-        self.targets, self.places, self.rest, self.bodies = targets, places, rest, bodies
+    def __init__(self, targets: list[Target], at: pd.DataFrame, rest: Body, bodies: list[Body]) -> None:
+        self.targets, self.rest, self.bodies = targets, rest, bodies
+        self.places, self.steps = at[list(COORDINATES)].to_numpy(float), at["step"].to_numpy()
+        places = self.places
         self.reached = np.array([target.reached(place) for target, place in zip(targets, places, strict=True)])
 
     @classmethod
@@ -71,7 +75,7 @@ class _Way:
         some = steps[np.linspace(0, len(steps) - 1, DRAWN_STATES).round().astype(int)]
         shown = [rows[rows["step"] == step] for step in dict.fromkeys(some.tolist())]
         bodies = [body(manipulator, state) for state in shown if state["x_m"].notna().all()]
-        return cls(targets, at[list(COORDINATES)].to_numpy(float), straight(manipulator), bodies)
+        return cls(targets, at, straight(manipulator), bodies)
 
     @property
     def corners(self) -> np.ndarray:

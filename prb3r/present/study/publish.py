@@ -1,16 +1,20 @@
 """Figures and report of a finished study, beside its tables."""
 
 from pathlib import Path
+from typing import Any
 
 from prb3r.errors import Problem, SpecError
 from prb3r.present.page import save_figure
+from prb3r.present.spots import spots_of
 from prb3r.present.study.comparison import DECISION_CAPTIONS, advice_on, decision_pictures
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.paths import paths_section
-from prb3r.present.study.report import Answers, Source, write_report
+from prb3r.present.study.pointing import about_designs, pointed
+from prb3r.present.study.report import Answers, write_report
 from prb3r.present.study.rigs import RIGS_CAPTIONS, rigs_pictures, rigs_section
-from prb3r.present.study.search import SEARCH_CAPTION, search_pictures, search_section
+from prb3r.present.study.search import SEARCH_CAPTION, search_picture, search_section
 from prb3r.present.study.sheet import Scene
+from prb3r.present.study.source import Source
 from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
 
@@ -34,9 +38,12 @@ def publish(result: Result) -> list[Path]:
         lambda n: plan.cases[n].settings["reach"],
     )
     files, figures, problems = [], [], []
+    spots: dict[str, Any] = {}
     for plot in plan.study.plot:
         try:
-            files += save_figure(study_figure(plot, result.cases, states, scene), result.folder, plot.name)
+            figure = study_figure(plot, result.cases, states, scene)
+            files += save_figure(figure, result.folder, plot.name)
+            spots[plot.name] = spots_of(figure)
             figures.append((plot.name, plot.caption))
         except ValueError as error:
             problems.append(Problem(f"{plan.path} plot {plot.name}", str(error)))
@@ -44,23 +51,27 @@ def publish(result: Result) -> list[Path]:
     if plan.study.decides:
         counsel = advice_on(read_designs([result.folder]))
         drawn = decision_pictures(counsel.decision, result.folder, "decision")
-        files += drawn
-        figures = [(name, DECISION_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in drawn)] + figures
+        files += [path for paths, _ in drawn.values() for path in paths]
+        spots |= {name: about_designs(found, len(plan.cases)) for name, (_, found) in drawn.items()}
+        figures = [(name, DECISION_CAPTIONS[name]) for name in drawn] + figures
     sections = []
     if counsel is not None and plan.study.search is not None:
-        drawn = search_pictures(counsel.decision, result.folder)
-        files += drawn
-        figures.append((drawn[0].stem, SEARCH_CAPTION))
+        figure = search_picture(counsel.decision)
+        files += save_figure(figure, result.folder, "search")
+        spots["search"] = about_designs(spots_of(figure), len(plan.cases))
+        figures.append(("search", SEARCH_CAPTION))
         sections.append(search_section(plan.study, result.cases, counsel.decision))
     if plan.study.reach is not None:
         sections.append(paths_section(result, scene))
     if result.rigs is not None:
-        drawn = rigs_pictures(result)
-        files += drawn
-        figures = [(name, RIGS_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in drawn)] + figures
+        pictures = rigs_pictures(result)
+        files += pictures
+        figures = [(name, RIGS_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in pictures)] + figures
         sections.append(rigs_section(result))
     source = Source(plan.study, result.cases, plan.quantities, result.manifest)
-    files += write_report(result.folder, source, figures, Answers(counsel, sections))
+    shown = {name: found for name, found in spots.items() if found is not None}
+    known = pointed(source, result, shown, counsel.decision if counsel else None) if shown else None
+    files += write_report(result.folder, source, figures, Answers(counsel, sections, known))
     if problems:
         raise SpecError(*problems)
     return files

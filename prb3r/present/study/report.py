@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,80 +11,16 @@ import pandas as pd
 
 from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
-from prb3r.present.study.comparison import Advice
+from prb3r.present.study.comparison import MOST_IN_PAGE, Advice, listed_designs, note_on
 from prb3r.present.study.lines import law_in_words
+from prb3r.present.study.pointing import Pointed
 from prb3r.present.study.section import Section
-from prb3r.quantities import Quantity
+from prb3r.present.study.source import Source
 from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
-from prb3r.study.spec import Study
 
-WHOLE_TABLE, MOST_LISTED, FEW = 40, 20, 8
+WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
 """Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""
-ROUNDING = 1e-9
-"""Values smaller than this share of the largest one in their column are shown as zero."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """What the report of a study is made from, and how its values are put into words."""
-
-    study: Study
-    cases: pd.DataFrame
-    quantities: Sequence[Quantity]
-    manifest: Mapping[str, Any]
-
-    @property
-    def factors(self) -> list[str]:
-        """Columns of the cases that hold factors."""
-        return [factor.name for factor in self.study.factor]
-
-    @property
-    def compared(self) -> list[str]:
-        """Columns of the cases that hold comparisons."""
-        return [comparison.name for comparison in self.study.comparison]
-
-    @property
-    def measured(self) -> list[str]:
-        """Columns of the cases that hold metrics, without factors and comparisons."""
-        apart = {*self.factors, *self.compared}
-        return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
-
-    @property
-    def failed(self) -> pd.DataFrame:
-        """The rows of cases without a stable equilibrium."""
-        return self.cases[self.cases["outcome"] != "converged"]
-
-    def quantity(self, column: str) -> Quantity:
-        """What a column of the cases means."""
-        return style.quantity_of(column, self.quantities)
-
-    def shown(self, column: str) -> style.Shown:
-        """The unit and the label a column is shown with, by the size of its values unless a plot asks for one."""
-        numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
-        return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
-
-    @cached_property
-    def units(self) -> dict[str, str]:
-        """Units that plots ask for; the report shows the same."""
-        y_units = {p.y[0]: p.y_unit for p in self.study.plot if p.y_unit and len(p.y) == 1}
-        return y_units | {p.x: p.x_unit for p in self.study.plot if p.x and p.x_unit}
-
-    def cell(self, column: str, value: Any, unit: bool = False) -> str:
-        """One value as text, in the unit its column is shown in."""
-        if value is None or (isinstance(value, float) and np.isnan(value)):
-            return "–"
-        if isinstance(value, (str, bool, np.bool_)):
-            return str(value)
-        shown = self.shown(column)
-        noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
-        value = 0.0 if abs(value) < noise else value * shown.factor
-        return style.with_unit(value, shown.unit) if unit else style.digits(value)
-
-    def named(self, column: str, value: Any) -> str:
-        """A factor and its value: `Order: cable 3 first`."""
-        between = ": " if isinstance(value, str) else " "
-        return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
 
 
 @dataclass(frozen=True)
@@ -96,6 +31,8 @@ class Answers:
     """Which design to build."""
     sections: Sequence[Section] = ()
     """Of its kind: errors of rigs, a search, a path."""
+    pointed: Pointed | None = None
+    """The cases that a reader can point at in its figures."""
 
 
 def write_report(
@@ -111,10 +48,16 @@ def write_report(
     folder, study, cases, manifest = Path(folder), source.study, source.cases, source.manifest
     answers = answers or Answers()
     kinds = {plot.name: plot.kind for plot in study.plot}
+    spots = answers.pointed.figures if answers.pointed else {}
     content = {
         "study": study,
-        "figures": [picture(folder, name, caption, kinds.get(name, "")) for name, caption in figures],
+        "figures": [picture(folder, name, caption, kinds.get(name, ""), spots.get(name)) for name, caption in figures],
+        "pointed": answers.pointed.plain if answers.pointed else None,
+        "answer": _answer(source, answers),
         "counsel": answers.counsel,
+        "designs": listed_designs(answers.counsel.decision) if answers.counsel else None,
+        "note": note_on(answers.counsel.decision, MOST_IN_PAGE) if answers.counsel else "",
+        "cases": len(cases),
         "sections": answers.sections,
         "count": _count(source),
         "varied": [_varied(source, name) for name in source.factors],
@@ -131,6 +74,13 @@ def write_report(
         write_whole(folder / name, templates().get_template(f"{name}.j2").render(content).encode())
         for name in ("summary.md", "report.html")
     ]
+
+
+def _answer(source: Source, answers: Answers) -> str:
+    """The sentence that stands for the page where there is room for one."""
+    said = [answers.counsel.recommendation] if answers.counsel else []
+    said += [section.sentences[0] for section in answers.sections if section.sentences]
+    return (said[0] if said else f"{_count(source)}.").replace("**", "")
 
 
 def _count(source: Source) -> str:
@@ -188,11 +138,9 @@ def _every_case(source: Source) -> Table:
     columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
     records = source.cases.to_dict("records")
     rows = [[*(source.cell(name, row[name]) for name in columns), str(row["outcome"])] for row in records]
-    return Table(
-        [*(source.shown(name).label for name in columns), "Outcome"],
-        rows,
-        (*range(len(source.factors)), len(columns)),
-    )
+    words = [k for k, name in enumerate(columns) if not pd.api.types.is_numeric_dtype(source.cases[name])]
+    head = [*(source.shown(name).label for name in columns), "Outcome"]
+    return Table(head, rows, (*words, len(columns)), sortable=True)
 
 
 def _fits(source: Source) -> Iterable[str]:
@@ -218,7 +166,7 @@ def _failed(source: Source) -> Table | None:
 
     records = source.failed.head(MOST_LISTED).to_dict("records")
     rows = [[str(row["case_id"]), case(row), row["outcome"], row.get("reason") or ""] for row in records]
-    return Table(["Case", "With", "Outcome", "Reason"], rows, range(4)) if rows else None
+    return Table(["Case", "With", "Outcome", "Reason"], rows, range(4), sortable=True) if rows else None
 
 
 def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:

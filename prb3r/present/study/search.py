@@ -1,14 +1,12 @@
 """A search for the best design in a report: how far it has settled."""
 
-from pathlib import Path
-
 import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.page import save_figure
+from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.study.advice import LEVEL
 from prb3r.study.decide import Decision
@@ -69,14 +67,13 @@ def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[
     return said
 
 
-def search_pictures(decision: Decision, folder: Path) -> list[Path]:
-    """Draw the figure `search`; the files written."""
-    with matplotlib.rc_context(style.RC):
-        return save_figure(search_figure(decision), folder, "search")
-
-
-def search_figure(decision: Decision) -> Figure:
+def search_picture(decision: Decision) -> Figure:
     """The score of every design in the order in which they were tried, and the best so far."""
+    with matplotlib.rc_context(style.RC):
+        return _search_figure(decision)
+
+
+def _search_figure(decision: Decision) -> Figure:
     figure, (axes,) = style.panels([""], [], 0.62)
     number, score = np.arange(1, len(decision.designs) + 1), merit(decision)
     able = np.isfinite(score)
@@ -88,6 +85,7 @@ def search_figure(decision: Decision) -> Figure:
     best = np.maximum.accumulate(np.where(able, score, -np.inf))
     shown = np.isfinite(best)
     axes.step(number[shown], best[shown], where="post", color=style.PALETTE[0], label="best so far")
+    point_at(axes, np.stack([number, score], 1), number - 1)
     axes.set(xlabel="designs tried", ylabel="score" if decision.preferences else "smallest reserve")
     figure.legend(loc="outside lower center", ncols=2)
     return figure

@@ -15,6 +15,7 @@ from matplotlib.patches import Polygon
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
 from prb3r.present.framing import to_scale, view_of
+from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
 from prb3r.present.style import Look, pale
 from prb3r.study.compare import select
@@ -104,6 +105,9 @@ def shapes_figure(sheet: Sheet) -> Figure:
         for look, line, group in sheet.groups(part):
             for index in group.index.intersection(list(drawn)):
                 draw_body(panel, drawn[index], look, line if sheet.style else "-", strongest)
+        seen = part.loc[part.index.intersection(list(drawn))]
+        tips = [1e3 * drawn[index].disks[-1].mean(0) for index in seen.index]
+        point_at(panel, tips, seen["case_id"], seen.get("step", LAST), to_scale=True)
         _ground(panel, drawn)
         to_scale(panel, corners)
     style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from prb3r.present import style
 from prb3r.present.framing import to_scale, view_of
+from prb3r.present.spots import point_at
 from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight
 from prb3r.present.study.sheet import Sheet
 from prb3r.present.style import Look, pale
@@ -21,6 +22,7 @@ def workspace_figure(sheet: Sheet) -> Figure:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
     tips = sheet.states[sheet.states["disk"] == sheet.states["disk"].max()]
     clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in tips.groupby("case_id")}
+    steps = {number: cloud["step"].to_numpy() for number, cloud in tips.groupby("case_id")}
     clouds = {number: clouds.get(number, np.zeros((0, 2))) for number in sheet.rows["case_id"].unique()}
     reached = {number: cloud[np.isfinite(cloud).all(1)] for number, cloud in clouds.items()}
     failed = []
@@ -40,6 +42,9 @@ def workspace_figure(sheet: Sheet) -> Figure:
             points = np.concatenate([reached[number] for number in group["case_id"]])
             if len(points) > 2:
                 _region(panel, points, look, line, lone=len(groups) == 1)
+        for number in part["case_id"].unique():
+            if len(clouds[number]):
+                point_at(panel, 1e3 * clouds[number], number, steps[number], to_scale=True)
         to_scale(panel, corners)
     style.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
     return figure

@@ -1,0 +1,163 @@
+"""What a page tells of the cases that a reader points at: words, and the manipulator where states are kept."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.mechanics.chain import Loads, loads
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.present import style
+from prb3r.present.spots import LAST
+from prb3r.present.study.comparison import designs_told
+from prb3r.present.study.shapes import straight
+from prb3r.present.study.source import Source
+from prb3r.study.cases import Case
+from prb3r.study.decide import Decision
+from prb3r.study.designs import design_names
+from prb3r.study.loading import Cloud
+from prb3r.study.run import Result
+from prb3r.study.work import bend_limit
+from prb3r.study.workspace import cloud_loads
+
+MOST_FRAMES = 3000
+"""So many states of load paths go into a page; of more cases, the first ones."""
+SAME = 1e-6
+"""A manipulator computed again is drawn if its tip is where the table has it, m."""
+COORDINATES = ["x_m", "y_m", "angle_rad"]
+
+
+@dataclass(frozen=True)
+class Pointed:
+    """What a page knows of cases, by the numbers that spots carry."""
+
+    figures: Mapping[str, Mapping[str, Any]]
+    cases: Mapping[int, str]
+    states: Mapping[str, tuple[list[int], str]] = field(default_factory=dict)
+    """By `case:step`, or `case:-1` for the last step: place (0.1 mm) and angle (mrad) of every disk; its tensions."""
+    half: float = 0.0
+    """Half the height of a disk, mm."""
+    paths: Sequence[tuple[int, list[int]]] = ()
+    """Cases whose paths can be played, with the numbers of their steps."""
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """As the page's script reads it."""
+        return vars(self) | {"paths": list(self.paths)}
+
+
+def about_designs(spots: Mapping[str, Any] | None, cases: int) -> dict[str, Any] | None:
+    """Spots that carry numbers of designs, with numbers that follow those of all cases."""
+    if spots is None:
+        return None
+    return {**spots, "points": [[*place, design + cases, step] for *place, design, step in spots["points"]]}
+
+
+def pointed(
+    source: Source, result: Result, figures: Mapping[str, Mapping[str, Any]], decision: Decision | None
+) -> Pointed:
+    """What the page of a study tells of the spots in its figures, and of load paths.
+
+    Parameters
+    ----------
+    figures : by name, as `spots_of` and `about_designs` give them.
+    decision : between the designs, where the study makes one.
+    """
+    plan, count = result.plan, len(result.cases)
+    asked = {(int(case), int(step)) for figure in figures.values() for *_, case, step in figure["points"]}
+    wanted = {(case, step) for case, step in asked if case < count}
+    kept = result.states()
+    states: dict[str, tuple[list[int], str]] = {}
+    paths: list[tuple[int, list[int]]] = []
+    if kept is not None:
+        plates = plan.cases[0].manipulator().plates
+        whole = kept["disk"].nunique() == plates + 1
+        if plan.study.cloud is not None:
+            clouds = pd.DataFrame(sorted(wanted), columns=["case", "step"]).groupby("case")["step"]
+            for case, steps in clouds:
+                states |= _of_cloud(plan.cases[int(case)], steps.to_numpy(), kept[kept["case_id"] == case])
+        elif whole:
+            paths = _paths(kept) if plan.study.states == "path" else []
+            played = {(case, step) for case, steps in paths for step in steps}
+            states = dict(_stored(kept, wanted | played))
+    first = _first_cases(source, decision) if decision else []
+    if kept is not None and plan.study.cloud is None and whole and first:
+        stood = dict(_stored(kept, {(case, LAST) for case in first}))
+        keys = {k: f"{case}:{LAST}" for k, case in enumerate(first)}
+        states |= {f"{count + k}:{LAST}": stood[key] for k, key in keys.items() if key in stood}
+    shown = source.cases[source.cases["case_id"].isin({case for case, _ in wanted} | {case for case, _ in paths})]
+    known = {int(row["case_id"]): source.told(row) for row in shown.to_dict("records")}
+    if decision is not None:
+        known |= {count + k: text for k, text in enumerate(designs_told(decision)) if (count + k, LAST) in asked}
+    half = 1e3 * float(np.ptp(straight(plan.cases[0].manipulator()).disks[0, :, 1])) / 2
+    return Pointed(figures, known, states, round(half, 2), paths)
+
+
+def _first_cases(source: Source, decision: Decision) -> list[int]:
+    """The case that stands for each design: its first."""
+    names = design_names(source.cases, source.study.design_factors)
+    first = dict(zip(reversed(names), reversed(source.cases["case_id"].tolist()), strict=True))
+    return [first[name] for name in decision.designs]
+
+
+def _paths(states: pd.DataFrame) -> list[tuple[int, list[int]]]:
+    """Cases of more than two steps with an equilibrium, so many as a page holds."""
+    paths, room = [], MOST_FRAMES
+    for case, part in states[np.isfinite(states["x_m"])].groupby("case_id"):
+        steps = sorted(part["step"].unique().tolist())
+        room -= len(steps)
+        if room < 0:
+            break
+        if len(steps) > 2:
+            paths.append((int(case), steps))
+    return paths
+
+
+def _stored(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, tuple[list[int], str]]]:
+    """The wanted states that a table of all disks holds, where there is an equilibrium."""
+    last = states.groupby("case_id")["step"].max()
+    asked = {(case, last.get(case, LAST) if step == LAST else step): f"{case}:{step}" for case, step in wanted}
+    keys = list(zip(states["case_id"], states["step"], strict=True))
+    some = states[[key in asked for key in keys]]
+    cables = [name for name in states if name.startswith("cable_")]
+    for key, state in some.sort_values("disk").groupby(["case_id", "step"]):
+        places = state[COORDINATES].to_numpy(float)
+        if np.isfinite(places).all():
+            named = {name.removeprefix("cable_").removesuffix("_n"): float(state[name].iloc[0]) for name in cables}
+            told = _packed(places), _tensions(named)
+            yield asked[key], told
+            yield f"{key[0]}:{key[1]}", told
+
+
+def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tuple[list[int], str]]:
+    """Manipulators at some loads of a cloud, solved again as the table may hold tips alone."""
+    manipulator = case.manipulator()
+    chain = manipulator.chain(case.settings["broken"])
+    cloud = Cloud.model_validate(case.settings["cloud"])
+    driven = [name for name in cloud.tension_n if chain.reach[manipulator.cable_names.index(name)]]
+    bent = cloud.limit == "bend"
+    limits = {name: bend_limit(manipulator, name, cloud) if bent else cloud.tension_n[name] for name in driven}
+    every: Loads = cloud_loads(manipulator, chain, limits, cloud.count)
+    numbers = np.sort(kept["step"].unique())
+    tension = every.tension[np.searchsorted(numbers, steps)]
+    found = equilibria_of(chain, loads(chain, tension), from_rest=True)
+    tips = kept[kept["disk"] == kept["disk"].max()].set_index("step").loc[steps, ["x_m", "y_m"]].to_numpy(float)
+    states = {}
+    for row, step in enumerate(steps):
+        places = np.stack([found.x[row], found.y[row], found.angle[row]], -1)
+        if np.isfinite(places).all() and np.abs(places[-1, :2] - tips[row]).max() < SAME:
+            pulls = dict(zip(manipulator.cable_names, tension[row].tolist(), strict=True))
+            states[f"{case.number}:{step}"] = _packed(places), _tensions(pulls)
+    return states
+
+
+def _packed(places: np.ndarray) -> list[int]:
+    """Place and angle of every disk in 0.1 mm and mrad."""
+    return (places * [1e4, 1e4, 1e3]).round().astype(int).ravel().tolist()
+
+
+def _tensions(pulls: Mapping[str, float]) -> str:
+    pulled = [f"{name}: {style.with_unit(round(pull, 1), 'N')}" for name, pull in pulls.items() if pull > 0.05]
+    return f"Pulled: cable {', cable '.join(pulled)}." if pulled else "No cable is pulled."

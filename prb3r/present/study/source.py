@@ -1,0 +1,89 @@
+"""What the report of a study is made from, and how its values are put into words."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.present import style
+from prb3r.quantities import Quantity
+from prb3r.study.spec import Study
+
+ROUNDING = 1e-9
+"""Values smaller than this share of the largest one in their column are shown as zero."""
+MOST_TOLD = 6
+"""So many metrics of a case are told where a reader points at it."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What the report of a study is made from, and how its values are put into words."""
+
+    study: Study
+    cases: pd.DataFrame
+    quantities: Sequence[Quantity]
+    manifest: Mapping[str, Any]
+
+    @property
+    def factors(self) -> list[str]:
+        """Columns of the cases that hold factors."""
+        return [factor.name for factor in self.study.factor]
+
+    @property
+    def compared(self) -> list[str]:
+        """Columns of the cases that hold comparisons."""
+        return [comparison.name for comparison in self.study.comparison]
+
+    @property
+    def measured(self) -> list[str]:
+        """Columns of the cases that hold metrics, without factors and comparisons."""
+        apart = {*self.factors, *self.compared}
+        return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
+
+    @property
+    def failed(self) -> pd.DataFrame:
+        """The rows of cases without a stable equilibrium."""
+        return self.cases[self.cases["outcome"] != "converged"]
+
+    def quantity(self, column: str) -> Quantity:
+        """What a column of the cases means."""
+        return style.quantity_of(column, self.quantities)
+
+    def shown(self, column: str) -> style.Shown:
+        """The unit and the label a column is shown with, by the size of its values unless a plot asks for one."""
+        numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
+        return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units that plots ask for; the report shows the same."""
+        y_units = {p.y[0]: p.y_unit for p in self.study.plot if p.y_unit and len(p.y) == 1}
+        return y_units | {p.x: p.x_unit for p in self.study.plot if p.x and p.x_unit}
+
+    def cell(self, column: str, value: Any, unit: bool = False) -> str:
+        """One value as text, in the unit its column is shown in."""
+        if value is None or (isinstance(value, float) and np.isnan(value)):
+            return "–"
+        if isinstance(value, (str, bool, np.bool_)):
+            return str(value)
+        shown = self.shown(column)
+        noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
+        value = 0.0 if abs(value) < noise else value * shown.factor
+        return style.with_unit(value, shown.unit) if unit else style.digits(value)
+
+    def told(self, row: Mapping[str, Any]) -> str:
+        """A case in two lines: what was varied, and its first metrics, or why it has none."""
+        varied = ", ".join(self.named(name, row[name]) for name in self.factors)
+        names = [name for name in (*self.measured, *self.compared) if name in row and pd.notna(row[name])]
+        values = [f"{self.quantity(name).title} {self.cell(name, row[name], unit=True)}" for name in names[:MOST_TOLD]]
+        missing = [] if row["outcome"] == "converged" else [f"{row['outcome']}: {row['reason'] or 'no reason told'}"]
+        lines = [f"Case {row['case_id']}{': ' if varied else ''}{varied}.", "; ".join(missing + values)]
+        return "\n".join(f"{line}" for line in lines if line)
+
+    def named(self, column: str, value: Any) -> str:
+        """A factor and its value: `Order: cable 3 first`."""
+        between = ": " if isinstance(value, str) else " "
+        return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
