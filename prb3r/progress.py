@@ -11,13 +11,13 @@ PLAIN_EVERY_S = 10.0
 class Lines:
     """A line when a study starts, every few seconds, and when it ends."""
 
-    def begin(self, name: str, cases: int, done: int) -> None:
-        self.name, self.cases, self.done, self.failed = name, cases, done, 0
+    def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
+        self.name, self.cases, self.done, self.failed, self.what = name, cases, done, 0, what
         self.started = self.said = time.monotonic()
         self.first = done
         if done < cases:
             stored = f", {done} stored already" if done else ""
-            self._say(f"{cases} cases{stored}")
+            self._say(f"{cases} {what}{stored}")
 
     def advance(self, cases: int, failed: int) -> None:
         self.done, self.failed = self.done + cases, self.failed + failed
@@ -30,7 +30,7 @@ class Lines:
     def end(self) -> None:
         if self.done > self.first:
             failed = f", {self.failed} without a stable equilibrium" if self.failed else ""
-            self._say(f"{self.done} of {self.cases} cases in {time.monotonic() - self.started:.1f} s{failed}")
+            self._say(f"{self.done} of {self.cases} {self.what} in {time.monotonic() - self.started:.1f} s{failed}")
 
     def _say(self, what: str) -> None:
         print(f"{self.name}: {what}", file=sys.stderr, flush=True)
@@ -42,7 +42,7 @@ class Bar:
     def __init__(self, progress) -> None:
         self.progress = progress
 
-    def begin(self, name: str, cases: int, done: int) -> None:
+    def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
         self.failed = 0
         self.task = self.progress.add_task(name, total=cases, completed=done, note="")
 

@@ -19,9 +19,9 @@ ORDER = {
     "mechanics.derivatives": "response feedback partials differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given steps",
     "inverse": "target pull search reach",
-    "runs": "files secret store sealed parts provenance tasks backends engine journal",
-    "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare work plan "
-    "tables manifest designs rigs search compute explore run decide advice",
+    "runs": "files secret store sealed states parts provenance tasks backends engine journal",
+    "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare "
+    "chunk measure cloud work plan tables manifest designs rigs search compute explore run decide advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result stages together run",
     "proof": "rig settings concealed judging prove sweep",

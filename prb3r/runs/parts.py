@@ -19,15 +19,14 @@ import pyarrow as pa
 
 from prb3r.runs.files import clear_left_over, replaced
 from prb3r.runs.sealed import read_sealed, write_sealed
+from prb3r.runs.states import STATES, Columns, StateFiles, States, write_block
 
 FOLDER = ".parts"
-CASES, STATES = "cases", "states"
-ITEM, KEY, COUNT = b"item", " key", " states"
-"""Item of a column (metadata of its field); columns of the cases' keys and of their numbers of states."""
+CASES = "cases"
+ITEM, BLOCKS, KEY, COUNT = b"item", b"blocks", " key", " states"
+"""Item of a column (metadata of its field) or of the states (of the table), rows of the files of states as JSON;
+columns of the cases' keys and of their numbers of states."""
 KEY_BYTES = 16
-
-Columns = dict[str, np.ndarray]
-"""Columns of a table by their names, all of one length."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +57,20 @@ class Part:
         return {known[ITEM].decode() for known in metadata if known and ITEM in known}
 
     @cached_property
-    def states(self) -> pa.Table | None:
-        """The table of states; None if there is none, or if it is damaged."""
-        return read_sealed(self.path.with_suffix(f".{STATES}"), f"{STATES} {self.path.stem}")
+    def states(self) -> StateFiles:
+        """The states of its cases, without files if there are none."""
+        blocks = json.loads((self.cases.schema.metadata or {}).get(BLOCKS, b"[]"))
+        return StateFiles(self.path.parent, self.path.stem, tuple(blocks))
+
+    @property
+    def files(self) -> list[Path]:
+        """Its files, that of the cases last."""
+        return [*self.states.paths, self.path]
 
     def has(self, item: str) -> bool:
         """Whether an item of its cases is kept whole."""
         of_states = (self.cases.schema.metadata or {}).get(ITEM) == item.encode()
-        return item in self.items and (not of_states or self.states is not None)
+        return item in self.items and (not of_states or self.states.whole)
 
     @cached_property
     def keys(self) -> list[bytes]:
@@ -80,10 +85,6 @@ class Part:
     def column(self, name: str) -> np.ndarray:
         """A column of its cases."""
         return self.cases[name].to_numpy()
-
-    def state_column(self, name: str) -> np.ndarray:
-        """A column of their states."""
-        return np.zeros(0) if self.states is None else self.states[name].to_numpy()
 
 
 class Parts:
@@ -122,12 +123,14 @@ class Parts:
             pa.field(name, array.type, metadata={ITEM: item})
             for array, (name, item) in zip(arrays[2:], items.items(), strict=True)
         ]
-        name = _name(keys, [*items.values(), *([states.item] if states else [])])
+        name = part_name(keys, [*items.values(), *([states.item] if states else [])])
         path, table = self.home / f"{name}.{CASES}", pa.table(arrays, pa.schema(fields))
         if states is not None:
-            table = table.replace_schema_metadata({ITEM: states.item})
-            kept = pa.table({name: pa.array(values) for name, values in states.columns.items()})
-            write_sealed(path.with_suffix(f".{STATES}"), f"{STATES} {name}", kept)
+            blocks = states.blocks
+            if states.columns is not None:
+                write_block(self.home, name, 0, states.columns)
+                blocks = (int(count.sum()),)
+            table = table.replace_schema_metadata({ITEM: states.item, BLOCKS: json.dumps(blocks)})
         write_sealed(path, f"{CASES} {name}", table)
         self.parts.append(Part(path, table))
 
@@ -141,8 +144,7 @@ class Parts:
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _stored(home) if home != self.home else ():
                 if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
-                    files = [part.path.with_suffix(f".{STATES}"), part.path]
-                    for path in (path for path in files if path.exists()):  # without states there is but one
+                    for path in (path for path in part.files if path.exists()):  # without states there is but one
                         with replaced(self.home / path.name) as copy:
                             shutil.copyfile(path, copy)
                     self.parts.append(Part(self.home / part.path.name, part.cases))
@@ -155,21 +157,15 @@ class Parts:
 
     def clear(self, outdated: Callable[[str], bool]) -> None:
         """Remove the parts all of whose items are outdated, and what interrupted runs have left."""
+        kept = set()
         for part in self.parts:
             if all(outdated(item) for item in part.items):
-                for kind in (STATES, CASES):
-                    part.path.with_suffix(f".{kind}").unlink(missing_ok=True)
+                part.path.unlink(missing_ok=True)
+            else:
+                kept.update(part.files)
+        for path in set(self.home.glob(f"*.{STATES}")) - kept:
+            path.unlink(missing_ok=True)
         clear_left_over(self.home)
-
-
-@dataclass(frozen=True)
-class States:
-    """Rows of states of some cases, one case after the other."""
-
-    item: str
-    count: np.ndarray
-    """(cases,) rows of each."""
-    columns: Columns
 
 
 def gathered(parts: Parts, place: Kept, name: str) -> np.ndarray:
@@ -192,12 +188,21 @@ def state_counts(parts: Parts, place: Kept) -> np.ndarray:
     return _states(parts, place)[0]
 
 
-def rows_of_states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of every state of some cases in their order: the index of its case, its part and its row of the states there."""
-    count, begin = _states(parts, place)
-    case = np.repeat(np.arange(len(count)), count)
-    within = np.arange(len(case)) - np.repeat(np.cumsum(count) - count, count)
-    return case, place.part[case], begin[case] + within
+def rows_of_states(
+    parts: Parts, place: Kept, ends: np.ndarray, rows: slice
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of some rows of the states of cases in their order: the index of the case, its part and its row of states there.
+
+    Parameters
+    ----------
+    ends : (n,) row where the states of each case end.
+    """
+    row = np.arange(rows.start, rows.stop)
+    case = np.searchsorted(ends, row, side="right")
+    some = slice(case[0], case[-1] + 1) if len(case) else slice(0, 0)
+    count, begin = _states(parts, Kept(place.part[some], place.row[some]))
+    within = case - some.start
+    return case, place.part[case], begin[within] + row - (ends[case] - count[within])
 
 
 def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
@@ -219,7 +224,7 @@ def _stored(home: Path) -> Iterator[Part]:
             yield Part(path, cases)
 
 
-def _name(keys: Iterable[bytes], items: Iterable[str]) -> str:
+def part_name(keys: Iterable[bytes], items: Iterable[str]) -> str:
     """Of a part: the same for the same content."""
     text = json.dumps(sorted(items)).encode()
     return hashlib.blake2b(b"".join(keys) + text, digest_size=8).hexdigest()

@@ -2,7 +2,7 @@
 
 What is read back is what was written, or nothing: cut off, flipped or foreign files are told by their digest, a table
 of one kind under the name of another by its kind.  So nobody waits until the disk has them: what a power cut tears is
-missing afterwards.  The content is mapped into memory, not read.
+missing afterwards.  The content is mapped into memory, not read; a digest alone is checked by reading, piece by piece.
 """
 
 import hashlib
@@ -18,6 +18,8 @@ HEADER = 64
 DIGEST = 16
 KIND = b"kind"
 """Key of the table's metadata that says what it holds."""
+PIECE = 2**20
+"""Bytes that are read at once where a digest is checked."""
 
 
 def write_sealed(path: Path, kind: str, table: pa.Table) -> None:
@@ -52,5 +54,28 @@ def read_sealed(path: Path, kind: str) -> pa.Table | None:
     return table if (table.schema.metadata or {}).get(KIND) == kind.encode() else None
 
 
+def is_sealed(path: Path, kind: str) -> bool:
+    """Whether a file holds an undamaged table of that kind; no more than a piece of it is in memory."""
+    digest = hashlib.blake2b(digest_size=DIGEST)
+    try:
+        with open(path, "rb", buffering=0) as file:
+            header = file.read(HEADER)
+            while piece := file.read(PIECE):
+                digest.update(piece)
+        return header == _sealed(digest.digest()) and (mapped(path).schema.metadata or {}).get(KIND) == kind.encode()
+    except (pa.ArrowException, OSError, ValueError):
+        return False
+
+
+def mapped(path: Path) -> pa.Table:
+    """The table in a file that is known to be undamaged, in memory only where it is looked at."""
+    with pa.memory_map(str(path)) as file:
+        return pa.ipc.open_file(file.read_buffer()[HEADER:]).read_all()
+
+
 def _header(content: pa.Buffer) -> bytes:
-    return (MAGIC + hashlib.blake2b(content, digest_size=DIGEST).digest()).ljust(HEADER, b"\0")
+    return _sealed(hashlib.blake2b(content, digest_size=DIGEST).digest())
+
+
+def _sealed(digest: bytes) -> bytes:
+    return (MAGIC + digest).ljust(HEADER, b"\0")

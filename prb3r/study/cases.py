@@ -49,6 +49,12 @@ class Family:
     def __len__(self) -> int:
         return len(self.numbers)
 
+    @property
+    def loads(self) -> int:
+        """Number of what is to be solved: cases, or the loads of their clouds."""
+        cloud = self.settings["cloud"]
+        return len(self) * (cloud["count"] if cloud else 1)
+
     def manipulator(self) -> Manipulator:
         """The manipulator of all of them."""
         return Manipulator.model_validate(self.settings["manipulator"])

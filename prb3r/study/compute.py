@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.runs.engine import run_tasks
-from prb3r.runs.parts import Columns, Parts, States
+from prb3r.runs.parts import Parts, part_name
+from prb3r.runs.states import Columns, States, write_block
 from prb3r.runs.tasks import Piece, Workers
+from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column
+from prb3r.study.cloud import Block, Gathering
 from prb3r.study.plan import Plan, Progress
-from prb3r.study.work import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column, solve_chunk
+from prb3r.study.work import Task, solve_task, tasks_of
 
 
 def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
@@ -34,23 +37,66 @@ def adopt(plan: Plan, parts: Parts) -> None:
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
     """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
     missing = plan.missing(parts)
-    chunks, waiting = plan.chunks(missing), int(missing.any(1).sum())
-    progress.begin(plan.study.name, len(plan.cases), len(plan.cases) - waiting)
+    waiting = missing.any(1)
+    tasks = [task for chunk in plan.chunks(missing) for task in tasks_of(chunk)]
+    whole = plan.loads()
+    what = "cases" if whole == len(plan.cases) else "loads"
+    progress.begin(plan.study.name, whole, whole - plan.loads(waiting), what)
+    try:
+        keeper = _Keeper(plan, parts, tasks, progress)
+        run_tasks(solve_task, tasks, keeper, workers, split=lambda task: task.single())
+    finally:
+        progress.end()
+    return int(waiting.sum())
 
-    def keep(number: int, pieces: list[Piece]) -> None:
-        chunk = chunks[number]
+
+class _Keeper:
+    """Takes what comes of tasks to the parts: chunks as they are, clouds when all their blocks are there."""
+
+    def __init__(self, plan: Plan, parts: Parts, tasks: Sequence[Task], progress: Progress) -> None:
+        self.plan, self.parts, self.tasks, self.progress = plan, parts, tasks, progress
+        self.clouds: dict[int, Gathering] = {}
+
+    def __call__(self, number: int, pieces: list[Piece]) -> None:
+        task = self.tasks[number]
+        failed = self._block(task, pieces[0]) if isinstance(task, Block) else self._chunk(task, pieces)
+        self.progress.advance(task.loads, failed)
+
+    def _chunk(self, chunk: Chunk, pieces: list[Piece]) -> int:
+        """Keep the cases of a chunk; the number of those that failed, or of the loads of their clouds."""
         cases, states = computed_columns(pieces, chunk)
-        keep_chunk(plan, parts, chunk, cases, states)
+        keep_chunk(self.plan, self.parts, chunk, cases, states)
         failed = cases["outcome"] != "converged"
         for metric in chunk.metrics:
             failed |= cases[reason_column(metric)] != ""
-        progress.advance(len(failed), int(failed.sum()))
+        return int(failed.sum()) * (chunk.loads // len(failed))
 
-    try:
-        run_tasks(solve_chunk, dict(enumerate(chunks)), keep, workers, split=Chunk.single)
-    finally:
-        progress.end()
-    return waiting
+    def _block(self, block: Block, piece: Piece) -> int:
+        """Keep the states of a block and, when it is the last one, the case; the number of loads that failed."""
+        cloud = self.clouds.setdefault(block.case, Gathering(block))
+        if piece.fate == "done":
+            cloud.add(block, piece.value)
+            if self.plan.states_item in block.chunk.items:
+                write_block(self.parts.home, self._part(block), block.number, piece.value.states)
+        else:
+            cloud.lose(_lost_as(piece), piece.reason)
+        if not cloud.missing:
+            count = sum(cloud.rows) if cloud.lost is None else 0
+            states = None
+            if self.plan.states_item in block.chunk.items:
+                blocks = tuple(cloud.rows) if cloud.lost is None else ()
+                states = States(str(self.plan.states_item), np.array([count]), None, blocks)
+            keep_columns(self.plan, self.parts, block.chunk, cloud.columns(), states)
+            del self.clouds[block.case]
+        return piece.value.failed if piece.fate == "done" else block.loads
+
+    def _part(self, block: Block) -> str:
+        items = [*item_columns(self.plan, block.chunk).values(), str(self.plan.states_item)]
+        return part_name([self.plan.keys[block.case]], items)
+
+
+def _lost_as(piece: Piece) -> str:
+    return CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
 
 
 def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Columns | None]:
@@ -61,27 +107,36 @@ def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Column
             cases.append(piece.value[0])
             states.append(piece.value[1])
         else:
-            outcome = CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
-            cases.append(blank_columns(piece.task.numbers, chunk.metrics, outcome, piece.reason))
+            cases.append(blank_columns(piece.task.numbers, chunk.metrics, _lost_as(piece), piece.reason))
     return _stacked(cases), _stacked(states) if states and chunk.states != "none" else None
 
 
 def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
     """Add the items that a chunk was computed for to the parts."""
-    numbers, names = cases["case_id"], {}
+    kept, numbers = None, cases["case_id"]
+    if chunk.states != "none" and plan.states_item:
+        states = states or {"case_id": np.zeros(0, np.int64)}
+        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
+        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
+    keep_columns(plan, parts, chunk, cases, kept)
+
+
+def keep_columns(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: States | None) -> None:
+    """Add columns of the cases of a chunk to the parts, and their states."""
+    parts.add([plan.keys[number] for number in cases["case_id"]], cases, item_columns(plan, chunk), states)
+
+
+def item_columns(plan: Plan, chunk: Chunk) -> dict[str, str]:
+    """The columns that a chunk was computed for, with the item that each belongs to."""
+    names = {}
     if plan.items[0] in chunk.items:
-        outcome = blank_columns(numbers[:0], (), "", "")
+        outcome = blank_columns(np.zeros(0, np.int64), (), "", "")
         names = {name: plan.items[0] for name in outcome if name != "case_id"}
     for metric, item in plan.metric_items:
         if item in chunk.items:
             columns = [*(quantity.name for quantity in metric.quantities()), reason_column(metric)]
             names |= dict.fromkeys(columns, item)
-    kept = None
-    if chunk.states != "none" and plan.states_item:
-        states = states or {"case_id": np.zeros(0, np.int64)}
-        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
-        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
-    parts.add([plan.keys[number] for number in numbers], cases, names, kept)
+    return names
 
 
 def _stacked(tables: Sequence[Columns]) -> Columns:

@@ -32,7 +32,7 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fre
         scores = wanted * [preference.sign for preference in study.preference]
         return Judged(np.array(margins, float).reshape(bounded.shape), np.nan_to_num(scores, nan=-np.inf))
 
-    each = len(plan.cases) // len(first_designs(study))
+    each = plan.loads() // len(first_designs(study))
     progress.begin(study.name, study.search.designs * each, 0)
     try:
         designs = searched_designs(study, judged)

@@ -14,12 +14,12 @@ from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import content_hash
 from prb3r.study.axes import corners, count_cases
 from prb3r.study.cases import Cases, Family
+from prb3r.study.chunk import Chunk
 from prb3r.study.columns import FIXED_COLUMNS, check_columns, described
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
 from prb3r.study.spec import Study, load_study
-from prb3r.study.work import Chunk
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
 """Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
@@ -30,13 +30,13 @@ LONG_CHECK = 1000
 
 
 class Progress(Protocol):
-    """Something that hears how a run of a study goes."""
+    """Something that hears how a run of a study goes: cases, or the loads of clouds, each of which counts as one."""
 
-    def begin(self, name: str, cases: int, done: int) -> None:
-        """A study starts with `done` of its `cases` stored by an earlier run."""
+    def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
+        """A study starts with `done` of its `cases` stored by an earlier run; `what` they are: cases or loads."""
 
     def advance(self, cases: int, failed: int) -> None:
-        """So many more cases are stored, `failed` of them without a converged equilibrium."""
+        """So many more cases are computed, `failed` of them without a converged equilibrium."""
 
     def end(self) -> None:
         """The study is over, whether or not it got to its end."""
@@ -45,7 +45,7 @@ class Progress(Protocol):
 class Silent:
     """A listener that tells nobody."""
 
-    def begin(self, name: str, cases: int, done: int) -> None: ...
+    def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None: ...
 
     def advance(self, cases: int, failed: int) -> None: ...
 
@@ -58,7 +58,7 @@ class Quiet:
 
     whole: Progress
 
-    def begin(self, name: str, cases: int, done: int) -> None:
+    def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
         self.whole.advance(done, 0)
 
     def advance(self, cases: int, failed: int) -> None:
@@ -115,6 +115,13 @@ class Plan:
         """(cases, items) whether an item of a case is not among the parts."""
         known = [parts.place(item, self.keys).known for item in self.items]
         return ~np.stack(known, axis=1)
+
+    def loads(self, wanted: np.ndarray | None = None) -> int:
+        """Number of what is to be solved: cases, or the loads of their clouds; of all cases or where a mask holds."""
+        every = [np.full(len(family), family.loads // len(family)) for family in self.cases.families]
+        rows = np.concatenate([family.numbers for family in self.cases.families])
+        counts = np.concatenate(every)
+        return int(counts.sum() if wanted is None else counts[wanted[rows]].sum())
 
     def chunks(self, missing: np.ndarray) -> list[Chunk]:
         """Tasks for the items that are missing; cases of one family stay together as far as they can.

@@ -29,7 +29,7 @@ from prb3r.study.manifest import changes, timing
 from prb3r.study.plan import Plan, Progress, Silent, plan_study
 from prb3r.study.rigs import Rigs, rigs_of, write_rigs
 from prb3r.study.tables import tabulated, write_states
-from prb3r.study.work import solve_chunk
+from prb3r.study.work import solve_task, tasks_of
 
 
 @dataclass(frozen=True)
@@ -169,12 +169,14 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
 def forecast(plan: Plan) -> tuple[float, int]:
     """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
     missing = plan.missing(Parts(plan.folder))
-    chunks, count = plan.chunks(missing), int(missing.any(1).sum())
-    if not count:
+    waiting = missing.any(1)
+    if not waiting.any():
         return 0.0, len(plan.cases)
-    cases = [chunk.single()[0] for chunk in chunks[:: max(1, len(chunks) // 3)][:4]]
-    solve_chunk(cases[0])  # compiles
+    tasks = [task for chunk in plan.chunks(missing) for task in tasks_of(chunk)]
+    tried = [task.single()[0] for task in tasks[:: max(1, len(tasks) // 3)][:4]]
+    solve_task(tried[0])  # compiles
     begin = time.perf_counter()
-    for case in cases:
-        solve_chunk(case)
-    return (time.perf_counter() - begin) / len(cases) * count, len(plan.cases) - count
+    for task in tried:
+        solve_task(task)
+    each = (time.perf_counter() - begin) / sum(task.loads for task in tried)
+    return each * plan.loads(waiting), int((~waiting).sum())

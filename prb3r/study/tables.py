@@ -11,9 +11,9 @@ from prb3r.runs import store
 from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
 from prb3r.runs.store import arrow_table, whole_table
 from prb3r.study.cases import Cases, Family
+from prb3r.study.chunk import CASE_FAILED, blank_columns, reason_column, state_columns
 from prb3r.study.compare import with_comparisons
 from prb3r.study.plan import Plan
-from prb3r.study.work import CASE_FAILED, blank_columns, reason_column, state_columns
 
 
 def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
@@ -78,18 +78,12 @@ def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, 
 
 def _states(plan: Plan, parts: Parts, place: Kept, ends: np.ndarray, rows: slice) -> dict[str, np.ndarray]:
     """Some rows of the table of states; those of a case end at its `ends`."""
-    first = int(np.searchsorted(ends, rows.start, side="right"))
-    last = int(np.searchsorted(ends, rows.stop, side="left")) + 1
-    before = int(ends[first - 1]) if first else 0
-    case, part, row = rows_of_states(parts, Kept(place.part[first:last], place.row[first:last]))
-    cut = slice(rows.start - before, rows.stop - before)
-    case, part, row = case[cut] + first, part[cut], row[cut]
+    case, part, row = rows_of_states(parts, place, ends, rows)
     columns = state_columns(plan.cables) | {"case_id": case}
-    for name, empty in columns.items():
-        if name == "case_id":
-            continue
-        columns[name] = values = np.empty(len(case), empty.dtype)
-        for number in present(part):
-            here = part == number
-            values[here] = parts.parts[number].state_column(name)[row[here]]
+    names = [name for name in columns if name != "case_id"]
+    columns |= {name: np.empty(len(case), columns[name].dtype) for name in names}
+    for number in present(part):
+        here = part == number
+        for name, values in parts.parts[number].states.picked(row[here], names).items():
+            columns[name][here] = values
     return columns

@@ -6,25 +6,59 @@ import numpy as np
 import scipy
 
 from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.mechanics.equilibrium import Outcome
+from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 CLOUD_SEED = 20181
+MOST_DISKS = 2**18
+"""Disks of all loads that are solved in one call: about 50 MB of states."""
 
 
-def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Loads:
+def cloud_loads(
+    manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int, start: int = 0
+) -> Loads:
     """`count` independent loads: every cable of `limits` idle or pulled up to its largest tension (N).
 
     A Sobol sequence gives each cable a share in [-1, 1], negative shares are idle: so every subset of the cables,
     and with it the rim of the workspace, comes up equally often.  The same shares come up for every design.
+
+    Parameters
+    ----------
+    start : number of the first of these loads, which are a part of a larger cloud.
     """
     names = sorted(limits)
     tension = np.zeros((count, len(manipulator.cable)))
     if names:
-        bits = int(np.ceil(np.log2(count)))
-        share = scipy.stats.qmc.Sobol(len(names), rng=CLOUD_SEED).random_base2(bits)[:count]
+        sequence = scipy.stats.qmc.Sobol(len(names), rng=CLOUD_SEED)
+        if start:
+            share = sequence.fast_forward(start).random(count)
+        else:
+            share = sequence.random_base2(int(np.ceil(np.log2(count))))[:count]
         for column, name in enumerate(names):
             tension[:, manipulator.cable_names.index(name)] = np.maximum(2 * share[:, column] - 1, 0) * limits[name]
     return loads(chain, tension)
+
+
+def block_size(plates: int) -> int:
+    """Loads of a cloud that are solved in one call."""
+    return 2 ** max(4, int(np.log2(MOST_DISKS / (plates + 1))))
+
+
+def tips_reached(
+    manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x and y (m) of the tip disk under each of the loads of a cloud, and whether its equilibrium was found; (count,).
+
+    They are solved block by block: no more than a block of equilibria is in memory.
+    """
+    x, y, converged = np.empty(count), np.empty(count), np.empty(count, bool)
+    for start in range(0, count, size := block_size(chain.plates)):
+        rows = slice(start, min(start + size, count))
+        some = cloud_loads(manipulator, chain, limits, rows.stop - start, start)
+        states = equilibria_of(chain, some, from_rest=True, detail=False)
+        x[rows], y[rows], converged[rows] = states.x[:, -1], states.y[:, -1], states.outcome == Outcome.CONVERGED
+    return x, y, converged
 
 
 def area(x: np.ndarray, y: np.ndarray, side: float) -> float:

@@ -13,7 +13,8 @@ from prb3r.model.laws.self_consistent import MAX_PASSES, NOT_CLOSED, equilibria_
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import solve as solve_steps
 from prb3r.study.cases import Family
-from prb3r.study.work import outcome_columns, solve_cases
+from prb3r.study.measure import outcome_columns
+from prb3r.study.work import solve_cases
 
 RIGIDITY, ARC = 0.24, 0.014
 PLATE = {"plates": 4, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": RIGIDITY}

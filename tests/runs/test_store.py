@@ -11,8 +11,9 @@ import pytest
 from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import Parts, States, gathered, rows_of_states
+from prb3r.runs.parts import Parts, gathered, part_name, rows_of_states, state_counts
 from prb3r.runs.sealed import read_sealed, write_sealed
+from prb3r.runs.states import States, write_block
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
@@ -108,9 +109,40 @@ def test_cases_are_known_by_their_keys_whatever_they_were_computed_along_with(tm
     place = again.place("metric", keys)
     assert gathered(again, place, "gain").tolist() == expected["gain"].tolist()
     assert gathered(again, place, "reason").tolist() == expected["reason"].tolist()
-    case, part, row = rows_of_states(again, again.place("states", keys))
+    place = again.place("states", keys)
+    ends = np.cumsum(state_counts(again, place))
+    case, part, row = rows_of_states(again, place, ends, slice(0, 6))
     assert case.tolist() == [0, 1, 1, 3, 4, 4]
-    assert [again.parts[p].state_column("x_m")[r] for p, r in zip(part, row, strict=True)] == [1, 2, 2, 4, 5, 5]
+    assert [x_of(again, p, r) for p, r in zip(part, row, strict=True)] == [1, 2, 2, 4, 5, 5]
+    case, part, row = rows_of_states(again, place, ends, slice(2, 5))
+    assert case.tolist() == [1, 3, 4]
+    assert [x_of(again, p, r) for p, r in zip(part, row, strict=True)] == [2, 4, 5]
+
+
+def x_of(kept, part, row):
+    return kept.parts[part].states.picked(np.array([row]), ["x_m"])["x_m"][0]
+
+
+def test_states_may_be_written_in_blocks_of_which_one_that_is_damaged_or_missing_spoils_all(tmp_path):
+    kept = Parts(tmp_path)
+    keys, columns, _ = cases(1, 2)
+    stem = part_name(keys, ["metric", "metric", "states"])
+    write_block(kept.home, stem, 0, {"x_m": np.arange(4.0)})
+    write_block(kept.home, stem, 1, {"x_m": np.arange(4.0, 9.0)})
+    kept.add(keys, columns, ITEMS, States("states", np.array([2, 7]), None, (4, 5)))
+    again = Parts(tmp_path)
+    assert again.place("states", keys).known.all()
+    picked = again.parts[0].states.picked(np.array([8, 0, 4, 3]), ["x_m"])
+    assert picked["x_m"].tolist() == [8, 0, 4, 3]
+    write_block(kept.home, "of-a-run-that-was-killed", 3, {"x_m": np.zeros(3)})
+    again.clear(lambda item: False)
+    assert sorted(path.name for path in kept.home.iterdir()) == [f"{stem}-1.states", f"{stem}.cases", f"{stem}.states"]
+    block = kept.home / f"{stem}-1.states"
+    block.write_bytes((kept.home / f"{stem}.states").read_bytes())
+    assert not Parts(tmp_path).place("states", keys).known.any()
+    assert Parts(tmp_path).place("metric", keys).known.all()
+    block.unlink()
+    assert not Parts(tmp_path).place("states", keys).known.any()
 
 
 def test_a_damaged_or_exchanged_part_is_no_part(tmp_path):

@@ -10,11 +10,12 @@ import tomli_w
 from prb3r.errors import SpecError
 from prb3r.study.cases import Family
 from prb3r.study.loads import steps_frame
+from prb3r.study.measure import measured_columns
 from prb3r.study.metrics.response import Loop, last_loop
 from prb3r.study.plan import plan_study
 from prb3r.study.resolve import resolve
 from prb3r.study.spec import load_study
-from prb3r.study.work import measured_columns, solve_cases
+from prb3r.study.work import solve_cases
 
 ROOT = Path(__file__).parents[2]
 STUDY = {

@@ -9,10 +9,11 @@ import pytest
 from prb3r.present.study.comparison import advice_on
 from prb3r.present.study.publish import publish
 from prb3r.study.axes import count_cases
+from prb3r.study.chunk import Chunk
 from prb3r.study.designs import read_designs
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, Workers, solve_study
-from prb3r.study.work import Chunk, solve_chunk
+from prb3r.study.work import solve_chunk
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

@@ -39,7 +39,8 @@ class Solved:
     """Of `c s` steps."""
     initial: bool = False
     cloud: bool = False
-    """Whether the steps of a case are independent loads."""
+    """Whether the steps of a case are independent loads; then of the places that of the tip disk is last, and loads
+    and other fields of the states may be left out."""
     count: int = 1
     """`c`."""
     targets: tuple[Target, ...] = ()
@@ -48,7 +49,7 @@ class Solved:
     @property
     def steps(self) -> int:
         """Load steps of a case."""
-        return self.loads.steps // self.count
+        return len(self.states.outcome) // self.count
 
     @property
     def begins(self) -> np.ndarray:

@@ -8,11 +8,10 @@ from pydantic import Field
 
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.files.numbers import Positive
-from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved
-from prb3r.study.workspace import area, cloud_loads, outline
+from prb3r.study.workspace import area, outline, tips_reached
 
 
 class Workspace(Metric):
@@ -23,7 +22,7 @@ class Workspace(Metric):
 
     kind: Literal["workspace"]
     of_clouds: ClassVar[bool] = True
-    cell: Positive = 0.01
+    cell: Annotated[float, Field(ge=0.0005)] = 0.01
     """Side of a cell, of the straight length."""
     count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
     tension_n: dict[str, Positive] | None = None
@@ -46,15 +45,14 @@ class Workspace(Metric):
             yield "needs tension_n, as there is no cloud of loads"
 
     def values(self, case: Solved) -> Sequence[float]:
-        states = case.states
+        x, y, good = case.states.x[:, -1], case.states.y[:, -1], case.states.outcome == Outcome.CONVERGED
         if self.tension_n is not None:
             limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
-            cloud = cloud_loads(case.manipulator, case.chain, limits, self.count)
-            states = equilibria_of(case.chain, cloud, from_rest=True, detail=False)
-        x, y, side = states.x[:, -1], states.y[:, -1], self.cell * case.chain.length
-        half, whole = len(x) // 2, area(x, y, side)
+            x, y, good = tips_reached(case.manipulator, case.chain, limits, self.count)
+        half, side = len(x) // 2, self.cell * case.chain.length
+        whole = area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
-        return whole, share, *outline(x, y), float(np.mean(states.outcome != Outcome.CONVERGED))
+        return whole, share, *outline(x, y), float(np.mean(~good))
 
 
 class Follow(Metric):

@@ -1,0 +1,175 @@
+"""Clouds of loads: solved block by block, in as many workers as there are, so that none holds more than a block.
+
+What all blocks are gathered into is a few numbers for each load, from which the metrics of the case are had; the
+states that are kept go to disk block by block.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.manipulator import Manipulator
+from prb3r.runs.states import Columns
+from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, state_columns
+from prb3r.study.loading import Cloud
+from prb3r.study.measure import kept_states, measured_columns
+from prb3r.study.metrics.base import Solved
+from prb3r.study.metrics.drive import drive_tension
+from prb3r.study.workspace import block_size, cloud_loads
+
+GATHERED = {
+    "outcome": np.int8,
+    "iterations": np.int64,
+    "residual": float,
+    "lowest_eigenvalue": float,
+    "x": float,
+    "y": float,
+}
+"""What is kept in memory of the equilibrium under each load: these fields, the place as that of the tip disk."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some loads of a cloud, and what to measure."""
+
+    chunk: Chunk
+    """Of a single case."""
+    number: int
+    """Of the block, from 0 on."""
+    start: int
+    stop: int
+
+    @property
+    def loads(self) -> int:
+        """Number of its loads."""
+        return self.stop - self.start
+
+    @property
+    def case(self) -> int:
+        """Number of the case."""
+        return int(self.chunk.numbers[0])
+
+    def single(self) -> list["Block"]:
+        """Itself: the loads of a block stay together."""
+        return [self]
+
+
+@dataclass(frozen=True)
+class SolvedBlock:
+    """What is known of the loads of a block."""
+
+    loads: Columns
+    """As `GATHERED` says."""
+    states: Columns
+    """Those that are kept."""
+
+    @property
+    def failed(self) -> int:
+        """Number of loads without a stable equilibrium."""
+        return int((self.loads["outcome"] != Outcome.CONVERGED).sum())
+
+
+def blocks(chunk: Chunk) -> list[Block]:
+    """The blocks of the cloud of a single case; the same whoever computes them."""
+    settings = chunk.families[0].settings
+    count, size = settings["cloud"]["count"], block_size(sum(s["plates"] for s in settings["manipulator"]["segment"]))
+    return [Block(chunk, k, start, min(start + size, count)) for k, start in enumerate(range(0, count, size))]
+
+
+def solve_block(block: Block) -> SolvedBlock:
+    """Equilibria of the loads of a block, each from rest."""
+    (family,), chunk = block.chunk.families, block.chunk
+    manipulator = family.manipulator()
+    chain, cloud = manipulator.chain(family.settings["broken"]), Cloud.model_validate(family.settings["cloud"])
+    loads = cloud_loads(manipulator, chain, _limits(cloud, manipulator, chain), block.loads, block.start)
+    states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True, detail=False)
+    known = {name: getattr(states, name) for name in GATHERED} | {"x": states.x[:, -1], "y": states.y[:, -1]}
+    kept = state_columns(chunk.cables)
+    if chunk.states == "path" or (chunk.states == "final" and block.stop == cloud.count):
+        solved = Solved(manipulator, chain, loads, states, cloud=True)
+        kept = kept_states(family.numbers, solved, chunk, block.start)
+    return SolvedBlock({name: np.ascontiguousarray(values) for name, values in known.items()}, kept)
+
+
+class Gathering:
+    """The blocks of a cloud as they come in.
+
+    Parameters
+    ----------
+    block : any of them.
+    """
+
+    def __init__(self, block: Block) -> None:
+        (self.family,), self.chunk = block.chunk.families, block.chunk
+        self.count = self.family.loads
+        self.known = {name: np.empty(self.count, kind) for name, kind in GATHERED.items()}
+        self.rows = [0] * len(blocks(self.chunk))
+        """Kept states of each block."""
+        self.missing = len(self.rows)
+        self.lost: tuple[str, str] | None = None
+        """Outcome and reason of the case where a block could not be computed."""
+
+    def add(self, block: Block, solved: SolvedBlock) -> None:
+        """Take in what came of a block."""
+        for name, values in solved.loads.items():
+            self.known[name][block.start : block.stop] = values
+        self.rows[block.number] = len(solved.states["case_id"])
+        self.missing -= 1
+
+    def lose(self, outcome: str, reason: str) -> None:
+        """Do without a block, and so without the case."""
+        self.lost, self.missing = self.lost or (outcome, reason), self.missing - 1
+
+    def columns(self) -> Columns:
+        """Outcome and metrics of the case, of which no block is missing."""
+        numbers, metrics = self.family.numbers, self.chunk.metrics
+        if self.lost:
+            return blank_columns(numbers, metrics, *self.lost)
+        manipulator = self.family.manipulator()
+        chain = manipulator.chain(self.family.settings["broken"])
+        nothing = {field.name: np.zeros((0, 0, 0)) for field in fields(Equilibria)}
+        places = {name: self.known[name][:, None] for name in ("x", "y")}
+        states = Equilibria(**nothing | self.known | places | {"closed": None})
+        none = Loads(*(np.zeros((0, 0)) for _ in Loads._fields))
+        return measured_columns(numbers, Solved(manipulator, chain, none, states, cloud=True), metrics)
+
+
+def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:
+    """Columns of a single case with a cloud, and of its states that are kept."""
+    todo = blocks(chunk)
+    gathering, states = Gathering(todo[0]), []
+    try:
+        for block in todo:
+            solved = solve_block(block)
+            gathering.add(block, solved)
+            states.append(solved.states)
+    except FAILURES as error:
+        reason = f"{type(error).__name__}: {error}"
+        return blank_columns(chunk.numbers, chunk.metrics, CASE_FAILED, reason), state_columns(chunk.cables)
+    return gathering.columns(), _stacked(states)
+
+
+def _stacked(tables: Sequence[Columns]) -> Columns:
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+
+
+def _limits(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> dict[str, float]:
+    """Largest tension of each cable that is driven and not broken, N."""
+    names = [name for name in cloud.tension_n if chain.reach[manipulator.cable_names.index(name)]]
+    if cloud.limit == "bend":
+        return {name: bend_limit(manipulator, name, cloud) for name in names}
+    return {name: cloud.tension_n[name] for name in names}
+
+
+def bend_limit(manipulator: Manipulator, cable: str, cloud: Cloud) -> float:
+    """Tension at which `cable` alone, nothing broken, bends the outermost segment it drives by the cloud's bend, N."""
+    most = 20 * cloud.tension_n[cable]
+    segment = next(other.ends_at_segment for other in manipulator.cable if other.name == cable)
+    tension = drive_tension(manipulator, manipulator.chain(), cable, segment, cloud.bend_rad or np.pi, most)
+    if not np.isfinite(tension):
+        raise ValueError(f"up to {most:g} N cable {cable!r} does not bend its segment by {cloud.bend_rad:g} rad")
+    return tension

@@ -1,0 +1,109 @@
+"""What is told of solved cases: their outcome, their metrics, and the states that are kept."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.model.laws.self_consistent import NOT_CLOSED
+from prb3r.model.solve import disk_tension
+from prb3r.runs.states import Columns
+from prb3r.study.chunk import FAILURES, Chunk, blank_columns, reason_column
+from prb3r.study.metrics.base import Metric, Solved
+
+
+def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
+    """Outcome and metrics of solved cases, and why a metric could not be had."""
+    columns = blank_columns(numbers, metrics, "", "") | outcome_columns(solved)
+    lost = [Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label]
+    good = ~np.isin(columns["outcome"].astype(str), lost)
+    for metric in metrics if good.any() else ():
+        names = [quantity.name for quantity in metric.quantities()]
+        for rows, cases in _asked(metric, solved, good):
+            try:
+                for name, values in zip(names, metric.values(cases), strict=True):
+                    columns[name][rows] = values
+            except FAILURES as error:
+                columns[reason_column(metric)][rows] = f"metric {metric.kind}: {error}"
+    return columns
+
+
+def _asked(metric: Metric, solved: Solved, good: np.ndarray) -> Iterator[tuple[np.ndarray, Solved]]:
+    """The cases that a metric is asked about, all at once or one after the other, with their rows."""
+    if metric.together or solved.count == 1:
+        yield np.flatnonzero(good), solved.part(good)
+        return
+    for row in np.flatnonzero(good):
+        yield np.array([row]), solved.part(np.arange(solved.count) == row)
+
+
+def outcome_columns(solved: Solved) -> Columns:
+    """How the solution of each case went: outcome, reason, and numbers over all its steps."""
+    states = solved.states
+    code = solved.by_case(states.outcome)
+    failed, unstable = np.isin(code, [o for o in Outcome if not o.solved]), code == Outcome.UNSTABLE
+    labels = np.array([outcome.label for outcome in Outcome], object)
+    outcome = labels[code[:, -1]]
+    if solved.cloud:
+        outcome = np.where(failed.all(1), Outcome.NO_EQUILIBRIUM.label, Outcome.CONVERGED.label).astype(object)
+    reason = np.full(solved.count, "", object)
+    for case in np.flatnonzero((failed | unstable).any(1)).tolist():
+        reason[case] = _reason(solved, case, failed[case], unstable[case])
+    return {
+        "outcome": outcome,
+        "reason": reason,
+        "iterations": solved.by_case(states.iterations).sum(1).astype(np.int64),
+        "residual_n_m": _highest(solved.by_case(states.residual)),
+        "lowest_eigenvalue_n_m_per_rad": -_highest(-solved.by_case(_eigenvalues(states))),
+    }
+
+
+def _eigenvalues(states: Equilibria) -> np.ndarray:
+    lowest = states.lowest_eigenvalue
+    return np.full(len(states.x), np.nan) if lowest is None else np.where(np.isinf(lowest), np.nan, lowest)
+
+
+def _highest(values: np.ndarray) -> np.ndarray:
+    """(c,) largest number of each row, NaN where there is none."""
+    highest = np.where(np.isnan(values), -np.inf, values).max(1)
+    return np.where(np.isneginf(highest), np.nan, highest)
+
+
+def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray) -> str:
+    states, end = solved.states, int(solved.ends[case])
+    if not solved.cloud and states.outcome[end] != Outcome.CONVERGED:
+        return states.reason(end) if states.closed is None or states.closed[end] else NOT_CLOSED
+    counts = [
+        f"{mask.sum()} {word}" for mask, word in ((failed, "without equilibrium"), (unstable, "unstable")) if mask.any()
+    ]
+    return f"of {len(failed)} loads {' and '.join(counts)}"
+
+
+def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int = 0) -> Columns:
+    """The states of cases that the spec keeps; step 0 is the initial configuration.
+
+    Parameters
+    ----------
+    before : steps of the cases that are told elsewhere.
+    """
+    states, names = solved.states, solved.manipulator.cable_names
+    steps = np.arange(solved.steps) if chunk.states == "path" else np.array([solved.steps - 1])
+    disks = np.arange(states.x.shape[1])
+    if chunk.state_disks is not None:
+        disks = disks[np.isin(disks, chunk.state_disks)]
+    tension = disk_tension(solved.chain, solved.loads, states)
+    shape = solved.count, len(steps), len(disks)
+
+    def kept(values: np.ndarray) -> np.ndarray:
+        """Of every step and disk (c s, n + 1): those of the table, one after the other."""
+        return solved.by_case(values)[:, steps[:, None], disks].ravel()
+
+    return {
+        "case_id": np.repeat(numbers, len(steps) * len(disks)),
+        "step": np.broadcast_to(before + steps[:, None] + (0 if solved.initial else 1), shape).ravel(),
+        "disk": np.broadcast_to(disks, shape).ravel(),
+        "x_m": kept(states.x),
+        "y_m": kept(states.y),
+        "angle_rad": kept(states.angle),
+        **{f"cable_{name}_n": kept(tension[:, :, names.index(name)]) for name in chunk.cables},
+    }
