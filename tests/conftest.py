@@ -1,6 +1,8 @@
 """Its presence puts this folder on the import path: `prototype.py` builds the chains that many tests share."""
 
+import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 PLACES = {
     "mechanics/": 0,
@@ -26,3 +28,11 @@ def pytest_collection_modifyitems(items):
         return next(rank for start, rank in PLACES.items() if path.startswith(start))
 
     items.sort(key=place)
+
+
+def pytest_configure(config):
+    """A folder for what the workers compute once for all of them, which they are told of by the environment."""
+    if not hasattr(config, "workerinput"):
+        shared = TemporaryDirectory(prefix="prb3r-tests-")
+        os.environ["PRB3R_TESTS_SHARED"] = shared.name
+        config.add_cleanup(shared.cleanup)

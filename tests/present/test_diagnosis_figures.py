@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import Case, diagnosed, investigated, rival_of
+from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -26,7 +26,6 @@ from prb3r.present.diagnosis.report import FIGURES, content, publish_diagnosis
 
 CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
 ANGLES = Case(read=("angle_rad",))
-UNKNOWN = Case(without=frozenset({"weakened_plate", "segment_stiffness", "precurvature"}))
 
 
 @pytest.fixture(autouse=True)
@@ -121,7 +120,7 @@ def test_profiles_meet_the_line_at_the_interval():
     factor = found.effects[0].parameters["factor"]
     assert np.interp(factor.low, x, y) == pytest.approx(INTERVAL_RISE, abs=0.3)
     assert np.interp(factor.value, x, y) == pytest.approx(0, abs=0.05)
-    assert profiles(diagnosed(UNKNOWN)) is None
+    assert profiles(diagnosed(UNEXPLAINED)) is None
     assert profiles(diagnosed(CLEAN)) is None
 
 
@@ -132,7 +131,7 @@ def test_without_held_out_sequences_there_is_no_figure_of_them():
     assert say.confirmation(replace(found, heldout=None)).startswith("Not confirmed on held-out data")
 
 
-@pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNKNOWN])
+@pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNEXPLAINED])
 def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path):
     found = diagnosed(case)
     (tmp_path / "profiles.png").write_bytes(b"of an earlier diagnosis")
@@ -157,7 +156,7 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert any("too low" in text for text in told["hidden"])
     assert told["alternatives"] == []
     assert content(diagnosed(CLEAN))["verdict"].startswith("Adequate")
-    unknown = content(diagnosed(UNKNOWN))
+    unknown = content(diagnosed(UNEXPLAINED))
     assert unknown["verdict"].startswith("Unexplained")
     assert all("Neither is to be trusted" in text for text in unknown["hidden"])
     other = content(disputed())
@@ -205,7 +204,7 @@ def test_a_diagnosis_shows_itself_in_a_line_or_three():
     assert told[2].startswith("held-out gain ")
     assert len(told) == 3
     assert len(repr(reported(CLEAN)).splitlines()) == 1
-    assert len(repr(reported(UNKNOWN)).splitlines()) == 3
+    assert len(repr(reported(UNEXPLAINED)).splitlines()) == 3
 
 
 def test_a_notebook_shows_verdict_statements_and_numbers():

@@ -226,8 +226,8 @@ def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
     monkeypatch.setattr(run, "flavours", lambda cases, classes: [Flavour.PLAIN, Flavour.POOR])
     monkeypatch.setattr(run, "METHODS", {run.MAIN: run.METHODS[run.MAIN]})
     said = []
-    proof = run.run_proof(6, SEED, 2, said.append, classes=BENCH_CLASSES)
-    assert [case.label.case for case in proof.main] == list(range(6))
+    proof = run.run_proof(4, SEED, 1, said.append, classes=BENCH_CLASSES)
+    assert [case.label.case for case in proof.main] == list(range(4))
     assert any(proof.digest in text for text in said)
     assert said.index(f"labels sealed, SHA-256 {proof.digest}") < said.index("verdicts")
     assert max(proof.bias) < 1
