@@ -96,7 +96,7 @@ def test_check_says_what_files_are_and_all_that_is_wrong(steps, tmp_path):
     done = prb3r("check", PROTOTYPE, ROOT / "studies/workspace.toml", steps)
     assert done.returncode == 0, done.stderr
     assert "2 segments, 14 plates, 4 cables, 0.476 m long" in done.stdout
-    assert "study of 8 cases" in done.stdout
+    assert "study of 12 cases" in done.stdout
     one, two = tmp_path / "one.toml", tmp_path / "two.toml"
     one.write_text("name = \n")
     two.write_text('name = "x"\nyoungs_modulus_pa = nan\n')
