@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
-from scipy.stats import qmc
 
 from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.target import ARRIVED
@@ -73,6 +72,8 @@ def natural_limits(chain: Chain) -> np.ndarray:
 
 def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
     """Tensions that lead near the target, nearest first, each with another set of cables."""
+    from scipy.stats import qmc  # slow to import
+
     chain = pull.chain._replace(presliding=0.0, closure=())
     share = qmc.Sobol(len(most), rng=START_SEED).random_base2(START_BITS)
     tension = np.concatenate([np.zeros((1, len(most))), np.maximum(2 * share - 1, 0) * most])

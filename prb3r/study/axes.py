@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from prb3r.study.factors import Factor, Sampling
 from prb3r.study.spec import Study
@@ -137,6 +136,8 @@ def _values(factor: Factor) -> list[Any]:
 
 
 def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
+    from scipy.stats import qmc  # slow to import
+
     rng = np.random.default_rng(seed)
     if sampling.method == "latin-hypercube":
         return qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)

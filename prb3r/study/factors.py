@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.stats import lognorm, norm, truncnorm
 
 from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import ModelName, Strict
@@ -90,6 +89,8 @@ class Normal(Distribution):
         return self
 
     def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
+        from scipy.stats import norm, truncnorm  # slow to import
+
         mean = neutral if self.mean is None else self.mean
         if self.low is None and self.high is None:
             return norm.ppf(share, mean, self.sd)
@@ -106,6 +107,8 @@ class Lognormal(Distribution):
     """Standard deviation of the natural logarithm: 0.1 is about 10 %."""
 
     def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
+        from scipy.stats import lognorm  # slow to import
+
         return lognorm.ppf(share, self.sd, scale=self.median or neutral)
 
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest, sobol_indices
 
 from prb3r.quantities import Quantity
 from prb3r.runs.store import arrow_table, write_arrow
@@ -136,6 +135,8 @@ def _values(part: pd.DataFrame, column: str) -> np.ndarray:
 
 def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """Which rigs of each design keep each requirement, asked of every rig by itself over its circumstances."""
+    from scipy.stats import binomtest  # slow to import
+
     rig = drawn["case_id"].to_numpy() % sample_count(study)
     frame = drawn.assign(design=design_names(drawn, study.design_factors), rig=rig)
     for name, part in frame.groupby("design", sort=False) if study.requirement else ():
@@ -189,6 +190,8 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 
 def _sobol(blocks: np.ndarray) -> np.ndarray:
     """(2, factors) first-order and total indices."""
+    from scipy.stats import sobol_indices  # slow to import
+
     evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
     indices = sobol_indices(func=evaluated, n=blocks.shape[1])
     return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull
-from scipy.stats import qmc
 
 from prb3r.mechanics.chain import Chain, Loads, loads
 from prb3r.mechanics.equilibrium import Outcome
@@ -32,6 +31,8 @@ def cloud_loads(
     names = sorted(limits)
     tension = np.zeros((count, len(manipulator.cable)))
     if names:
+        from scipy.stats import qmc  # slow to import
+
         sequence = qmc.Sobol(len(names), rng=CLOUD_SEED)
         if start:
             share = sequence.fast_forward(start).random(count)
