@@ -1,5 +1,6 @@
 """One page over all results in a folder: studies, comparisons, diagnoses and proofs, each with its answer."""
 
+import contextlib
 import io
 import json
 import os
@@ -61,13 +62,17 @@ def write_index(folder: Path) -> tuple[Path, int]:
         what = "holds no study, comparison, diagnosis or proof; `prb3r run STUDY.toml` writes one into results/"
         raise SpecError(Problem(str(folder), what))
     ensure_writable(folder)
-    counts = [f"{len(entries)} {heading.lower()}" for heading, entries in rooms if entries]
+    counts = [
+        f"{len(entries)} {_ONE.get(heading, heading) if len(entries) == 1 else heading}"
+        for heading, entries in rooms
+        if entries
+    ]
     page = (
         templates()
         .get_template("index.html.j2")
         .render(
             title=f"Results in {folder.resolve().name}",
-            count=f"{', '.join(counts)}.",
+            count=f"{', '.join(counts).lower()}.",
             rooms=[(heading, [_card(entry, folder) for entry in entries]) for heading, entries in rooms if entries],
         )
     )
@@ -123,7 +128,7 @@ def _study(folder: Path) -> Entry | None:
         f"{total:,} cases, {f'{failed:,} of them without a stable equilibrium' if failed else 'all in equilibrium'}."
     )
     names = ["decision", *(plot["name"] for plot in study.get("plot", [])), "rigs"]
-    answer = _description(folder / "report.html") or plain
+    answer = _head(folder / "report.html").answer or plain
     date = _day(manifest.get("written", ""))
     page = _first(folder, "report.html", "summary.md", "cases.parquet")
     return Entry(study["title"], study.get("question", ""), answer, date, folder, page, _figure(folder, names))
@@ -135,7 +140,7 @@ def _diagnosis(folder: Path) -> Entry | None:
         return None
     statements = [effect["statement"] for effect in known.get("effects", []) if "statement" in effect]
     named = known.get("name") or folder.name
-    answer = _description(folder / "report.html") or f"{known['verdict'].capitalize()}. {' '.join(statements)}"
+    answer = _head(folder / "report.html").answer or f"{known['verdict'].capitalize()}. {' '.join(statements)}"
     page = _first(folder, "report.html", "diagnosis.json")
     figure = _figure(folder, ["shapes", "missing-moment"])
     date = _written(folder / "diagnosis.json")
@@ -149,7 +154,15 @@ def _comparison(folder: Path) -> Entry | None:
     )
     answer = next((line for line in text.splitlines() if line.strip()), "").replace("**", "")
     figure = _figure(folder, ["comparison", "comparison-front"])
-    return Entry(f"Comparison {folder.name}", "", answer, _written(folder / "comparison.md"), folder, page, figure)
+    return Entry(
+        _head(folder / page).title or f"Comparison in {folder.name}",
+        "",
+        answer,
+        _written(folder / "comparison.md"),
+        folder,
+        page,
+        figure,
+    )
 
 
 def _proof(folder: Path) -> Entry | None:
@@ -174,6 +187,7 @@ KINDS: tuple[tuple[str, str, Callable[[Path], Entry | None]], ...] = (
     ("Proofs", "proof.json", _proof),
 )
 """Of each kind of result its heading, the file by which it is known, and how it is read."""
+_ONE = {"Studies": "study", "Comparisons": "comparison", "Diagnoses": "diagnosis", "Proofs": "proof"}
 
 
 def _json(path: Path) -> dict:
@@ -204,22 +218,27 @@ def _written(path: Path) -> str:
 
 
 class _Head(HTMLParser):
-    """The description that a page gives of itself."""
+    """Title and answer that a page gives of itself; empty where it gives none."""
 
-    said = ""
+    title, answer = "", ""
+    inside = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Keep what the tag of the description holds."""
         named = dict(attrs)
+        self.inside = tag == "title"
         if tag == "meta" and named.get("name") == "description":
-            self.said = named.get("content") or ""
+            self.answer = (named.get("content") or "").strip()
+
+    def handle_data(self, data: str) -> None:
+        """Keep the words of the title."""
+        if self.inside:
+            self.title += data.strip()
 
 
-def _description(page: Path) -> str:
-    """The answer of a page in its own words; empty where there is none."""
+def _head(page: Path) -> _Head:
+    """What a page says of itself, before its style begins."""
     head = _Head()
-    try:
+    with contextlib.suppress(OSError):
         head.feed(page.read_text("utf-8", errors="replace").partition("<style>")[0])
-    except OSError:
-        return ""
-    return head.said.strip()
+    return head

@@ -62,7 +62,7 @@ def spots_of(figure: Figure) -> dict[str, Any] | None:
             panel = np.full(inside.sum(), len(scales))
             points.append(np.column_stack([place[inside, 0], 1 - place[inside, 1], panel, spots.keys[inside]]))
         if found:
-            scale = [corner[0], 1 - corner[1], one[0] - corner[0], corner[1] - one[1]]
+            scale = [corner[0], 1 - corner[1], one[0] - corner[0], one[1] - corner[1]]
             scales.append([round(float(part), 7) for part in scale] if found[0].to_scale else None)
     rows = np.concatenate(points) if points else np.zeros((0, 5))
     if not len(rows):

@@ -118,17 +118,18 @@ def _paths(states: pd.DataFrame) -> list[tuple[int, list[int]]]:
 def _stored(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, tuple[list[int], str]]]:
     """The wanted states that a table of all disks holds, where there is an equilibrium."""
     last = states.groupby("case_id")["step"].max()
-    asked = {(case, last.get(case, LAST) if step == LAST else step): f"{case}:{step}" for case, step in wanted}
+    asked: dict[tuple[int, int], list[int]] = {}
+    for case, step in wanted:
+        asked.setdefault((case, last.get(case, LAST) if step == LAST else step), []).append(step)
     keys = list(zip(states["case_id"], states["step"], strict=True))
     some = states[[key in asked for key in keys]]
     cables = [name for name in states if name.startswith("cable_")]
-    for key, state in some.sort_values("disk").groupby(["case_id", "step"]):
+    for (case, step), state in some.sort_values("disk").groupby(["case_id", "step"]):
         places = state[COORDINATES].to_numpy(float)
         if np.isfinite(places).all():
             named = {name.removeprefix("cable_").removesuffix("_n"): float(state[name].iloc[0]) for name in cables}
-            told = _packed(places), _tensions(named)
-            yield asked[key], told
-            yield f"{key[0]}:{key[1]}", told
+            for name in asked[case, step]:
+                yield f"{case}:{name}", (_packed(places), _tensions(named))
 
 
 def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tuple[list[int], str]]:
