@@ -25,10 +25,10 @@ def visit(pages: dict[str, Path], folder: Path, act: str = "") -> tuple[dict, li
 
     Returns
     -------
-    By `name width` what stands wrongly in the page (`wrong`) and what `act` returned (`found`); messages of the console.
+    By `name width` what stands wrongly in the page (`wrong`) and what `act` returned (`found`); the console's messages.
     """
     texts = json.dumps({name: path.read_text() for name, path in pages.items()}).replace("</", "<\\/")
-    script = f"const PAGES = {texts}, WIDTHS = [{NARROW}, {WIDE}];\nconst act = (page, view, doc) => {{ {act} }};\n"
+    script = f"const PAGES = {texts}, WIDTHS = [{NARROW}, {WIDE}];\nconst act = (page, view, doc) => {{\n{act}\n}};\n"
     harness = folder / "harness.html"
     harness.write_text(f'<!doctype html><body><pre id="found"></pre><script>{script}{HARNESS}</script></body>')
     words = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--virtual-time-budget=20000"]

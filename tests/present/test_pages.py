@@ -1,4 +1,4 @@
-"""Pages of studies and comparisons in a browser: tables sort and filter, figures tell cases, nothing lies on another."""
+"""Pages of studies and comparisons in a browser: tables sort and filter, figures tell cases, nothing overlaps."""
 
 import json
 from pathlib import Path
@@ -72,48 +72,7 @@ cell = 0.02
 name = "region"
 kind = "workspace"
 """
-ACTS = """
-  const told = stage => stage.parentElement.querySelector(".told").textContent;
-  const found = {stages: doc.querySelectorAll(".stage").length};
-  const all = [...doc.querySelectorAll("table.sortable")], table = all.at(-1);
-  if (page === "designs") {
-    const button = table.tHead.querySelectorAll("button")[2];
-    const head = button.parentElement, bar = table.parentElement.previousElementSibling;
-    found.name = button.textContent;
-    found.before = column(table, 2);
-    button.click();
-    found.up = [head.getAttribute("aria-sort"), column(table, 2)];
-    button.click();
-    found.down = [head.getAttribute("aria-sort"), column(table, 2)];
-    const input = bar.querySelector("input");
-    type(view, input, "friction<0.2");
-    found.less = [column(table, 1), bar.querySelector("span").textContent];
-    type(view, input, "nothing-like-it");
-    found.none = column(table, 1);
-    type(view, input, "");
-    found.again = column(table, 1).length;
-  }
-  found.figures = [...doc.querySelectorAll(".stage")].map(stage => {
-    const image = stage.querySelector("img"), figure = data.figures[image.dataset.spots];
-    const [x, y, panel, id, step] = figure.points[Math.floor(figure.points.length / 2)];
-    const hint = told(stage);
-    pointAt(view, stage, x, y);
-    const shape = stage.querySelector(".shape").getAttribute("d") || "", inset = stage.parentElement.querySelector(".told svg path");
-    const pointed = told(stage), drawn = shape || (inset && inset.getAttribute("d")) || "";
-    press(view, stage, "Home");
-    const first = told(stage);
-    press(view, stage, "ArrowRight");
-    return {name: image.dataset.spots, hint, id, words: data.cases[id], pointed, drawn, first, second: told(stage), scale: figure.scales[panel], x, y, all: figure.all, told: figure.points.length};
-  });
-  const player = doc.querySelector("#player .player");
-  if (player) {
-    const slider = player.querySelector("input"), path = player.querySelectorAll("path")[1];
-    const start = path.getAttribute("d");
-    type(view, slider, slider.max);
-    found.played = [slider.max, start !== path.getAttribute("d"), player.querySelector(".told").textContent];
-  }
-  return found;
-""".replace("data.", 'JSON.parse(doc.getElementById("pointed").textContent).')
+ACTS = (Path(__file__).parent / "acts.js").read_text()
 
 
 @pytest.fixture(scope="module")
