@@ -9,6 +9,15 @@ from prb3r.present.page import Table
 
 RARE = 0.003
 """Chance below which a check is set in bold: what `Settings.naming_rate` asks of checks."""
+ASKED = {
+    "chi-square": "all readings together are met as closely as their noise allows",
+    "scale of the noise": "the readings scatter as much as was stated",
+    "largest score": "no further effect, wherever it sits, helps more than one would by chance",
+    "neighbours along disks": "what is left at neighbouring disks is not alike",
+    "neighbours along steps": "what is left at neighbouring steps is not alike",
+    "sequence": "what no fit has seen is predicted as closely as the noise allows",
+}
+"""What each check asks, by its name or by how that begins."""
 MOST_SHOWN = 6
 """Tolerances that are listed, those farthest from the drawing first."""
 
@@ -64,8 +73,34 @@ def check_table(diagnosis: Diagnosis) -> Table:
     rows = []
     for check in diagnosis.checks:
         chance = "below 0.0001" if check.p < 1e-4 else say.rounded(check.p)
-        rows.append([check.name, f"**{chance}**" if check.p < RARE else chance])
-    return Table(["Check", "Chance"], rows)
+        asked = next((text for name, text in ASKED.items() if check.name.startswith(name)), "")
+        rows.append([check.name, asked, f"**{chance}**" if check.p < RARE else chance])
+    return Table(["Check", "Whether", "Chance"], rows, (0, 1))
+
+
+def rare_checks(diagnosis: Diagnosis) -> str:
+    """Which checks speak against the best model, in a sentence."""
+    rare = [check.name for check in diagnosis.checks if check.p < RARE]
+    if not rare:
+        return f"No chance is below {RARE:g}: none of these checks speaks against the best model."
+    speaks = "speaks" if len(rare) == 1 else "speak"
+    return f"Chances below {RARE:g} are in bold: {', '.join(rare)} {speaks} against the best model."
+
+
+def standing_sets(diagnosis: Diagnosis) -> str:
+    """What the sets of effects that stand have in common with what is named."""
+    named = {effect.kind for effect in diagnosis.effects}
+    if not named or diagnosis.alternatives:
+        return ""
+    lacking = [model for model in diagnosis.models if not named <= {name.split(" (")[0] for name in model.effects}]
+    if lacking:
+        chance = say.percent(sum(model.probability for model in lacking))
+        return f"Sets that lack something of what is named have {chance} together, too little to count."
+    if len(diagnosis.models) > 1:
+        return (
+            "What is named is in all of them; the others add an effect that these recordings neither show nor exclude."
+        )
+    return "No other set of effects stands."
 
 
 def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
@@ -78,4 +113,5 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     else:
         yield "To other designs of the same material and cables E and μ carry over, no effect does."
     for reason in dict.fromkeys(left):
-        yield f"Stays with this rig: {say.spaced(reason)}."
+        kind, _, why = reason.partition(": ")
+        yield f"Stays with this rig: {say.spaced(kind)}, which {why}." if why else f"Stays with this rig: {reason}."

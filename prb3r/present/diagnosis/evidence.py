@@ -82,7 +82,7 @@ def ranking(diagnosis: Diagnosis) -> Figure:
     for row, bar in enumerate(rows.itertuples()):
         axes.barh(row, bar.z, height=0.72, lw=0.6, **looks[bar.role])
         winner = f"or {spaced(bar.winner)}" if bar.winner else ""
-        note = "; ".join(filter(None, [_short_place(bar.place), winner]))
+        note = "; ".join(filter(None, [short_place(bar.place), winner]))
         at = (bar.z, row)
         axes.annotate(note, at, (3, 0), textcoords="offset points", va="center", fontsize=6.5, color=style.QUIET)
     axes.axvline(threshold, color=style.INK, ls=(0, (4, 2)), lw=0.8)
@@ -95,7 +95,7 @@ def ranking(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def _short_place(place: str) -> str:
+def short_place(place: str) -> str:
     """`cables 1` as `cable 1`; several at once stay plural."""
     place = place.replace("cables ", "cable ").replace("law ", "")
     return place if "+" in place else place.replace("plates ", "plate ")

@@ -15,7 +15,7 @@ from prb3r.diagnosis.result.projection import proposed
 from prb3r.present import style
 from prb3r.present.diagnosis import belief
 from prb3r.present.diagnosis import sentences as say
-from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
+from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking, short_place
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits
 from prb3r.present.page import Table, picture, save_figure, templates
@@ -99,6 +99,8 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "noise": belief.noise_sentence(diagnosis),
         "tolerances": belief.tolerance_table(diagnosis),
         "checks": belief.check_table(diagnosis),
+        "rare": belief.rare_checks(diagnosis),
+        "standing": belief.standing_sets(diagnosis),
         "other_designs": list(belief.carry_over(diagnosis)),
         "nothing_else": say.nothing_else(diagnosis),
         "nothing_to_measure": say.nothing_to_measure(diagnosis),
@@ -174,7 +176,8 @@ def _clues(diagnosis: Diagnosis) -> Table | None:
         values = factor(clue.stiffness, clue.stiffness_sd), factor(clue.friction, clue.friction_sd)
         part = re.sub(r"^disks (\d+) to \1$", r"disk \1", clue.part)
         rows.append([clue.by, part, *values, f"{far:.1f} sd"])
-    return Table(["By", "Part", "E, factor", "μ, factor", "Farthest from 1"], rows, (0, 1)) if rows else None
+    head = ["By", "Part", "E, factor", "μ, factor", "Farthest from 1"]
+    return Table(head, rows, (0, 1), sortable=True) if rows else None
 
 
 def _detectable(diagnosis: Diagnosis) -> Table | None:
@@ -184,8 +187,9 @@ def _detectable(diagnosis: Diagnosis) -> Table | None:
             size = f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'])}"
         else:
             size = "would have shown" if row["shown"] else "would not have shown at any likely size"
-        rows.append([say.spaced(row["effect"]), row["place"] or "–", size])
-    return Table(["Effect", "Seen best at", "Smallest change that would have shown"], rows, (0, 1, 2)) if rows else None
+        rows.append([say.spaced(row["effect"]), short_place(row["place"]) or "–", size])
+    head = ["Effect", "Seen best at", "Smallest change that would have shown"]
+    return Table(head, rows, (0, 1, 2), sortable=True) if rows else None
 
 
 def _outliers(diagnosis: Diagnosis) -> Table | None:
@@ -199,7 +203,7 @@ def _outliers(diagnosis: Diagnosis) -> Table | None:
     if len(outliers) > MOST_OUTLIERS:
         texts.append(["and more", f"{len(outliers) - MOST_OUTLIERS}", *[""] * 5])
     head = ["Sequence", "Step", "Disk", "Reading", "Measured", "Predicted", ""]
-    return Table(head, texts, (0, 3, 6)) if texts else None
+    return Table(head, texts, (0, 3, 6), sortable=len(outliers) <= MOST_OUTLIERS) if texts else None
 
 
 def _steps(steps: pd.DataFrame) -> Table:
