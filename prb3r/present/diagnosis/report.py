@@ -114,6 +114,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "outliers": _outliers(diagnosis),
         "remarks": diagnosis.remarks,
         "made": list(_made(diagnosis)),
+        "mended": bool(diagnosis.setup),
     }
 
 

@@ -16,7 +16,8 @@ CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
 def verdict_sentences(diagnosis: Diagnosis) -> str:
     """The verdict in a sentence or two."""
     if diagnosis.setup:
-        return " ".join(setup_sentences(diagnosis))
+        first, *others = setup_sentences(diagnosis)
+        return " ".join([f"Set-up: {first[0].lower()}{first[1:]}", *others])
     count = len(diagnosis.effects)
     account, effects = ("accounts", "one effect") if count == 1 else ("account", f"{count} effects together")
     if diagnosis.verdict == "adequate":

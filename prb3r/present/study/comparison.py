@@ -82,7 +82,10 @@ def decision_table(decision: Decision) -> Table:
 
 def listed_designs(decision: Decision) -> Table:
     """The table of a page: few designs side by side, of more a row each."""
-    return all_designs(decision) if len(decision.designs) > MOST_BESIDE else decision_table(decision)
+    if len(decision.designs) <= MOST_BESIDE:
+        return decision_table(decision)
+    table = all_designs(decision)
+    return replace(table, head=["Design", *table.head[1:]])
 
 
 def all_designs(decision: Decision) -> Table:

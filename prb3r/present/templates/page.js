@@ -17,7 +17,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
   heads.forEach((head, column) => {
     const words = !head.classList.contains("n"), name = head.textContent;
     head.textContent = "";
-    add(head, "button", {type: "button", title: "Sort by this column"}, name || "·").addEventListener("click", () => {
+    add(head, "button", {type: "button", title: "Sort by this column"}, name || "Row").addEventListener("click", () => {
       const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
       heads.forEach(other => other.removeAttribute("aria-sort"));
       head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");

@@ -1,0 +1,115 @@
+"""What the page of a diagnosis says of models, noise, tolerances, checks and other designs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from prb3r import load_manipulator
+from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.result.diagnosis import NoiseFound, SurvivingModel, ToleranceFound
+from prb3r.model.effects.friction import PulleyFriction
+from prb3r.model.effects.plates import WeakenedPlate
+from prb3r.present.diagnosis import belief
+
+NOMINAL = load_manipulator("studies/manipulators/two-segment.toml")
+PLATE, PULLEY = "weakened_plate (plate 4)", "pulley_friction"
+WEAK, WORN = SimpleNamespace(kind="weakened_plate"), SimpleNamespace(kind="pulley_friction")
+
+
+def told(**known):
+    """A diagnosis of which no more is known than a sentence needs."""
+    empty = {"nominal": NOMINAL, "alternatives": (), "effects": (), "models": (), "tolerances": (), "checks": ()}
+    return SimpleNamespace(**(empty | known))
+
+
+def model(probability, *effects, score=-0.5):
+    return SurvivingModel(probability, effects, 1.01, score)
+
+
+def test_sets_that_stand_are_listed_with_their_probabilities_most_probable_first():
+    rows = belief.surviving_models(told(models=(model(0.9, PLATE), model(0.1, PLATE, PULLEY, score=None)))).rows
+    assert rows[0] == ["weakened plate (plate 4)", "90 %", "1.01", "−0.5"]
+    assert rows[1] == ["weakened plate (plate 4), pulley friction", "10 %", "1.01", "–"]
+    assert belief.surviving_models(told(models=(model(1.0),))) is None
+    assert belief.surviving_models(told(models=(model(0.6), model(0.4, PULLEY)))).rows[0][0] == "none"
+
+
+@pytest.mark.parametrize(
+    ("models", "said"),
+    [
+        ((model(0.9, PLATE), model(0.1, PLATE, PULLEY)), "What is named is in all of them; the others add"),
+        ((model(1.0, PLATE),), "No other set of effects stands."),
+        ((model(0.97, PLATE), model(0.03, PULLEY)), "Sets that lack something of what is named have 3 % together"),
+    ],
+)
+def test_what_the_sets_have_in_common_is_said_and_agrees_with_their_table(models, said):
+    assert belief.standing_sets(told(models=models, effects=(WEAK,))).startswith(said)
+
+
+def test_where_others_could_stand_in_its_place_nothing_is_said_to_be_in_all_sets():
+    known = told(
+        models=(model(0.6, PLATE), model(0.4, PULLEY)), effects=(WEAK,), alternatives=(("pulley_friction",), ())
+    )
+    assert belief.standing_sets(known) == ""
+    assert list(belief.other_sets(known)) == [
+        "Instead of what is named: pulley friction.",
+        "Instead of what is named: nothing but constants.",
+    ]
+    assert belief.standing_sets(told(models=(model(1.0),))) == ""
+
+
+@pytest.mark.parametrize(
+    ("common", "reach", "said"),
+    [
+        (0.0, np.inf, ""),
+        (0.2, np.inf, " Of its variance the whole photograph has 20 % in common."),
+        (0.2, 3.2, " Of its variance disks less than about 3 apart have 20 % in common."),
+    ],
+)
+def test_noise_is_told_with_its_interval_and_what_disks_share(common, reach, said):
+    text = belief.noise_sentence(told(noise=NoiseFound(1.1, 1.0, 1.2, common, reach)))
+    assert text == (
+        f"The readings scatter 1.1 times as much as was stated (1 to 1.2); all judgements rest on that scatter.{said}"
+    )
+
+
+def test_tolerances_stand_farthest_first_and_those_beyond_three_deviations_are_bold():
+    sds = [0.5, 4.0, 1.0, 0.2, 0.1, 0.3, 2.0]
+    found = [ToleranceFound(f"cable.{k}.offset_m", k_sd * 1e-4, 0.0, 6e-4, 1e-4) for k, k_sd in enumerate(sds)]
+    rows = belief.tolerance_table(told(tolerances=found)).rows
+    assert [row[0] for row in rows] == [f"cable.{k}.offset_m" for k in (1, 6, 2, 0, 5, 3)]
+    assert [row[4] for row in rows] == ["**beyond tolerance**", *["within tolerance"] * 5]
+    assert rows[0][1:4] == ["0.4 mm", "0 mm to 0.6 mm", "0.1 mm"]
+    assert belief.tolerance_table(told()) is None
+
+
+def test_rare_checks_are_bold_and_named_and_every_check_says_what_it_asks():
+    names = [
+        "chi-square", "scale of the noise", "largest score", "neighbours along disks", "neighbours along steps",
+        "sequence out, set aside",
+    ]  # fmt: skip
+    chances = [1e-7, 0.5, 0.002, 0.4, 0.3, 0.9]
+    known = told(checks=[ModelCheck(name, p) for name, p in zip(names, chances, strict=True)])
+    rows = belief.check_table(known).rows
+    assert [row[2] for row in rows] == ["**below 0.0001**", "0.5", "**0.002**", "0.4", "0.3", "0.9"]
+    assert all(row[1] for row in rows)
+    assert len({row[1] for row in rows}) == len(rows)
+    assert belief.rare_checks(known).endswith("chi-square, largest score speak against the best model.")
+    assert belief.rare_checks(told(checks=known.checks[1:2])).endswith(
+        "none of these checks speaks against the best model."
+    )
+
+
+def test_what_is_of_the_material_carries_over_and_faults_stay():
+    worn, everywhere = (
+        WeakenedPlate(kind="weakened_plate", plate=4, factor=0.7),
+        PulleyFriction(kind="pulley_friction", efficiency=0.9),
+    )
+    assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[worn, everywhere])))) == [
+        "Carries over to other designs of the same material and cables: E, μ, pulley friction.",
+        "Stays with this rig: weakened plate, which is a fault of one part of this rig.",
+    ]
+    assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[])))) == [
+        "To other designs of the same material and cables E and μ carry over, no effect does."
+    ]
