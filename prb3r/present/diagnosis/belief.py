@@ -106,7 +106,7 @@ def standing_sets(diagnosis: Diagnosis) -> str:
 def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     """What of the named effects tells of other designs and what stays with this rig."""
     if diagnosis.verdict == "unexplained":
-        yield "Nothing is sure to carry over while a mismatch remains: E, μ and the effects stand in for what is missing."
+        yield "Nothing is sure to carry over while a mismatch remains: E, μ and effects may stand in for it."
         return
     known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]
     carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal)

@@ -15,11 +15,11 @@ from prb3r.present.study.comparison import designs_told
 from prb3r.present.study.shapes import straight
 from prb3r.present.study.source import Source
 from prb3r.study.cases import Case
+from prb3r.study.cloud import bend_limit
 from prb3r.study.decide import Decision
 from prb3r.study.designs import design_names
 from prb3r.study.loading import Cloud
 from prb3r.study.run import Result
-from prb3r.study.work import bend_limit
 from prb3r.study.workspace import cloud_loads
 
 MOST_FRAMES = 3000
