@@ -19,7 +19,7 @@ from prb3r.present.page import data_address, templates
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.provenance import read_manifest
 
-PAGE = "index.html"
+INDEX_PAGE = "index.html"
 THUMBNAIL = 4
 """So many pixels of a figure to either side are one of its thumbnail."""
 SHORT = 280
@@ -56,7 +56,9 @@ def write_index(folder: Path) -> tuple[Path, int]:
     """
     if not folder.is_dir():
         raise SpecError(Problem(str(folder), "no such folder"))
-    rooms = [(heading, sorted(_found(folder, mark, read), key=lambda e: e.sort_key)) for heading, mark, read in KINDS]
+    rooms = [
+        (heading, sorted(_found(folder, mark, read), key=lambda e: e.sort_key)) for heading, mark, read in RESULT_KINDS
+    ]
     total = sum(len(entries) for _, entries in rooms)
     if not total:
         what = "holds no study, comparison, diagnosis or proof; `prb3r run STUDY.toml` writes one into results/"
@@ -76,7 +78,7 @@ def write_index(folder: Path) -> tuple[Path, int]:
             rooms=[(heading, [_card(entry, folder) for entry in entries]) for heading, entries in rooms if entries],
         )
     )
-    return write_whole(folder / PAGE, page.encode()), total
+    return write_whole(folder / INDEX_PAGE, page.encode()), total
 
 
 def _found(folder: Path, mark: str, read: Callable[[Path], Entry | None]) -> Iterator[Entry]:
@@ -183,7 +185,7 @@ def _proof(folder: Path) -> Entry | None:
     return Entry("Concealed effects", asked, answer, date, folder, page, _figure(folder, ["confusion"]))
 
 
-KINDS: tuple[tuple[str, str, Callable[[Path], Entry | None]], ...] = (
+RESULT_KINDS: tuple[tuple[str, str, Callable[[Path], Entry | None]], ...] = (
     ("Studies", "manifest.json", _study),
     ("Comparisons", "comparison.md", _comparison),
     ("Diagnoses", "diagnosis.json", _diagnosis),

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 MOST_SPOTS = 1200
 """So many places of a figure can be pointed at; of more, evenly spaced ones."""
-EDGE = 1e-3
+BEYOND_PANEL = 1e-3
 """Share of a figure by which a place at the edge of its panel may lie beyond it."""
 LAST = -1
 """In place of a step: the last one of its case."""
@@ -58,7 +58,7 @@ def spots_of(figure: Figure) -> dict[str, Any] | None:
         for spots in found:
             place = shares.transform(spots.at) if len(spots.at) else spots.at
             low, high = axes.get_position().get_points()
-            inside = ((place >= low - EDGE) & (place <= high + EDGE)).all(1)
+            inside = ((place >= low - BEYOND_PANEL) & (place <= high + BEYOND_PANEL)).all(1)
             panel = np.full(inside.sum(), len(scales))
             points.append(np.column_stack([place[inside, 0], 1 - place[inside, 1], panel, spots.keys[inside]]))
         if found:

@@ -19,7 +19,15 @@ WEAK, WORN = SimpleNamespace(kind="weakened_plate"), SimpleNamespace(kind="pulle
 
 def told(**known):
     """A diagnosis of which no more is known than a sentence needs."""
-    empty = {"nominal": NOMINAL, "alternatives": (), "effects": (), "models": (), "tolerances": (), "checks": ()}
+    empty = {
+        "verdict": "explained",
+        "nominal": NOMINAL,
+        "alternatives": (),
+        "effects": (),
+        "models": (),
+        "tolerances": (),
+        "checks": (),
+    }
     return SimpleNamespace(**(empty | known))
 
 
@@ -112,4 +120,12 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
     ]
     assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[])))) == [
         "To other designs of the same material and cables E and μ carry over, no effect does."
+    ]
+
+
+def test_while_a_mismatch_remains_nothing_stands_or_carries_over():
+    known = told(verdict="unexplained", models=(model(1.0, PULLEY),), effects=(WORN,))
+    assert belief.surviving_models(known) is None
+    assert [text.split(":")[0] for text in belief.carry_over(known)] == [
+        "Nothing is sure to carry over while a mismatch remains"
     ]

@@ -64,7 +64,7 @@ state_disks = [14]
 broken = ["2"]
 [cloud]
 count = 2048
-tension_n = {{ 1 = 60.0, 2 = 60.0, 4 = 60.0 }}
+tension_n = {{ 1 = 60.0, 2 = 60.0, 3 = 60.0 }}
 [[metric]]
 kind = "workspace"
 cell = 0.02

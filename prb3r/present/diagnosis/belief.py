@@ -23,8 +23,8 @@ MOST_SHOWN = 6
 
 
 def surviving_models(diagnosis: Diagnosis) -> Table | None:
-    """Sets of effects that the recording leaves standing; None where there is nothing but the nominal physics."""
-    if not any(model.effects for model in diagnosis.models):
+    """Sets of effects that the recording leaves standing; None without effects, or where no set explains it."""
+    if diagnosis.verdict == "unexplained" or not any(model.effects for model in diagnosis.models):
         return None
     rows = []
     for model in diagnosis.models:
@@ -105,6 +105,9 @@ def standing_sets(diagnosis: Diagnosis) -> str:
 
 def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     """What of the named effects tells of other designs and what stays with this rig."""
+    if diagnosis.verdict == "unexplained":
+        yield "Nothing is sure to carry over while a mismatch remains: E, μ and effects may stand in for it."
+        return
     known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]
     carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal)
     if carried:

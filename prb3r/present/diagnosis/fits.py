@@ -33,6 +33,7 @@ HELD = {"fc": "#f3ead2", "ec": "none"}
 def residual_sizes(diagnosis: Diagnosis) -> Figure:
     """Whitened residuals of the fitted readings before and after, against the normal law, by disk and by step."""
     rows, models = diagnosis.tables["residuals"], diagnosis.shown
+    rows = rows[~rows["weighed_down"]]
     entries = legend_entries(
         models,
         Line2D([], [], color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)), label="a right model"),

@@ -40,7 +40,7 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     "residuals": (
         residual_sizes,
         "Residuals in units of the noise, made independent of each other (values beyond 6 are in the outermost bars); "
-        "a right model has a root mean square of 1 everywhere.",
+        "a right model has a root mean square of 1 everywhere. Readings weighed down as gross outliers are left out.",
     ),
     "held-out": (held_out_errors, "The sequences that were set aside before anything was fitted."),
 }
@@ -119,19 +119,19 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
 
 
 def _parameters(diagnosis: Diagnosis) -> Table | None:
-    rows = []
+    """What is named, in numbers; without probabilities where no set of effects explains the recording."""
+    partial, rows = diagnosis.verdict == "unexplained", []
     for effect in diagnosis.effects:
         gain = "–" if effect.heldout_gain is None else say.percent(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:
             texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
             interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"
             title = say.parameter_title(key) if key else "–"
-            presence = say.percent(effect.probability) + (", certain" if effect.certain else "")
-            rows.append(
-                [say.spaced(effect.name), title, texts[0], interval, presence, say.rounded(effect.delta_bic), gain]
-            )
-    head = ["Effect", "Parameter", "Value", "95 % interval", "Probability", "Change of BIC", "Held-out gain"]
-    return Table(head, rows, (0, 1)) if rows else None
+            presence = [] if partial else [say.percent(effect.probability) + (", certain" if effect.certain else "")]
+            about = [say.spaced(effect.name), title, texts[0], interval, *presence]
+            rows.append([*about, say.rounded(effect.delta_bic), gain])
+    head = ["Effect", "Parameter", "Value", "95 % interval", *([] if partial else ["Probability"])]
+    return Table([*head, "Change of BIC", "Held-out gain"], rows, (0, 1)) if rows else None
 
 
 def _errors(diagnosis: Diagnosis) -> Table:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.inverse.target import COORDINATES
 from prb3r.mechanics.chain import Loads, loads
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.present import style
@@ -24,9 +25,8 @@ from prb3r.study.workspace import cloud_loads
 
 MOST_FRAMES = 3000
 """So many states of load paths go into a page; of more cases, the first ones."""
-SAME = 1e-6
+SAME_TIP_M = 1e-6
 """A manipulator computed again is drawn if its tip is where the table has it, m."""
-COORDINATES = ["x_m", "y_m", "angle_rad"]
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _stored(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator
     some = states[[key in asked for key in keys]]
     cables = [name for name in states if name.startswith("cable_")]
     for (case, step), state in some.sort_values("disk").groupby(["case_id", "step"]):
-        places = state[COORDINATES].to_numpy(float)
+        places = state[list(COORDINATES)].to_numpy(float)
         if np.isfinite(places).all():
             named = {name.removeprefix("cable_").removesuffix("_n"): float(state[name].iloc[0]) for name in cables}
             for name in asked[case, step]:
@@ -148,7 +148,7 @@ def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tu
     states = {}
     for row, step in enumerate(steps):
         places = np.stack([found.x[row], found.y[row], found.angle[row]], -1)
-        if np.isfinite(places).all() and np.abs(places[-1, :2] - tips[row]).max() < SAME:
+        if np.isfinite(places).all() and np.abs(places[-1, :2] - tips[row]).max() < SAME_TIP_M:
             pulls = dict(zip(manipulator.cable_names, tension[row].tolist(), strict=True))
             states[f"{case.number}:{step}"] = _packed(places), _tensions(pulls)
     return states

@@ -14,7 +14,7 @@ from prb3r.study.spec import Study
 
 ROUNDING = 1e-9
 """Values smaller than this share of the largest one in their column are shown as zero."""
-MOST_TOLD = 6
+MOST_VALUES = 6
 """So many metrics of a case are told where a reader points at it."""
 
 
@@ -78,7 +78,9 @@ class Source:
         """A case in two lines: what was varied, and its first metrics, or why it has none."""
         varied = ", ".join(self.named(name, row[name]) for name in self.factors)
         names = [name for name in (*self.measured, *self.compared) if name in row and pd.notna(row[name])]
-        values = [f"{self.quantity(name).title} {self.cell(name, row[name], unit=True)}" for name in names[:MOST_TOLD]]
+        values = [
+            f"{self.quantity(name).title} {self.cell(name, row[name], unit=True)}" for name in names[:MOST_VALUES]
+        ]
         missing = [] if row["outcome"] == "converged" else [f"{row['outcome']}: {row['reason'] or 'no reason told'}"]
         lines = [f"Case {row['case_id']}{': ' if varied else ''}{varied}.", "; ".join(missing + values)]
         return "\n".join(f"{line}" for line in lines if line)
