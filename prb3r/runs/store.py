@@ -4,11 +4,12 @@ import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from prb3r.errors import Problem, SpecError
@@ -114,6 +115,22 @@ def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
             yield writer
         with open(temporary, "rb") as file:
             os.fsync(file.fileno())
+
+
+def read_first(path: Path, columns: Sequence[str], by: str, most: int) -> pa.Table:
+    """Some columns of the rows of a table in which the column `by` is at most `most`.
+
+    No more than these and one row group are in memory.
+    """
+    groups = []
+    with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        place = file.schema_arrow.get_field_index(by)
+        for number in range(file.num_row_groups):
+            known = file.metadata.row_group(number).column(place).statistics
+            if known is None or not known.has_min_max or known.min <= most:
+                group = file.read_row_group(number, columns=list({**dict.fromkeys(columns), by: None}))
+                groups.append(group.filter(pc.field(by) <= most).select(columns))
+        return pa.concat_tables(groups) if groups else file.schema_arrow.empty_table().select(columns)
 
 
 def read_arrow(path: Path) -> pa.Table:

@@ -73,6 +73,11 @@ def _named(study: Study) -> Iterator[tuple[str, str | None]]:
         yield from ((place, name) for name in (criterion.metric, *criterion.where))
 
 
+def named_columns(study: Study) -> set[str]:
+    """Every column that plots, fits, comparisons and wishes of a study name."""
+    return {name for _, name in _named(study) if name is not None}
+
+
 def _twice(study: Study) -> Iterator[tuple[str, str]]:
     """Columns of cases that would have one name, with their place in the spec."""
     metrics = [quantity.name for metric in study.metric for quantity in metric.quantities()]

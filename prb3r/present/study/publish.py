@@ -15,6 +15,7 @@ from prb3r.present.study.rigs import RIGS_CAPTIONS, rigs_pictures, rigs_section
 from prb3r.present.study.search import SEARCH_CAPTION, search_picture, search_section
 from prb3r.present.study.sheet import Scene
 from prb3r.present.study.source import Source
+from prb3r.present.study.thinning import loads_to_draw, states_to_draw
 from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
 
@@ -27,7 +28,7 @@ def publish(result: Result) -> list[Path]:
     SpecError
         For plots that cannot be drawn from the tables, after everything else has been written.
     """
-    plan, states = result.plan, result.states()
+    plan, states = result.plan, states_to_draw(result)
     sampled = frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None)
     fits = tuple(result.manifest["fits"])
     scene = Scene(
@@ -36,6 +37,7 @@ def publish(result: Result) -> list[Path]:
         fits,
         sampled,
         lambda n: plan.cases[n].settings["reach"],
+        loads_to_draw(result),
     )
     files, figures, problems = [], [], []
     spots: dict[str, Any] = {}

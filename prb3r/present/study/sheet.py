@@ -36,6 +36,8 @@ class Scene:
     """Factors that are drawn by a sampling, which have no order along which cases could be joined."""
     reach: Callable[[int], Mapping[str, Any]] = lambda case: {}
     """From `case_id`: disk and targets of the path that it follows."""
+    loads: int | None = None
+    """Of clouds, so many first loads alone are among the states."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,8 @@ def workspace_figure(sheet: Sheet) -> Figure:
     for _, row in sheet.rows.iterrows():
         count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
         if good < count or not count:
-            what = f"{count - good:,} of {count:,} loads without equilibrium" if count else str(row["outcome"])
+            shown = f"{'the first ' if sheet.scene.loads == count else ''}{count:,} loads"
+            what = f"{count - good:,} of {shown} without equilibrium" if count else str(row["outcome"])
             failed.append(not_drawn(sheet, row, what))
     titles, parts = sheet.panels()
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
@@ -57,7 +58,8 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     """
     low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
     coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
-    taken = len(np.unique(np.floor((points - low) / coarse), axis=0))
+    column, row = np.floor((points - low) / coarse).astype(int).T
+    taken = np.count_nonzero(np.bincount(column * (row.max() + 1) + row))
     side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 200, size / 8)
     counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
     edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]

@@ -1,0 +1,152 @@
+"""Clouds of loads: what is computed block by block, by however many workers, is what is computed at once."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.present.study import thinning
+from prb3r.present.study.publish import publish
+from prb3r.runs.parts import Parts
+from prb3r.runs.tasks import Workers
+from prb3r.study import run as running
+from prb3r.study import workspace
+from prb3r.study.plan import plan_study
+from prb3r.study.run import Options, forecast, solve_study
+from prb3r.study.work import tasks_of
+from prb3r.study.workspace import cloud_loads
+
+ROOT = Path(__file__).parents[2]
+SPEC = f"""
+name = "cloud"
+title = "A cloud"
+manipulator = "{ROOT}/studies/manipulators/two-segment.toml"
+states = "path"
+state_disks = [14]
+[cloud]
+count = 40_000
+tension_n = {{ 1 = 100.0, 3 = 60.0 }}
+[[metric]]
+kind = "workspace"
+[[plot]]
+name = "reach"
+kind = "workspace"
+"""
+
+
+@pytest.fixture
+def spec(tmp_path):
+    def write(text=SPEC) -> Path:
+        path = tmp_path / "cloud.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+class Heard:
+    """A listener that remembers."""
+
+    def __init__(self):
+        self.begun, self.steps = [], []
+
+    def begin(self, name, cases, done, what="cases"):
+        self.begun.append((cases, done, what))
+
+    def advance(self, cases, failed):
+        self.steps.append((cases, failed))
+
+    def end(self): ...
+
+
+def test_the_loads_of_a_block_are_those_of_the_whole_cloud(spec):
+    manipulator = plan_study(spec()).cases[0].manipulator()
+    chain, limits = manipulator.chain(), {"1": 100.0, "2": 5.0, "4": 60.0}
+    whole = cloud_loads(manipulator, chain, limits, 3000)
+    for start, count in ((0, 7), (7, 1), (1024, 1976)):
+        block = cloud_loads(manipulator, chain, limits, count, start)
+        for some, every in zip(block, whole, strict=True):
+            assert np.array_equal(some, every[start : start + count])
+
+
+def test_blocks_give_what_the_equilibria_of_the_whole_cloud_are(spec, tmp_path):
+    heard = Heard()
+    result = solve_study(spec(), Options(tmp_path / "out", Workers(jobs=2)), heard)
+    assert heard.begun == [(40_000, 0, "loads")]
+    assert sorted(heard.steps) == [(40_000 - 2 * 16_384, 0), (16_384, 0), (16_384, 0)]
+    assert len(list((result.folder / ".parts").iterdir())) == 4  # the case and three blocks of states
+    states = result.states()
+    assert states["step"].tolist() == list(range(1, 40_001))
+    manipulator = result.plan.cases[0].manipulator()
+    chain = manipulator.chain()
+    rows = np.array([0, 16_383, 16_384, 39_999])
+    loads = cloud_loads(manipulator, chain, {"1": 100.0, "3": 60.0}, 40_000)
+    alone = solve_chain(chain, type(loads)(*(field[rows] for field in loads)), from_rest=True)
+    assert np.array_equal(states["x_m"].to_numpy()[rows], alone.x[:, -1])
+    assert np.array_equal(states["cable_3_n"].to_numpy()[rows], loads.tension[rows, 2])
+    assert result.cases["workspace_area_m2"].item() > 0.001
+    again = solve_study(spec(), Options(tmp_path / "out"), heard)
+    assert (again.computed, heard.begun[-1]) == (0, (40_000, 40_000, "loads"))
+
+
+def test_however_a_cloud_is_cut_it_is_the_same(spec, tmp_path, monkeypatch):
+    text = SPEC.replace("40_000", "2_000")
+    whole = solve_study(spec(text), Options(tmp_path / "whole"))
+    monkeypatch.setattr(workspace, "MOST_DISKS", 15 * 256)
+    plan = plan_study(spec(text))
+    (chunk,) = plan.chunks(plan.missing(Parts(tmp_path)))
+    assert [task.loads for task in tasks_of(chunk)] == [256] * 7 + [208]
+    cut = solve_study(spec(text), Options(tmp_path / "cut"))
+    for kind in ("cases", "states"):
+        one, other = (pq.read_table(result.folder / f"{kind}.parquet") for result in (whole, cut))
+        assert one.equals(other)
+    seconds, known = forecast(plan_study(spec(text), tmp_path / "new"))
+    assert (seconds > 0, known) == (True, 0)
+
+
+def test_a_cloud_of_which_a_block_cannot_be_solved_is_one_failed_case(spec, tmp_path):
+    bend = 'limit = "bend"\nbend_rad = 3.0\n[[metric]]'
+    text = SPEC.replace("[[metric]]", bend, 1).replace("3 = 60.0", "3 = 1e-3")
+    result = solve_study(spec(text), Options(tmp_path / "out"))
+    assert result.cases["outcome"].item() == "failed"
+    assert "does not bend its segment by 3 rad" in result.cases["reason"].item()
+    assert len(result.states()) == 0
+    assert [path.suffix for path in (result.folder / ".parts").iterdir()] == [".cases"]
+
+
+def test_a_final_state_of_a_cloud_is_that_of_its_last_load(spec, tmp_path):
+    text = SPEC.replace('"path"', '"final"').partition("[[plot]]")[0]
+    states = solve_study(spec(text), Options(tmp_path / "out")).states()
+    assert states["step"].tolist() == [40_000]
+
+
+def test_figures_show_the_first_loads_of_large_clouds_and_say_so_where_some_fail(spec, tmp_path, monkeypatch):
+    monkeypatch.setattr(thinning, "MOST_ROWS", 3000)
+    monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("all states were read"))
+    result = solve_study(spec(SPEC.replace("3 = 60.0", "3 = 1e6")), Options(tmp_path / "out"))
+    drawn = thinning.states_to_draw(result)
+    assert (thinning.loads_to_draw(result), drawn["step"].max(), len(drawn)) == (3000, 3000, 3000)
+    assert set(drawn) == {"case_id", "step", "disk", "x_m", "y_m"}
+    publish(result)
+    assert "of the first 3,000 loads without equilibrium" in (result.folder / "reach.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("count = 40_000", "count = 4_194_305", "must be at most 4194304"),
+        (
+            'kind = "workspace"\n[[plot]]',
+            'kind = "workspace"\ncell = 1e-9\n[[plot]]',
+            "must be at least 0.0005",
+        ),
+    ],
+)
+def test_what_would_not_fit_into_memory_is_refused_with_the_limit(spec, before, after, said):
+    from prb3r.errors import SpecError
+
+    assert before in SPEC
+    with pytest.raises(SpecError, match=said):
+        plan_study(spec(SPEC.replace(before, after)))
