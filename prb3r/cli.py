@@ -194,7 +194,7 @@ def _say_what_is_prepared() -> None:
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
-    from prb3r.model.files.table import write_table
+    from prb3r.model.files.table import csv_text, write_table
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import POSITION_COLUMNS
     from prb3r.model.solve import solve as solve_steps
@@ -210,7 +210,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
         write_table(table, output)
         click.echo(f"{len(last)} steps, {failed} without a stable equilibrium, in {output}")
     else:
-        click.echo(table.to_csv(index=False), nl=False)
+        click.echo(csv_text(table), nl=False)
         if failed:
             click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
         if detours:
@@ -235,7 +235,7 @@ def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -
     Exit code 1, and the nearest it comes, where that cannot be.
     """
     from prb3r.inverse.reach import reach
-    from prb3r.model.files.table import write_table
+    from prb3r.model.files.table import csv_text, write_table
     from prb3r.model.manipulator import load_manipulator
 
     wanted = {name: value for name, value in place.items() if value is not None}
@@ -245,7 +245,7 @@ def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -
     if output:
         write_table(answer.steps, output)
     else:
-        click.echo(answer.steps.to_csv(index=False), nl=False)
+        click.echo(csv_text(answer.steps), nl=False)
     for sentence in answer.sentences:
         click.echo(sentence, err=not output)
     ctx.exit(ExitCode.DONE if answer.reached else ExitCode.SOME_FAILED)
@@ -367,7 +367,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
 def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
     """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands."""
     from prb3r.diagnosis.result.design_prediction import predict_design
-    from prb3r.model.files.table import write_table
+    from prb3r.model.files.table import csv_text, write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
     if output and steps is None and Path(output).suffix != ".toml":
@@ -380,7 +380,7 @@ def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
         ensure_writable(Path(output).parent)
         write_whole(Path(output), learnt.to_toml().encode())
     else:
-        text = learnt.to_toml() if learnt.positions is None else learnt.positions.to_csv(index=False)
+        text = learnt.to_toml() if learnt.positions is None else csv_text(learnt.positions)
         click.echo(text, nl=False)
     for remark in (*(f"left behind: {reason}" for reason in learnt.left_behind), *learnt.remarks):
         click.echo(f"prb3r: {remark}", err=True)

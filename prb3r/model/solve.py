@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.effects import observed
@@ -20,6 +20,8 @@ from prb3r.model.steps import LoadTable, load_steps
 
 BLOCK = 16_384
 """Steps that are solved in one call: a block of the wrist of 14 plates takes 30 MB, a longer one is no faster."""
+MOST_COUPLED_PLATES = 1000
+"""Of a chain whose stability is had from a full matrix: 70 MB, some ten seconds a step."""
 POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outcome"]
 """Columns of :func:`solve` that every manipulator has."""
 
@@ -63,6 +65,8 @@ def solve(
             raise SpecError(*(Problem(f"{manipulator.name} as {model}", what) for _, what in wrong))
         manipulator = changed
     table, chain = load_steps(manipulator, steps), manipulator.chain()
+    if problem := stability_problem(chain, table.loads):
+        raise SpecError(Problem(manipulator.name, problem))
     size = 1 if chain.closure else BLOCK  # moments that follow the state are found for all sequences of a call together
     blocks = [_solved(manipulator, chain, block, also) for block in table.blocks(size)]
     columns = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
@@ -83,6 +87,22 @@ def solve(
             **columns,
         },
         copy=False,
+    )
+
+
+def stability_problem(chain: Chain, loads: Loads) -> str:
+    """Why the stability of a chain under these loads is not judged, empty if it is.
+
+    Under dead loads, and where friction follows the cables' travel, all plates are coupled, and eigenvalues are those
+    of a full matrix.
+    """
+    rows = acting(chain, loads)
+    coupled = chain.presliding > 0 or rows.force.any() or rows.tip.any()
+    if chain.tied or not coupled or chain.plates <= MOST_COUPLED_PLATES:
+        return ""
+    return (
+        f"{chain.plates:,} plates under dead loads or with friction that follows the cables' travel: at most "
+        f"{MOST_COUPLED_PLATES:,}, as their stability takes memory with the square of the plates"
     )
 
 

@@ -32,12 +32,13 @@ def write_whole(path: Path, content: bytes) -> Path:
 
 
 @contextlib.contextmanager
-def replaced(path: Path, lasting: bool = True) -> Iterator[Path]:
+def replaced(path: Path, lasting: bool = True, make_folder: bool = True) -> Iterator[Path]:
     """A temporary file beside `path` that takes its place when the context is left without an error.
 
     Parameters
     ----------
     lasting : wait until the disk knows the file by its name.
+    make_folder : make the folder if it is not there; else its absence is an error.
 
     Raises
     ------
@@ -46,7 +47,8 @@ def replaced(path: Path, lasting: bool = True) -> Iterator[Path]:
     """
     temporary = path.with_name(f"{path.name}.{secrets.token_hex(6)}.tmp")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if make_folder:
+            path.parent.mkdir(parents=True, exist_ok=True)
         os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         yield temporary
         os.replace(temporary, path)
@@ -99,6 +101,20 @@ def _lock_file(path: Path) -> Iterator[int]:
         os.close(handle)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder and those it is in.
+
+    Raises
+    ------
+    EngineError
+        If that cannot be.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EngineError(Problem(str(folder), f"cannot be made: {_words(error)}")) from None
+
+
 def clear_left_over(folder: Path) -> None:
     """Remove the temporary files that writers which were killed have left in a folder of one writer."""
     for path in folder.glob("*.tmp"):
@@ -118,6 +134,8 @@ def _sync_folder(folder: Path) -> None:
 def _words(error: OSError) -> str:
     if error.errno == errno.ENOSPC:
         return "the disk is full; what is already written is kept, free some space and run again"
+    if error.errno == errno.ENOENT:
+        return "its folder is not there any more"
     return os.strerror(error.errno).lower() if error.errno else str(error)
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from prb3r.runs.files import clear_left_over, replaced
+from prb3r.runs.files import clear_left_over, make_folder, replaced
 from prb3r.runs.sealed import read_sealed, write_sealed
 from prb3r.runs.states import STATES, Columns, StateFiles, States, write_block
 
@@ -98,6 +98,24 @@ class Parts:
     def __init__(self, folder: Path) -> None:
         self.home = folder / FOLDER
         self.parts = list(_stored(self.home))
+        self.made = False
+
+    def ready(self) -> None:
+        """Make the folder of the parts, once: where it is removed afterwards, the next part cannot be written.
+
+        Raises
+        ------
+        EngineError
+            If that cannot be.
+        """
+        if not self.made:
+            make_folder(self.home)
+            self.made = True
+
+    def add_block(self, stem: str, number: int, columns: Columns) -> None:
+        """Write a block of the states of a part that is not there yet; see :meth:`add`."""
+        self.ready()
+        write_block(self.home, stem, number, columns)
 
     def place(self, item: str, keys: Sequence[bytes]) -> Kept:
         """Where an item of the cases with these keys is kept."""
@@ -116,6 +134,7 @@ class Parts:
         cases : their columns.
         items : item of each of these columns.
         """
+        self.ready()
         count = np.zeros(len(keys), np.int64) if states is None else states.count
         arrays = [pa.array(keys, pa.binary(KEY_BYTES)), pa.array(count), *(pa.array(cases[name]) for name in items)]
         fields = [pa.field(KEY, arrays[0].type), pa.field(COUNT, arrays[1].type)]
@@ -141,6 +160,7 @@ class Parts:
         ----------
         lacking : keys of the cases that lack each item.
         """
+        self.ready()
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _stored(home) if home != self.home else ():
                 if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
@@ -153,7 +173,7 @@ class Parts:
         """Remove all parts."""
         with contextlib.suppress(FileNotFoundError):
             shutil.rmtree(self.home)
-        self.parts = []
+        self.parts, self.made = [], False
 
     def clear(self, outdated: Callable[[str], bool]) -> None:
         """Remove the parts all of whose items are outdated, and what interrupted runs have left."""

@@ -28,14 +28,14 @@ def write_sealed(path: Path, kind: str, table: pa.Table) -> None:
     Raises
     ------
     EngineError
-        If the disk is full or the folder does not take it.
+        If the disk is full or the folder is not there or does not take it.
     """
     table = table.replace_schema_metadata({**(table.schema.metadata or {}), KIND: kind.encode()})
     sink = pa.BufferOutputStream()
     with pa.ipc.new_file(sink, table.schema) as writer:
         writer.write_table(table.combine_chunks())
     content = sink.getvalue()
-    with replaced(path, lasting=False) as temporary, open(temporary, "wb") as file:
+    with replaced(path, lasting=False, make_folder=False) as temporary, open(temporary, "wb") as file:
         file.write(_header(content))
         file.write(content)
 

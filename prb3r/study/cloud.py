@@ -6,6 +6,7 @@ states that are kept go to disk block by block.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -131,7 +132,7 @@ class Gathering:
             return blank_columns(numbers, metrics, *self.lost)
         manipulator = self.family.manipulator()
         chain = manipulator.chain(self.family.settings["broken"])
-        nothing = {field.name: np.zeros((0, 0, 0)) for field in fields(Equilibria)}
+        nothing: dict[str, Any] = {field.name: np.zeros((0, 0, 0)) for field in fields(Equilibria)}
         places = {name: self.known[name][:, None] for name in ("x", "y")}
         states = Equilibria(**nothing | self.known | places | {"closed": None})
         none = Loads(*(np.zeros((0, 0)) for _ in Loads._fields))

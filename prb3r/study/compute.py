@@ -6,7 +6,7 @@ import numpy as np
 
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.parts import Parts, part_name
-from prb3r.runs.states import Columns, States, write_block
+from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column
 from prb3r.study.cloud import Block, Gathering
@@ -36,6 +36,7 @@ def adopt(plan: Plan, parts: Parts) -> None:
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
     """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
+    parts.ready()
     missing = plan.missing(parts)
     waiting = missing.any(1)
     tasks = [task for chunk in plan.chunks(missing) for task in tasks_of(chunk)]
@@ -77,7 +78,7 @@ class _Keeper:
         if piece.fate == "done":
             cloud.add(block, piece.value)
             if self.plan.states_item in block.chunk.items:
-                write_block(self.parts.home, self._part(block), block.number, piece.value.states)
+                self.parts.add_block(self._part(block), block.number, piece.value.states)
         else:
             cloud.lose(_lost_as(piece), piece.reason)
         if not cloud.missing:

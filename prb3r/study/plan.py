@@ -116,7 +116,7 @@ class Plan:
         known = [parts.place(item, self.keys).known for item in self.items]
         return ~np.stack(known, axis=1)
 
-    def loads(self, wanted: np.ndarray | None = None) -> int:
+    def loads(self, wanted: Any = None) -> int:
         """Number of what is to be solved: cases, or the loads of their clouds; of all cases or where a mask holds."""
         every = [np.full(len(family), family.loads // len(family)) for family in self.cases.families]
         rows = np.concatenate([family.numbers for family in self.cases.families])

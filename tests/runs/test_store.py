@@ -13,7 +13,7 @@ from prb3r.quantities import Quantity
 from prb3r.runs.files import ensure_writable
 from prb3r.runs.parts import Parts, gathered, part_name, rows_of_states, state_counts
 from prb3r.runs.sealed import read_sealed, write_sealed
-from prb3r.runs.states import States, write_block
+from prb3r.runs.states import States
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
@@ -127,14 +127,14 @@ def test_states_may_be_written_in_blocks_of_which_one_that_is_damaged_or_missing
     kept = Parts(tmp_path)
     keys, columns, _ = cases(1, 2)
     stem = part_name(keys, ["metric", "metric", "states"])
-    write_block(kept.home, stem, 0, {"x_m": np.arange(4.0)})
-    write_block(kept.home, stem, 1, {"x_m": np.arange(4.0, 9.0)})
+    kept.add_block(stem, 0, {"x_m": np.arange(4.0)})
+    kept.add_block(stem, 1, {"x_m": np.arange(4.0, 9.0)})
     kept.add(keys, columns, ITEMS, States("states", np.array([2, 7]), None, (4, 5)))
     again = Parts(tmp_path)
     assert again.place("states", keys).known.all()
     picked = again.parts[0].states.picked(np.array([8, 0, 4, 3]), ["x_m"])
     assert picked["x_m"].tolist() == [8, 0, 4, 3]
-    write_block(kept.home, "of-a-run-that-was-killed", 3, {"x_m": np.zeros(3)})
+    kept.add_block("of-a-run-that-was-killed", 3, {"x_m": np.zeros(3)})
     again.clear(lambda item: False)
     assert sorted(path.name for path in kept.home.iterdir()) == [f"{stem}-1.states", f"{stem}.cases", f"{stem}.states"]
     block = kept.home / f"{stem}-1.states"

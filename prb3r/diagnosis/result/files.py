@@ -10,6 +10,7 @@ import pandas as pd
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import MENDED, as_json, proposed
 from prb3r.diagnosis.result.tables import QUANTITIES
+from prb3r.model.files.table import csv_text
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.writing import write_again
@@ -40,7 +41,7 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     texts = {"diagnosis.json": record + "\n"}
     for name, manipulator in diagnosis.manipulators.items():
         texts[f"{name}.toml"] = manipulator_toml(manipulator, _provenance(diagnosis, name))
-    texts |= {name: steps.to_csv(index=False) for name, steps in _proposed(diagnosis)}
+    texts |= {name: csv_text(steps) for name, steps in _proposed(diagnosis)}
     for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
         if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
             old.unlink()  # of an earlier diagnosis

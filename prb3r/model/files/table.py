@@ -2,6 +2,7 @@
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -11,6 +12,11 @@ from prb3r.model.files.place import refusal_of_place
 TABLE_SUFFIXES = (".csv", ".parquet")
 EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "None")
 """What an empty cell may hold in a CSV, but for names of sequences."""
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""How text begins that spreadsheets take for a formula."""
+MARKED = r"^'(?='*[=+\-@\t\r])"
+"""The mark before such text, which may itself begin with marks."""
 
 
 def _table_path(path: str | Path) -> Path:
@@ -66,8 +72,32 @@ def _read(path: Path) -> pd.DataFrame:
             keep_default_na=False,
             na_values={name: EMPTY for name in header if name != "sequence"},
         )
+    for name in frame.select_dtypes(["object", "string"]):
+        frame[name] = frame[name].str.replace(MARKED, "", regex=True)
     nothing = [name for name in frame if str(name).startswith("Unnamed: ") and frame[name].isna().all()]
     return frame.drop(columns=nothing)  # commas at the end of every line
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """A table as CSV that no spreadsheet runs: an apostrophe stands before text that would begin a formula.
+
+    Reading the table takes the apostrophe away again; numbers are as they are.
+    """
+    texts = {name: frame[name].astype(object).map(_marked) for name in frame.select_dtypes(["object", "string"])}
+    return frame.assign(**texts).to_csv(index=False)
+
+
+def _marked(cell: Any) -> Any:
+    begins = isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA)
+    return f"'{cell}" if begins and not _is_number(cell) else cell
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:
@@ -83,6 +113,6 @@ def write_table(frame: pd.DataFrame, path: str | Path) -> None:
         if path.suffix == ".parquet":
             frame.to_parquet(path, index=False)
         else:
-            frame.to_csv(path, index=False)
+            path.write_text(csv_text(frame), encoding="utf-8")
     except OSError as error:
         raise SpecError(Problem(str(path), f"cannot be written: {(error.strerror or str(error)).lower()}")) from None
