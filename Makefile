@@ -6,8 +6,9 @@ STUDY ?= *
 JOBS ?=
 CASES ?=
 SEED ?=
+COUNT ?=
 
-.PHONY: study setup test check format docs schemas bench proof clean
+.PHONY: study setup test check format docs schemas bench fuzz proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
@@ -48,6 +49,10 @@ schemas: $(VENV)/.ready
 
 bench: $(VENV)/.ready
 	$(BIN)/prb3r bench
+
+# Mutated files, which must all end with a sentence: about 20 minutes on one core.
+fuzz: $(VENV)/.ready
+	PYTHONPATH=tests $(BIN)/python -m fuzz $(if $(COUNT),$(COUNT),100000)
 
 # The whole benchmark takes about an hour on two cores, `make proof CASES=60` a few minutes.
 proof: $(VENV)/.ready
