@@ -4,7 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -117,13 +117,14 @@ def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
             os.fsync(file.fileno())
 
 
-def read_first(path: Path, columns: Sequence[str], by: str, most: int) -> pa.Table:
-    """Some columns of the rows of a table in which the column `by` is at most `most`.
+def read_first(path: Path, wanted: Collection[str], by: str, most: int) -> pa.Table:
+    """The wanted ones among the columns, of the rows of a table in which the column `by` is at most `most`.
 
     No more than these and one row group are in memory.
     """
     groups = []
     with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        columns = [name for name in file.schema_arrow.names if name in wanted]
         place = file.schema_arrow.get_field_index(by)
         for number in range(file.num_row_groups):
             known = file.metadata.row_group(number).column(place).statistics

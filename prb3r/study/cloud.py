@@ -34,7 +34,7 @@ GATHERED = {
 
 
 @dataclass(frozen=True)
-class Block:
+class CloudBlock:
     """Some loads of a cloud, and what to measure."""
 
     chunk: Chunk
@@ -54,13 +54,13 @@ class Block:
         """Number of the case."""
         return int(self.chunk.numbers[0])
 
-    def single(self) -> list["Block"]:
+    def single(self) -> list["CloudBlock"]:
         """Itself: the loads of a block stay together."""
         return [self]
 
 
 @dataclass(frozen=True)
-class SolvedBlock:
+class SolvedCloudBlock:
     """What is known of the loads of a block."""
 
     loads: Columns
@@ -74,26 +74,26 @@ class SolvedBlock:
         return int((self.loads["outcome"] != Outcome.CONVERGED).sum())
 
 
-def blocks(chunk: Chunk) -> list[Block]:
+def blocks(chunk: Chunk) -> list[CloudBlock]:
     """The blocks of the cloud of a single case; the same whoever computes them."""
     settings = chunk.families[0].settings
     count, size = settings["cloud"]["count"], block_size(sum(s["plates"] for s in settings["manipulator"]["segment"]))
-    return [Block(chunk, k, start, min(start + size, count)) for k, start in enumerate(range(0, count, size))]
+    return [CloudBlock(chunk, k, start, min(start + size, count)) for k, start in enumerate(range(0, count, size))]
 
 
-def solve_block(block: Block) -> SolvedBlock:
+def solve_cloud_block(block: CloudBlock) -> SolvedCloudBlock:
     """Equilibria of the loads of a block, each from rest."""
     (family,), chunk = block.chunk.families, block.chunk
     manipulator = family.manipulator()
     chain, cloud = manipulator.chain(family.settings["broken"]), Cloud.model_validate(family.settings["cloud"])
-    loads = cloud_loads(manipulator, chain, _limits(cloud, manipulator, chain), block.loads, block.start)
+    loads = cloud_loads(manipulator, chain, limits_of(cloud, manipulator, chain), block.loads, block.start)
     states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True, detail=False)
     known = {name: getattr(states, name) for name in GATHERED} | {"x": states.x[:, -1], "y": states.y[:, -1]}
     kept = state_columns(chunk.cables)
     if chunk.states == "path" or (chunk.states == "final" and block.stop == cloud.count):
         solved = Solved(manipulator, chain, loads, states, cloud=True)
         kept = kept_states(family.numbers, solved, chunk, block.start)
-    return SolvedBlock({name: np.ascontiguousarray(values) for name, values in known.items()}, kept)
+    return SolvedCloudBlock({name: np.ascontiguousarray(values) for name, values in known.items()}, kept)
 
 
 class Gathering:
@@ -104,7 +104,7 @@ class Gathering:
     block : any of them.
     """
 
-    def __init__(self, block: Block) -> None:
+    def __init__(self, block: CloudBlock) -> None:
         (self.family,), self.chunk = block.chunk.families, block.chunk
         self.count = self.family.loads
         self.known = {name: np.empty(self.count, kind) for name, kind in GATHERED.items()}
@@ -114,7 +114,7 @@ class Gathering:
         self.lost: tuple[str, str] | None = None
         """Outcome and reason of the case where a block could not be computed."""
 
-    def add(self, block: Block, solved: SolvedBlock) -> None:
+    def add(self, block: CloudBlock, solved: SolvedCloudBlock) -> None:
         """Take in what came of a block."""
         for name, values in solved.loads.items():
             self.known[name][block.start : block.stop] = values
@@ -145,7 +145,7 @@ def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:
     gathering, states = Gathering(todo[0]), []
     try:
         for block in todo:
-            solved = solve_block(block)
+            solved = solve_cloud_block(block)
             gathering.add(block, solved)
             states.append(solved.states)
     except FAILURES as error:
@@ -158,7 +158,7 @@ def _stacked(tables: Sequence[Columns]) -> Columns:
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
-def _limits(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> dict[str, float]:
+def limits_of(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> dict[str, float]:
     """Largest tension of each cable that is driven and not broken, N."""
     names = [name for name in cloud.tension_n if chain.reach[manipulator.cable_names.index(name)]]
     if cloud.limit == "bend":

@@ -9,9 +9,9 @@ from prb3r.runs.parts import Parts, part_name
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column
-from prb3r.study.cloud import Block, Gathering
+from prb3r.study.cloud import CloudBlock, Gathering
 from prb3r.study.plan import Plan, Progress
-from prb3r.study.work import Task, solve_task, tasks_of
+from prb3r.study.work import StudyTask, solve_task, tasks_of
 
 
 def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
@@ -54,13 +54,13 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
 class _Keeper:
     """Takes what comes of tasks to the parts: chunks as they are, clouds when all their blocks are there."""
 
-    def __init__(self, plan: Plan, parts: Parts, tasks: Sequence[Task], progress: Progress) -> None:
+    def __init__(self, plan: Plan, parts: Parts, tasks: Sequence[StudyTask], progress: Progress) -> None:
         self.plan, self.parts, self.tasks, self.progress = plan, parts, tasks, progress
         self.clouds: dict[int, Gathering] = {}
 
     def __call__(self, number: int, pieces: list[Piece]) -> None:
         task = self.tasks[number]
-        failed = self._block(task, pieces[0]) if isinstance(task, Block) else self._chunk(task, pieces)
+        failed = self._block(task, pieces[0]) if isinstance(task, CloudBlock) else self._chunk(task, pieces)
         self.progress.advance(task.loads, failed)
 
     def _chunk(self, chunk: Chunk, pieces: list[Piece]) -> int:
@@ -72,7 +72,7 @@ class _Keeper:
             failed |= cases[reason_column(metric)] != ""
         return int(failed.sum()) * (chunk.loads // len(failed))
 
-    def _block(self, block: Block, piece: Piece) -> int:
+    def _block(self, block: CloudBlock, piece: Piece) -> int:
         """Keep the states of a block and, when it is the last one, the case; the number of loads that failed."""
         cloud = self.clouds.setdefault(block.case, Gathering(block))
         if piece.fate == "done":
@@ -91,7 +91,7 @@ class _Keeper:
             del self.clouds[block.case]
         return piece.value.failed if piece.fate == "done" else block.loads
 
-    def _part(self, block: Block) -> str:
+    def _part(self, block: CloudBlock) -> str:
         items = [*item_columns(self.plan, block.chunk).values(), str(self.plan.states_item)]
         return part_name([self.plan.keys[block.case]], items)
 

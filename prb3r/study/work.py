@@ -15,18 +15,18 @@ from prb3r.model.steps import loads_of
 from prb3r.runs.states import Columns
 from prb3r.study.cases import Family
 from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, state_columns
-from prb3r.study.cloud import Block, SolvedBlock, blocks, cloud_tables, solve_block
+from prb3r.study.cloud import CloudBlock, SolvedCloudBlock, blocks, cloud_tables, solve_cloud_block
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.measure import kept_states, measured_columns
 from prb3r.study.metrics.base import Solved
 from prb3r.study.tree import Tree
 from prb3r.study.workspace import MOST_DISKS
 
-Task = Chunk | Block
+StudyTask = Chunk | CloudBlock
 """What one worker does at a time."""
 
 
-def tasks_of(chunk: Chunk) -> list[Task]:
+def tasks_of(chunk: Chunk) -> list[StudyTask]:
     """The tasks of a chunk: itself, or the blocks of clouds that have several of them, cloud after cloud."""
     if not any(family.settings["cloud"] for family in chunk.families):
         return [chunk]
@@ -34,9 +34,9 @@ def tasks_of(chunk: Chunk) -> list[Task]:
     return [task for tasks in found for task in tasks] if any(len(tasks) > 1 for tasks in found) else [chunk]
 
 
-def solve_task(task: Task) -> tuple[Columns, Columns] | SolvedBlock:
+def solve_task(task: StudyTask) -> tuple[Columns, Columns] | SolvedCloudBlock:
     """What comes of a task: columns of cases and states, or of loads."""
-    return solve_block(task) if isinstance(task, Block) else solve_chunk(task)
+    return solve_cloud_block(task) if isinstance(task, CloudBlock) else solve_chunk(task)
 
 
 def solve_chunk(chunk: Chunk) -> tuple[Columns, Columns]:

@@ -18,7 +18,12 @@ MOST_DISKS = 2**18
 def cloud_loads(
     manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int, start: int = 0
 ) -> Loads:
-    """`count` independent loads: every cable of `limits` idle or pulled up to its largest tension (N).
+    """Loads of a part of a cloud; see :func:`cloud_tension`."""
+    return loads(chain, cloud_tension(manipulator, limits, count, start))
+
+
+def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], count: int, start: int = 0) -> np.ndarray:
+    """(count, cables) independent tensions: every cable of `limits` idle or pulled up to its largest tension (N).
 
     A Sobol sequence gives each cable a share in [-1, 1], negative shares are idle: so every subset of the cables,
     and with it the rim of the workspace, comes up equally often.  The same shares come up for every design.
@@ -37,7 +42,7 @@ def cloud_loads(
             share = sequence.random_base2(int(np.ceil(np.log2(count))))[:count]
         for column, name in enumerate(names):
             tension[:, manipulator.cable_names.index(name)] = np.maximum(2 * share[:, column] - 1, 0) * limits[name]
-    return loads(chain, tension)
+    return tension
 
 
 def block_size(plates: int) -> int:

@@ -164,7 +164,7 @@ def test_solve_and_studies_know_the_law(tmp_path):
     table = solve_steps(rig, pd.DataFrame([{"sequence": "a", "step": 5 * k} | row for k, row in enumerate(steps, 1)]))
     expected = state(rig, (20, 0), (40, 0))
     assert table["y_m"].to_numpy() == pytest.approx(expected.y.ravel(), abs=1e-12)
-    settings = {"manipulator": rig.model_dump(exclude_none=True), "broken": [], "initial": {}, "cloud": {}}
+    settings = {"manipulator": rig.model_dump(exclude_none=True), "broken": [], "initial": {}, "cloud": {}, "reach": {}}
 
     def solved_case():
         family = Family(np.zeros(1, int), settings | {"step": steps})

@@ -48,7 +48,7 @@ def loop(manipulator, turns, count, share=0.05, **friction):
     """A case and its row, of a manipulator with friction along a sweep of cable 1."""
     data = copy.deepcopy(manipulator) | {"friction": {"direction": "history"} | friction}
     sweep = {"column": "cable_1_n", "turns": list(turns), "count": count}
-    loads = {"broken": [], "initial": {}, "step": [], "sweep": sweep, "cloud": {}}
+    loads = {"broken": [], "initial": {}, "step": [], "sweep": sweep, "cloud": {}, "reach": {}}
     solved, row = solved_row({"manipulator": data} | loads, Loop(kind="loop", cable="1", share=share))
     assert row["outcome"] == "converged", row["reason"]
     return solved, row
@@ -117,7 +117,14 @@ def test_the_last_loop_is_the_last_fall_and_rise():
 
 
 def test_a_rise_alone_is_no_loop():
-    settings = {"manipulator": ONE_PLATE, "broken": [], "initial": {}, "step": [{"cable_1_n": 1.0}], "cloud": {}}
+    settings = {
+        "manipulator": ONE_PLATE,
+        "broken": [],
+        "initial": {},
+        "step": [{"cable_1_n": 1.0}],
+        "cloud": {},
+        "reach": {},
+    }
     _, row = solved_row(settings, Loop(kind="loop", cable="1"))
     assert np.isnan(row["tip_loop_area_n_m"])
     assert "does not fall and rise" in row["reason of tip_loop_area_n_m"]

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.inverse.target import COORDINATES
-from prb3r.mechanics.chain import Loads, loads
+from prb3r.mechanics.chain import loads
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.present import style
 from prb3r.present.spots import LAST
@@ -16,12 +16,12 @@ from prb3r.present.study.comparison import designs_told
 from prb3r.present.study.shapes import straight
 from prb3r.present.study.source import Source
 from prb3r.study.cases import Case
-from prb3r.study.cloud import bend_limit
+from prb3r.study.cloud import limits_of
 from prb3r.study.decide import Decision
 from prb3r.study.designs import design_names
 from prb3r.study.loading import Cloud
 from prb3r.study.run import Result
-from prb3r.study.workspace import cloud_loads
+from prb3r.study.workspace import cloud_tension
 
 MOST_FRAMES = 3000
 """So many states of load paths go into a page; of more cases, the first ones."""
@@ -56,19 +56,23 @@ def about_designs(spots: Mapping[str, Any] | None, cases: int) -> dict[str, Any]
 
 
 def pointed(
-    source: Source, result: Result, figures: Mapping[str, Mapping[str, Any]], decision: Decision | None
+    source: Source,
+    result: Result,
+    kept: pd.DataFrame | None,
+    figures: Mapping[str, Mapping[str, Any]],
+    decision: Decision | None,
 ) -> Pointed:
     """What the page of a study tells of the spots in its figures, and of load paths.
 
     Parameters
     ----------
+    kept : the states that the figures are drawn from.
     figures : by name, as `spots_of` and `about_designs` give them.
     decision : between the designs, where the study makes one.
     """
     plan, count = result.plan, len(result.cases)
     asked = {(int(case), int(step)) for figure in figures.values() for *_, case, step in figure["points"]}
     wanted = {(case, step) for case, step in asked if case < count}
-    kept = result.states()
     states: dict[str, tuple[list[int], str]] = {}
     paths: list[tuple[int, list[int]]] = []
     if kept is not None:
@@ -137,12 +141,7 @@ def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tu
     manipulator = case.manipulator()
     chain = manipulator.chain(case.settings["broken"])
     cloud = Cloud.model_validate(case.settings["cloud"])
-    driven = [name for name in cloud.tension_n if chain.reach[manipulator.cable_names.index(name)]]
-    bent = cloud.limit == "bend"
-    limits = {name: bend_limit(manipulator, name, cloud) if bent else cloud.tension_n[name] for name in driven}
-    every: Loads = cloud_loads(manipulator, chain, limits, cloud.count)
-    numbers = np.sort(kept["step"].unique())
-    tension = every.tension[np.searchsorted(numbers, steps)]
+    tension = cloud_tension(manipulator, limits_of(cloud, manipulator, chain), int(steps.max()))[steps - 1]
     found = equilibria_of(chain, loads(chain, tension), from_rest=True)
     tips = kept[kept["disk"] == kept["disk"].max()].set_index("step").loc[steps, ["x_m", "y_m"]].to_numpy(float)
     states = {}

@@ -72,7 +72,7 @@ def publish(result: Result) -> list[Path]:
         sections.append(rigs_section(result))
     source = Source(plan.study, result.cases, plan.quantities, result.manifest)
     shown = {name: found for name, found in spots.items() if found is not None}
-    known = pointed(source, result, shown, counsel.decision if counsel else None) if shown else None
+    known = pointed(source, result, states, shown, counsel.decision if counsel else None) if shown else None
     files += write_report(result.folder, source, figures, Answers(counsel, sections, known))
     if problems:
         raise SpecError(*problems)

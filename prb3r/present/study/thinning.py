@@ -1,7 +1,6 @@
 """Which states figures are drawn from: of clouds of many loads the first of these, which fill the same region."""
 
 import pandas as pd
-import pyarrow.parquet as pq
 
 from prb3r.runs.store import read_first
 from prb3r.study.columns import named_columns
@@ -27,7 +26,5 @@ def states_to_draw(result: Result) -> pd.DataFrame | None:
     most = loads_to_draw(result)
     if most is None:
         return result.states()
-    path = result.folder / "states.parquet"
     wanted = {*ALWAYS, *named_columns(result.plan.study)}
-    columns = [name for name in pq.read_schema(path).names if name in wanted]
-    return read_first(path, columns, "step", most).to_pandas()
+    return read_first(result.folder / "states.parquet", wanted, "step", most).to_pandas()
