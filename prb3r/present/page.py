@@ -117,10 +117,12 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     EngineError
         If the disk is full or the folder does not take them.
     """
-    paths = []
+    paths, layout = [], figure.get_layout_engine()
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
         content = io.BytesIO()
         with matplotlib.rc_context(style.RC):
             figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
+        figure.set_layout_engine("none")  # what stands where in one file, stands there in the other
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
+    figure.set_layout_engine(layout)
     return paths

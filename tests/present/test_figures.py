@@ -7,12 +7,14 @@ import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.contour import QuadContourSet
+from matplotlib.image import imread
 
 from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.present import style
 from prb3r.present.page import save_figure
+from prb3r.present.spots import spots_of
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.shapes import body, straight
 from prb3r.present.study.sheet import Scene
@@ -284,3 +286,18 @@ def test_of_many_shapes_some_are_drawn_and_that_is_said():
     figure = study_figure(plot, cases_of(tip_shift_m=np.zeros(count)), states, SCENE)
     assert sum(len(part.get_paths()) == 15 for part in polygons(figure.axes[0])) == 48
     assert texts(figure) == ["48 of 200 drawn"]
+
+
+def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
+    """The pixels at the spots of manipulators have the colours of their marks, whatever moved them as it was saved."""
+    tensions = np.zeros((4, 4))
+    tensions[:, 0] = [20, 40, 60, 80]
+    states = pd.concat([states_of(tensions[k : k + 1], k) for k in range(4)])
+    figure = study_figure(Plot(name="s", kind="shapes", by="design"), cases_of(design=list("abcd")), states, SCENE)
+    save_figure(figure, tmp_path, "s")
+    spots, pixels = spots_of(figure), imread(tmp_path / "s.png")
+    assert [case for *_, case, _ in spots["points"]] == [0, 1, 2, 3]
+    height, width = pixels.shape[:2]
+    for (x, y, *_), look in zip(spots["points"], style.looks(list("abcd")).values(), strict=True):
+        around = pixels[int(y * height) - 1 : int(y * height) + 2, int(x * width) - 1 : int(x * width) + 2, :3]
+        assert around.mean((0, 1)) == pytest.approx(matplotlib.colors.to_rgb(look.colour), abs=0.05)
