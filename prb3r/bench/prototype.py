@@ -86,7 +86,7 @@ def seconds_in_turns(tasks: Sequence[Timed], rounds: int) -> np.ndarray:
     seconds = np.empty((rounds, len(tasks)))
     for r in range(rounds):
         for t, task in enumerate(tasks):
-            begin = time.perf_counter()
+            begin = time.process_time()
             task.run()
-            seconds[r, t] = (time.perf_counter() - begin) / task.equilibria
+            seconds[r, t] = (time.process_time() - begin) / task.equilibria
     return seconds

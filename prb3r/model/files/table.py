@@ -1,5 +1,6 @@
 """Tables on disk: CSV and Parquet are interchangeable, by suffix."""
 
+import re
 import warnings
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How text begins that spreadsheets take for a formula."""
-MARKED = r"^'(?='*[=+\-@\t\r])"
+MARKED = re.compile(r"'+[=+\-@\t\r]")
 """The mark before such text, which may itself begin with marks."""
 
 
@@ -73,7 +74,9 @@ def _read(path: Path) -> pd.DataFrame:
             na_values={name: EMPTY for name in header if name != "sequence"},
         )
     for name in frame.select_dtypes(["object", "string"]):
-        frame[name] = frame[name].str.replace(MARKED, "", regex=True)
+        marked = frame[name].map(lambda cell: isinstance(cell, str) and MARKED.match(cell) is not None)
+        if marked.any():
+            frame.loc[marked, name] = frame.loc[marked, name].str[1:]
     nothing = [name for name in frame if str(name).startswith("Unnamed: ") and frame[name].isna().all()]
     return frame.drop(columns=nothing)  # commas at the end of every line
 
