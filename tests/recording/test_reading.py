@@ -346,10 +346,11 @@ def test_everything_wrong_comes_in_one_go(bench):
     bench.write()
     bench.edit("recording.toml", "tension_sd_relative", "tension_sd")
     bench.edit("manipulator.toml", "plates = 7", "plates = 7.5")
+    line = 1 + (bench.folder / "manipulator.toml").read_text().split("plates = 7.5")[0].count("\n")
     problems = bench.refusal(written=False)
     for said in (
         "bench/recording.toml:7 measurement.tension_sd: unknown key 'tension_sd'; did you mean 'tension_sd_relative'?",
-        "bench/manipulator.toml:15 segment.1.plates: must be a whole number",
+        f"bench/manipulator.toml:{line} segment.1.plates: must be a whole number",
         "bench/steps.csv: column 'step' is missing",
         "bench/steps.csv column cable_1_n: row 3: empty; write 0 for no load",
         "bench/markers.csv column x_m: row 2 holds '?', not a number",
