@@ -15,6 +15,12 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
 
+def _digits(value: float, form: str) -> str:
+    """A number with a format; up to a million written out."""
+    text = f"{value:{form}}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
 class Estimate(NamedTuple):
     """A fitted parameter; without an interval where the fit does not deserve one."""
 
@@ -24,10 +30,8 @@ class Estimate(NamedTuple):
 
     def __format__(self, form: str) -> str:
         """With the format of a number (default `.3g`): value (low to high)."""
-        form = form or ".3g"
-        if self.low is None or self.high is None:
-            return f"{self.value:{form}}"
-        return f"{self.value:{form}} ({self.low:{form}} to {self.high:{form}})"
+        value, low, high = (None if end is None else _digits(end, form or ".3g") for end in self)
+        return f"{value}" if low is None or high is None else f"{value} ({low} to {high})"
 
     def times(self, factor: float) -> "Estimate":
         """The estimate in another unit; `factor` is positive."""
