@@ -151,7 +151,10 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     searched, said = to_search(_mended(task, plain), report, apply), plain
     for count in range(len(plain) + 1, len(blunders) + 1):
         report("search")
-        other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
+        try:
+            other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
+        except ValueError:  # nothing near the nominal manipulator is in balance then
+            break
         after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
         if not speaks_for(after, before, least_gain(task.recording, task.settings)):
             break
