@@ -1,11 +1,13 @@
 """Real rigs of the benchmark: what is planted is what is meant, and what is scored is what is planted."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
 from prb3r.diagnosis.checks.setup.find import remedies
+from prb3r.errors import RecordingError
 from prb3r.proof.concealed.apart import squared_distances
 from prb3r.proof.concealed.blunders import BLUNDERS
 from prb3r.proof.concealed.build import Build, drawn_build, reading_noise, rig_as_built
@@ -23,7 +25,7 @@ from prb3r.proof.judging.forecast import Forecast
 from prb3r.proof.judging.intervals import share_of
 from prb3r.proof.judging.missed import miss_of
 from prb3r.proof.judging.opened import OpenedCase
-from prb3r.proof.judging.real_scores import REAL_GOALS, listed_set, named_of, whole_set
+from prb3r.proof.judging.real_scores import REAL_GOALS, REFUSED, listed_set, named_of, whole_set
 from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
 
@@ -140,16 +142,22 @@ def test_the_seal_keeps_labels_of_real_rigs(label):
 
 
 @pytest.mark.parametrize("kind", BLUNDERS)
-def test_every_blunder_is_undone_by_what_is_to_be_said_of_it(design, label, kind, monkeypatch):
-    """The remedy of that name gives back what the tables held before."""
-    options = BLUNDERS[kind].possible(design)
-    if not options:
-        pytest.skip(f"no {kind} on this design")
-    details = options[-1]
+def test_every_blunder_is_undone_by_what_is_to_be_said_of_it(design, label, kind):
+    """The remedy of that name gives back what the tables held before; or reading them is refused for that reason."""
+    if not BLUNDERS[kind].possible(design):
+        others = (design_of(SEED, k, Flavour.REAL) for k in range(20))
+        design = next(other for other in others if BLUNDERS[kind].possible(other))
+        label = real_label(Request(0, SEED, "imperfect-clean", 0), design)
+    details = BLUNDERS[kind].possible(design)[-1]
     blunder = {"kind": kind, **details, "said": BLUNDERS[kind].said(details)}
     plain = dataclasses.replace(label, build={**label.build, "gaps": False})
     before = recording_from_folder(design, plain)
-    after = recording_from_folder(design, dataclasses.replace(plain, blunder=blunder))
+    wrong = dataclasses.replace(plain, blunder=blunder)
+    if blunder["said"] in REFUSED:
+        with pytest.raises(RecordingError, match=re.escape(REFUSED[blunder["said"]])):
+            recording_from_folder(design, wrong)
+        return
+    after = recording_from_folder(design, wrong)
     remedy = next(remedy for remedy in remedies(after) if remedy.blunder == blunder["said"])
     mended = remedy.mend(after).recording
     assert np.allclose(mended.loads.tension, before.loads.tension, atol=1e-3)

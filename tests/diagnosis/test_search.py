@@ -1,0 +1,97 @@
+"""Parts of the search: gross readings beside a fit, what a misfit that repeats still tells, bounds of constants."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.evidence.neighbours import correlation, neighbours
+from prb3r.diagnosis.evidence.outliers import Doubts, lone_outliers
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.model import Model
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.search.coarser import told_share
+from prb3r.recording.recording import Kind
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """The constants of a rig of which the file says all."""
+    return fit_constants(predictor(recorded(Case(hidden=()))))
+
+
+def missing(fitted, rows, by):
+    """The fit with some readings missed by so many standard deviations."""
+    residual = fitted.residual.copy()
+    residual[rows] = by
+    return replace(fitted, residual=residual)
+
+
+def believed(fitted):
+    return Doubts(np.ones(fitted.model.predict.recording.readings.count))
+
+
+def at(fitted, step, disks, kind=Kind.Y):
+    readings = fitted.model.predict.recording.readings
+    return np.flatnonzero((readings.step == step) & np.isin(readings.disk, disks) & (readings.kind == kind))
+
+
+def test_a_reading_that_a_fit_misses_grossly_and_alone_is_weighed_down_by_its_misfit(fitted):
+    assert (lone_outliers(fitted, believed(fitted)) == 1).all()
+    (row,) = at(fitted, 7, [3])
+    inflation = lone_outliers(missing(fitted, [row], 30.0), believed(fitted))
+    assert np.flatnonzero(inflation > 1).tolist() == [row]
+    assert inflation[row] == pytest.approx(30.0, rel=0.2)
+
+
+def test_what_neighbours_miss_alike_is_no_slip_unless_it_was_doubted_before(fitted):
+    """A photograph or a plate that is off is physics; two slips side by side were told by the disks around them."""
+    rows = at(fitted, 7, [3, 4])
+    both = missing(fitted, rows, 30.0)
+    assert (lone_outliers(both, believed(fitted)) == 1).all()
+    doubts = believed(fitted)
+    doubts.inflation[rows] = 30.0
+    again = lone_outliers(missing(fitted, rows, 1.0), doubts)  # weighed down, they leave one standard deviation
+    assert np.flatnonzero(again > 1).tolist() == rows.tolist()
+    settled = lone_outliers(missing(fitted, rows, 0.01), doubts)  # a better model meets them after all
+    assert (settled == 1).all()
+
+
+def test_neighbours_are_of_one_kind_and_one_line(fitted):
+    recording = fitted.model.predict.recording
+    step, disk, kind, _ = recording.readings
+    first, second = neighbours(recording, "disks")
+    assert (step[first] == step[second]).all()
+    assert (kind[first] == kind[second]).all()
+    assert (disk[second] - disk[first] == 1).all()
+    first, second = neighbours(recording, "steps")
+    assert (disk[first] == disk[second]).all()
+    assert (recording.of_sequence[step[first]] == recording.of_sequence[step[second]]).all()
+
+
+def test_a_misfit_that_repeats_tells_as_little_as_an_autoregressive_series_of_its_correlation(fitted):
+    recording = fitted.model.predict.recording
+    count = recording.readings.count
+    rng = np.random.default_rng(3)
+    alone = missing(fitted, np.arange(count), rng.standard_normal(count))
+    assert abs(correlation(recording, alone.residual[:count], "disks")) < 0.15
+    assert told_share(alone) == pytest.approx(1.0, abs=0.3)
+    common = rng.standard_normal(len(recording.of_sequence))[recording.readings.step]
+    alike = missing(fitted, np.arange(count), common)
+    assert correlation(recording, alike.residual[:count], "disks") == pytest.approx(1.0)
+    most = fitted.model.settings.most_alike
+    assert told_share(alike) < 1.3 * (1 - most) / (1 + most)
+    louder = missing(fitted, np.arange(count), 3 * alone.residual[:count])
+    assert told_share(louder) == pytest.approx(told_share(alone) * alone.reduced / louder.reduced, rel=0.05)
+
+
+def test_constants_stay_where_their_manipulator_file_can_be_read_again(fitted):
+    model: Model = fitted.model
+    nominal = model.predict.recording.manipulator
+    low, high = model.bounds(fitted.p)
+    for name, path in (("log_stiffness", "youngs_modulus_pa"), ("log_friction", "friction.coefficient")):
+        value = nominal.youngs_modulus_pa if name == "log_stiffness" else nominal.friction.coefficient
+        for end in (low, high):
+            factor = float(np.exp(0.999999 * end[model.varied.index(name)]))  # rounding apart
+            assert nominal.replace(path, value * factor) != nominal
