@@ -175,6 +175,9 @@ class Settings:
     """Reweighted fits, in which readings count less the further they are off."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
+    blunder_fall: float = 10.0
+    """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
+    order of magnitude."""
     most_blunders: int = 3
     """Blunders that are looked for in one recording.  Choice."""
 
@@ -186,6 +189,8 @@ class Settings:
     gross_sd: float = 5.0
     """Distance from what neighbours lead to expect at which a reading is a gross outlier, sd.  Choice: by chance once
     in 1.7 million readings."""
+    lone_ratio: float = 2.0
+    """How many times as far as its neighbours a reading that a fit misses is off if it is alone.  Choice."""
     most_gross: float = 0.1
     """A larger share of the readings than this is not outliers.  Choice."""
     outlier_rounds: int = 4

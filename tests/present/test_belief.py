@@ -27,6 +27,7 @@ def told(**known):
         "models": (),
         "tolerances": (),
         "checks": (),
+        "settings": {},
     }
     return SimpleNamespace(**(empty | known))
 

@@ -154,8 +154,9 @@ class Doubts:
 def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
     """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone.
 
-    A misfit is gross by the scale that half of the residuals keep, and alone where it is twice those of its neighbours
-    along disks and steps: what a model lacks is missed by neighbours alike.  What was doubted before need not be alone.
+    A misfit is gross by the scale that half of the residuals keep, and alone where it is `Settings.lone_ratio` times
+    those of its neighbours along disks and steps: what a model lacks is missed by neighbours alike.  What was doubted
+    before need not be alone.
     """
     recording, settings = fitted.model.predict.recording, fitted.model.settings
     off = np.abs(fitted.residual[: recording.readings.count]) * doubts.inflation
@@ -165,7 +166,7 @@ def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
         first, second = neighbours(recording, line)
         np.maximum.at(beside, first, off[second])
         np.maximum.at(beside, second, off[first])
-    gross = (off > settings.gross_sd) & ((off > 2 * beside) | (doubts.inflation > 1))
+    gross = (off > settings.gross_sd) & ((off > settings.lone_ratio * beside) | (doubts.inflation > 1))
     if not fitted.balanced or gross.mean() > settings.most_gross:
         return doubts.inflation
     return np.where(gross, student(off), 1.0)

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
+from prb3r.diagnosis.settings import Settings
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.page import Table
 
-RARE = 0.003
-"""Chance below which a check is set in bold: what `Settings.naming_rate` asks of checks."""
 ASKED = {
     "chi-square": "all readings together are met as closely as their noise allows",
     "scale of the noise": "the readings scatter as much as was stated",
@@ -68,23 +67,29 @@ def tolerance_table(diagnosis: Diagnosis) -> Table | None:
     return Table(head, rows, (0, 4)) if rows else None
 
 
+def rare_chance(diagnosis: Diagnosis) -> float:
+    """The chance below which a check speaks against the best model."""
+    return Settings(**diagnosis.settings).naming_rate
+
+
 def check_table(diagnosis: Diagnosis) -> Table:
     """Chances of as much misfit, or more, if the best model were right; rare ones in bold."""
     rows = []
     for check in diagnosis.checks:
         chance = "below 0.0001" if check.p < 1e-4 else say.rounded(check.p)
         asked = next((text for name, text in ASKED.items() if check.name.startswith(name)), "")
-        rows.append([check.name, asked, f"**{chance}**" if check.p < RARE else chance])
+        rows.append([check.name, asked, f"**{chance}**" if check.p < rare_chance(diagnosis) else chance])
     return Table(["Check", "Whether", "Chance"], rows, (0, 1))
 
 
 def rare_checks(diagnosis: Diagnosis) -> str:
     """Which checks speak against the best model, in a sentence."""
-    rare = [check.name for check in diagnosis.checks if check.p < RARE]
+    limit = rare_chance(diagnosis)
+    rare = [check.name for check in diagnosis.checks if check.p < limit]
     if not rare:
-        return f"No chance is below {RARE:g}: none of these checks speaks against the best model."
+        return f"No chance is below {limit:g}: none of these checks speaks against the best model."
     speaks = "speaks" if len(rare) == 1 else "speak"
-    return f"Chances below {RARE:g} are in bold: {', '.join(rare)} {speaks} against the best model."
+    return f"Chances below {limit:g} are in bold: {', '.join(rare)} {speaks} against the best model."
 
 
 def standing_sets(diagnosis: Diagnosis) -> str:
