@@ -1,4 +1,4 @@
-"""Parts of the search: gross readings beside a fit, what a misfit that repeats still tells, bounds of constants."""
+"""What a fit leaves: gross readings, misfits that repeat, and bounds that constants stay within."""
 
 from dataclasses import replace
 
