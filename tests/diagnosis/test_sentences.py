@@ -1,0 +1,90 @@
+"""What is said of a suspect that was found: where, how much, and how it differs from the nominal chain."""
+
+import numpy as np
+import pytest
+from diagnosis.suspected import MU
+
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.suspect import Estimate, Occurrence
+
+
+def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
+    """Hinges at the clamps are nodes more, a dead cable is another routing, the others are rules of friction."""
+    structural = {hypothesis.kind for hypothesis, _ in library if hypothesis.structural}
+    assert structural == {"clamp_compliance", "dead_cable", "slip_history", "edge_wrap"}
+    assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
+    assert {h.kind for h, _ in library if not h.mechanical} == {"camera_scale", "lens_distortion"}
+
+
+def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
+    losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
+    amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
+    assert {h.kind for h, _ in library if h.by_degrees and h.sided} == losses | amounts | {"nonlinear_plate"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "sizes", "said"),
+    [
+        ("pulley_friction", {}, {"efficiency": (0.9, 0.88, 0.93)}, "of all cables takes 10 (7 to 12) % of the tension"),
+        ("pulley_friction", {"cables": ("3",)}, {"efficiency": (0.9, None, None)}, "of cable 3 takes 10 % of"),
+        ("cable_friction", {"cables": ("2",)}, {"coefficient": (0.5, 0.4, 0.6)}, "Cable 2 rubs more in its holes"),
+        ("cable_friction", {"cables": ("2",)}, {"coefficient": (0.1, 0.0, 0.2)}, "Cable 2 rubs less in its holes"),
+        ("slip_history", {}, {"presliding_m": (3e-5, None, None)}, "over 30 micrometres of travel"),
+        ("slip_history", {}, {"presliding_m": (2.41e-3, 9e-4, 5e-3)}, "over 2410 (900 to 5000) micrometres of travel"),
+        ("worn_hole", {"disk": 0}, {"coefficient": (0.5, None, None)}, "The holes of the base disk rub more than"),
+        ("worn_hole", {"disk": 3, "cables": ("1",)}, {"coefficient": (0.1, None, None)}, "disk 3 rub less than"),
+        ("hole_offset", {"cable": "2"}, {"offset_m": (-0.002, -0.003, -0.001)}, "runs -2 (-3 to -1) mm off"),
+        ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (0.5, 0.4, 0.6)}, "soften (yield)"),
+        ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (1.5, 1, 2)}, "stiffen (touch)"),
+        (
+            "nonlinear_plate",
+            {"law": "smooth", "side": "negative"},
+            {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
+            "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",
+        ),
+        (
+            "notch_closing",
+            {"side": "positive"},
+            {"factor": (1.02, 0.98, 1.05), "stiffness_n_m_per_rad": (3, None, None)},
+            "The notches close where they bend toward positive offsets at 1.02 (0.98 to 1.05) times the bend that",
+        ),
+        ("precurvature", {}, {"curvature_per_m": (1, None, None)}, "All plates are bent"),
+        ("precurvature", {"plates": (4,)}, {"curvature_per_m": (1, None, None)}, "Plate 4 is bent"),
+        ("precurvature", {"plates": (4, 5, 6)}, {"curvature_per_m": (1, None, None)}, "Plates 4 to 6 are bent"),
+        ("tip_load_friction", {}, {"efficiency": (0.8, None, None)}, "only 80 % arrives"),
+        (
+            "weight_friction",
+            {"disk": 6},
+            {"efficiency": (0.74, 0.7, 0.8)},
+            "disk 6 only 74 (70 to 80) % arrives",
+        ),
+        ("camera_scale", {}, {"scale": (1.00123, None, None)}, "1.0012 times the true ones"),
+    ],
+)
+def test_a_sentence_says_where_and_how_much_in_the_units_of_the_workshop(kind, place, sizes, said):
+    estimates = {name: Estimate(*size) for name, size in sizes.items()}
+    assert said in SUSPECTS[kind].sentence(Occurrence(place, estimates, MU))
+
+
+def test_every_sentence_names_its_place_and_follows_every_estimate(library):
+    for hypothesis, _ in library:
+
+        def said(values, hypothesis=hypothesis):
+            estimates = {free.name: Estimate(value) for free, value in zip(hypothesis.free, values, strict=True)}
+            return SUSPECTS[hypothesis.kind].sentence(Occurrence(dict(hypothesis.place), estimates, MU))
+
+        middle = np.full(len(hypothesis.free), 0.7)
+        assert said(middle)[0].isupper()
+        assert said(middle).endswith(".")
+        for unit in np.eye(len(middle)):
+            assert said(middle + 0.1 * unit) != said(middle)
+        for name, value in hypothesis.place:
+            first = value[0] if isinstance(value, tuple) else value
+            assert name == "law" or str(first) in said(middle) or (first == 0 and "base disk" in said(middle))
+
+
+def test_names_read_as_kind_and_place():
+    assert Hypothesis("dead_cable", (("cable", "left"),)).name == "dead_cable (cable left)"
+    assert Hypothesis("precurvature", (("plates", (1, 2)),)).name == "precurvature (plates 1+2)"
+    assert Hypothesis("edge_wrap").name == "edge_wrap"

@@ -1,0 +1,94 @@
+"""What is carried over from a diagnosed rig to another design, and what is not."""
+
+import pytest
+from diagnosis.simulated import Case, recorded
+from diagnosis.suspected import bare_sections
+
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.model.manipulator import Manipulator
+
+
+def other_design(factor=2.0, **changes):
+    plain = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True)
+    segments = [
+        segment | {"thickness_m": factor * segment["thickness_m"], "plates": 2, **changes}
+        for segment in plain["segment"]
+    ]
+    return Manipulator.model_validate(plain | {"segment": segments})
+
+
+@pytest.mark.parametrize(
+    "law", [{"law": "cubic", "cubic_m2": 0.01}, {"law": "bilinear", "knee_per_m": 2.0, "ratio": 0.4}]
+)
+def test_a_bending_law_carries_over_as_strain(law):
+    """At equal strain of the outermost fibre stress over strain is the same: M / (EI k) at curvature times fibre."""
+    here, there = recorded(Case(hidden=())).manipulator, other_design(2.0)
+    effect = EFFECT_KINDS["nonlinear_plate"](kind="nonlinear_plate", **law)
+    moved = SUSPECTS["nonlinear_plate"].transfer(effect, here, there)
+
+    def softening(effect, manipulator, strain):
+        k = strain / manipulator.outer_fibre[0]
+        if effect.law == "cubic":
+            return 1 + effect.cubic_m2 * k**2
+        return (min(k, effect.knee_per_m) + effect.ratio * max(k - effect.knee_per_m, 0)) / k
+
+    for strain in (2e-4, 1e-3, 3e-3):
+        assert softening(moved, there, strain) == pytest.approx(softening(effect, here, strain))
+    assert SUSPECTS["nonlinear_plate"].transfer(moved, there, here) == effect
+
+
+def test_a_bending_law_stays_where_no_fibre_is_known():
+    here, there = recorded(Case(hidden=())).manipulator, other_design()
+    unknown = there.model_dump(exclude_none=True)
+    for segment in unknown["segment"]:
+        del segment["thickness_m"], segment["width_m"]
+        segment["bending_stiffness_n_m2"] = 0.3
+    effect = EFFECT_KINDS["nonlinear_plate"](kind="nonlinear_plate", law="cubic", cubic_m2=0.01)
+    said = SUSPECTS["nonlinear_plate"].transfer(effect, here, Manipulator.model_validate(unknown))
+    assert "needs outer_fibre_m" in said
+
+
+def test_a_law_in_strain_carries_over_as_it_is_and_one_on_equal_sections_too():
+    here, there = recorded(Case(hidden=())).manipulator, other_design(2.0)
+    strained = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_strain=1e-3, ratio=0.4)
+    assert SUSPECTS["nonlinear_plate"].transfer(strained, here, there) == strained
+    curved = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.4)
+    plain = here.model_dump(exclude_none=True)
+    unknown = [Manipulator.model_validate(plain | {"segment": bare_sections(plates=n)}) for n in (3, 5)]
+    assert SUSPECTS["nonlinear_plate"].transfer(curved, *unknown) == curved
+    assert "needs outer_fibre_m" in SUSPECTS["nonlinear_plate"].transfer(strained, here, unknown[0])
+
+
+def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
+    here, there = recorded(Case(hidden=())).manipulator, other_design()
+    carried = set()
+    for hypothesis, friction in library:
+        effect = hypothesis.effect(hypothesis.starts(friction)[0], friction)
+        moved = SUSPECTS[hypothesis.kind].transfer(effect, here, there)
+        if isinstance(moved, str):
+            assert moved.startswith(f"{hypothesis.kind}: ")
+        else:
+            assert not [name for name, _ in hypothesis.place if name not in ("law", "side")]
+            carried.add(hypothesis.kind)
+    rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
+    parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
+    assert carried == rules | parts | {"nonlinear_plate", "notch_closing"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "changed"),
+    [
+        ({"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01}, {"segment": {"clamp_m": 0.006}}),
+        ({"kind": "disk_contact", "angle_rad": 0.1, "stiffness_n_m_per_rad": 9.0}, {"segment": {"length_m": 0.04}}),
+        ({"kind": "hole_clearance", "clearance_m": 1e-3}, {"disk": {"thickness_m": 0.006, "mass_kg": 0.05}}),
+    ],
+)
+def test_what_belongs_to_clamps_gaps_or_holes_carries_over_with_them_alone(effect, changed):
+    here, there = recorded(Case(hidden=())).manipulator, other_design(**changed.get("segment", {}))
+    if "disk" in changed:
+        there = there.replace("disk", changed["disk"])
+    known = EFFECT_KINDS[effect["kind"]].model_validate(effect)
+    assert SUSPECTS[known.kind].transfer(known, here, other_design()) == known
+    assert "which differ" in SUSPECTS[known.kind].transfer(known, here, there)
