@@ -4,74 +4,14 @@ import pickle
 
 import numpy as np
 import pytest
+from mechanics.differences import STEP, derivatives, good, loop, parameters, worst_errors
 from prototype import ELASTICA, PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
 from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
 from prb3r.mechanics.derivatives.sensitivity import derivatives as derivatives_along
 from prb3r.mechanics.derivatives.solved_path import solve_path
-from prb3r.mechanics.equilibrium import Outcome, solve_chain
-
-STEP = 1e-5
-
-
-def parameters(chain, steps):
-    """Problems as functions of one number each, which is 1 for the chain and the loads themselves."""
-    first = np.arange(len(chain.reach)) == 0
-    plate = (np.arange(chain.plates) == 1)[:, None]
-    pulley = np.ones(len(chain.reach)) * chain.pulley
-    return {
-        "stiffness": lambda v: (chain._replace(stiffness=chain.stiffness * v), steps),
-        "one plate": lambda v: (chain._replace(stiffness=chain.stiffness * (1 + (v - 1) * plate)), steps),
-        "friction": lambda v: (chain._replace(friction=chain.friction + (v - 1)), steps),
-        "offset": lambda v: (chain._replace(offset=chain.offset + 0.01 * (v - 1) * first), steps),
-        "length": lambda v: (chain._replace(arc=chain.arc * v, stiffness=chain.stiffness / v), steps),
-        "clamp": lambda v: (chain._replace(clamp=chain.clamp + 0.01 * (v - 1)), steps),
-        "disk": lambda v: (chain._replace(disk=chain.disk + 0.01 * (v - 1)), steps),
-        "rest": lambda v: (chain._replace(rest=chain.rest + 0.01 * (v - 1)), steps),
-        "pulley": lambda v: (chain._replace(pulley=pulley * v), steps),
-        "clearance": lambda v: (chain._replace(clearance=chain.clearance + 1e-3 * (v - 1)), steps),
-        "law": lambda v: (chain._replace(law=chain.law._replace(cubic=chain.law.cubic + 0.1 * (v - 1))), steps),
-        "tension": lambda v: (chain, steps._replace(tension=steps.tension * v)),
-        "force": lambda v: (chain, steps._replace(force=steps.force + 0.1 * (v - 1))),
-        "moment": lambda v: (chain, steps._replace(moment=steps.moment + 0.1 * (v - 1))),
-        "tip": lambda v: (chain, steps._replace(tip=steps.tip + (v - 1))),
-    }
-
-
-def good(chain, steps, **options):
-    found = solve_chain(chain, steps, **options)
-    assert (found.outcome == Outcome.CONVERGED).all()
-    return found
-
-
-def derivatives(chain, steps, problems, **options):
-    """(p, ...) x, y, angles and tensions of all steps in one row a parameter."""
-    found = chain_sensitivities(
-        chain, steps, [direction(problem, 1.0, STEP) for problem in problems.values()], **options
-    )
-    fields = found.dx, found.dy, found.dangle, found.dtension
-    return [np.moveaxis(field, -1, 0) for field in fields]
-
-
-def worst_errors(chain, steps, names=None, step=1e-4, **options):
-    """{parameter: largest difference to central differences of whole solves, of the largest derivative}.
-
-    Solves stop at 1e-11 rad; where they stop depends on parameters, too, which shows in derivatives below 0.01.
-    """
-    problems, worst = parameters(chain, steps), {}
-    problems = {name: problems[name] for name in names or problems}
-    found = derivatives(chain, steps, problems, **options)
-    for k, (name, problem) in enumerate(problems.items()):
-        ahead, behind = (good(*problem(1 + side * step), **options) for side in (1, -1))
-        pairs = zip(found, ("x", "y", "angle", "tension"), strict=True)
-        errors = []
-        for mine, field in pairs:
-            difference = (getattr(ahead, field) - getattr(behind, field)) / (2 * step)
-            errors.append(np.abs(mine[k] - difference).max() / (np.abs(difference).max() + 0.01))
-        worst[name] = max(errors)
-    return worst
-
+from prb3r.mechanics.equilibrium import Outcome
 
 # against differences of whole solves
 
@@ -224,83 +164,3 @@ def test_a_direction_may_change_numbers_only():
         chain_sensitivities(closed, steps, [direction(lambda v: (closed, steps), 1.0, STEP)])
     with pytest.raises(ValueError, match="at least one"):
         chain_sensitivities(chain, steps, [])
-
-
-# friction that follows the cables' travel: derivatives remember, too
-
-
-def loop(presliding, mu=0.3):
-    """Pulled, let go, pulled again, then a second cable and a tip load: holes stick, slip and turn back."""
-    chain = prototype(mu)._replace(presliding=presliding)
-    table = np.zeros((5, 4))
-    table[:, 0], table[3:, 2] = [100, 60, 80, 80, 30], [40, 70]
-    tip = np.zeros((5, 2))
-    tip[2:] = [0.5, -1.0]
-    return chain, loads(chain, table, tip=tip)
-
-
-@pytest.mark.parametrize("presliding", [1e-3, 1e-4])
-def test_history_through_reversals(presliding):
-    worst = worst_errors(*loop(presliding), step=1e-5)
-    assert max(worst.values()) < 1e-5, worst
-
-
-def test_history_with_a_short_presliding_length():
-    """Differences carry the solver's tolerance over that length and jump where a hole turns at another sub-step."""
-    chain, steps = loop(1e-5)
-    names = ("stiffness", "friction", "offset", "length", "tension")
-    worst = worst_errors(chain, steps, names, step=1e-4)
-    assert max(worst.values()) < 1e-4, worst
-
-
-@pytest.mark.parametrize(("presliding", "rich"), [(1e-4, {"edges": True, "pulley": 0.9}), (1e-3, {"clearance": 1e-3})])
-def test_history_from_a_rest_under_constant_loads(presliding, rich):
-    chain, steps = loop(presliding)
-    rich = chain._replace(constant=loads(chain, [5.0, 0, 2, 0], 0.0, 0.05, [0.2, 0.3]), **rich)
-    worst = worst_errors(rich, steps, step=1e-5)
-    assert max(worst.values()) < 1e-5, worst
-
-
-def test_history_by_the_presliding_length():
-    chain, steps = loop(1e-4)
-    problem = {"presliding": lambda v: (chain._replace(presliding=1e-4 * v), steps)}
-    found = derivatives(chain, steps, problem)
-    ahead, behind = (good(*problem["presliding"](1 + side * 1e-5)) for side in (1, -1))
-    for mine, field in zip(found, ("x", "y", "angle", "tension"), strict=True):
-        difference = (getattr(ahead, field) - getattr(behind, field)) / 2e-5
-        assert mine[0] == pytest.approx(difference, abs=1e-5 * np.abs(difference).max())
-
-
-@pytest.mark.parametrize("presliding", [1e-4, 1e-5])
-def test_history_scaling_stiffness_and_all_loads_alike_changes_nothing(presliding):
-    chain, steps = loop(presliding)
-    problems = {
-        "stiffness": lambda v: (chain._replace(stiffness=chain.stiffness * v), steps),
-        "loads": lambda v: (chain, steps._replace(tension=steps.tension * v, tip=steps.tip * v)),
-    }
-    dx, dy, dangle, dtension = derivatives(chain, steps, problems)
-    for field in (dx, dy, dangle):
-        assert field.sum(0) == pytest.approx(0, abs=1e-7 * np.abs(field).max())
-    assert dtension.sum(0) == pytest.approx(good(chain, steps).tension, rel=1e-5, abs=1e-5)
-
-
-def test_history_sequences_from_rest_share_one_call():
-    chain, steps = loop(1e-4)
-    anew = np.array([True, False, False, True, False])
-    together = derivatives(chain, steps, parameters(chain, steps), from_rest=anew)
-    for part in (slice(0, 3), slice(3, 5)):
-        own = type(steps)(*(field[part] for field in steps))
-        alone = derivatives(chain, own, parameters(chain, own))
-        for mine, other in zip(together, alone, strict=True):
-            assert mine[:, part] == pytest.approx(other, rel=1e-12, abs=1e-15)
-
-
-def test_holes_that_all_slip_have_forgotten():
-    """Pulled once from rest, the derivatives are those of declared friction, but for holes that never moved."""
-    chain, _ = loop(1e-5)
-    steps = loads(chain, [[100.0, 0, 0, 0]])
-    declared = chain._replace(presliding=0.0)
-    for name in ("stiffness", "friction", "offset", "tension"):
-        history, plain = (derivatives(kind, steps, {name: parameters(kind, steps)[name]}) for kind in (chain, declared))
-        for mine, other in zip(history[:3], plain[:3], strict=True):
-            assert mine == pytest.approx(other, rel=1e-4, abs=1e-6 * np.abs(other).max())
