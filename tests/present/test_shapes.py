@@ -1,0 +1,121 @@
+"""Figures of shapes and of where they reach."""
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.contour import QuadContourSet
+from matplotlib.image import imread
+from present.frames import MANIPULATOR, SCENE, cases_of, polygons, states_of, texts
+
+from prb3r.present import style
+from prb3r.present.page import save_figure
+from prb3r.present.spots import spots_of
+from prb3r.present.study.figures import study_figure
+from prb3r.present.study.shapes import body, straight
+from prb3r.present.study.workspace import occupancy
+from prb3r.study.spec import Plot
+
+
+def test_disks_and_holes_are_drawn_where_they_are():
+    state = states_of([[60.0, 0, 0, 0]])
+    drawn = body(MANIPULATOR, state)
+    np.testing.assert_allclose(drawn.disks.mean(1), state[["x_m", "y_m"]], atol=1e-12)
+    first, outer = drawn.cables[1], drawn.cables[0]
+    assert (len(first), len(outer)) == (2 * 7 + 2, 2 * 14 + 2)
+    np.testing.assert_allclose(outer[1], [0.0, 0.0255], atol=1e-12)
+    centre = state[["x_m", "y_m"]].to_numpy()
+    distance = np.hypot(*(outer[2::2] - centre[1:]).T)
+    np.testing.assert_allclose(distance, np.hypot(0.0255, 0.002), rtol=1e-9)
+    assert np.all(np.diff(drawn.tensions[0]) <= 0)
+    assert drawn.tensions[0][0] == 60.0
+
+
+def test_plates_are_as_long_as_they_are():
+    bent = body(MANIPULATOR, states_of([[100.0, 0, 0, 0]]))
+    for drawn in (bent, straight(MANIPULATOR)):
+        length = np.hypot(*np.moveaxis(np.diff(drawn.plates, axis=1), -1, 0)).sum(1)
+        np.testing.assert_allclose(length, 0.030, rtol=2e-3)
+
+
+def test_shapes_show_every_case_to_scale():
+    cases, states = cases_of(cable_1_n=[20.0, 60.0, 100.0]), states_of([[20.0, 0, 0, 0], [60.0, 0, 0, 0]])
+    cases.loc[2, "outcome"] = "no equilibrium"
+    figure = study_figure(Plot(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
+    axes = figure.axes[0]
+    disks = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    assert [len(one.get_paths()) for one in disks] == [15, 15]
+    assert any(isinstance(one, LineCollection) for one in axes.collections)
+    assert axes.get_aspect() == 1.0
+    assert axes.get_ylabel() == "$y$ (mm)"
+    assert any("no equilibrium" in text for text in texts(figure))
+
+
+def test_shapes_need_all_disks():
+    states = states_of([[20.0, 0, 0, 0]])
+    with pytest.raises(ValueError, match="all its disks, 0 to 14"):
+        study_figure(Plot(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
+
+
+def test_occupancy_has_the_area_of_its_region():
+    rng = np.random.default_rng(3)
+    radius, angle = np.sqrt(rng.uniform(0.5, 1, 40_000)), rng.uniform(0, 2 * np.pi, 40_000)
+    x, y, _, inside = occupancy(np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1))
+    area = (inside > 0.5).sum() * (x[1] - x[0]) * (y[1] - y[0])
+    assert area == pytest.approx(np.pi / 2, rel=0.05)
+
+
+def test_workspaces_are_told_apart_and_small(tmp_path):
+    rng = np.random.default_rng(2)
+    tips = [
+        pd.DataFrame({"case_id": case, "step": range(20_000), "disk": 14, "x_m": x, "y_m": y})
+        for case in range(3)
+        for x, y in [rng.uniform([[0.1 * case], [-0.3]], [[0.4], [0.3]], (2, 20_000))]
+    ]
+    states = pd.concat(tips)
+    states.iloc[:7, 3:] = np.nan
+    cases = cases_of(design=["a", "b", "c"])
+    overlaid = study_figure(Plot(name="w", kind="workspace", by="design"), cases, states, SCENE)
+    panels = study_figure(Plot(name="w", kind="workspace", panel="design"), cases, states, SCENE)
+    assert "a: 7 of 20,000 loads without equilibrium" in texts(overlaid)
+    outlines = [one for one in overlaid.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
+    assert len({str(one.get_linestyle()) for one in outlines}) == 3
+    assert len({patch.get_hatch() for patch in overlaid.legends[0].get_patches()}) == 3
+    assert len(panels.axes) == 3
+    for name, figure in (("overlaid", overlaid), ("panels", panels)):
+        assert save_figure(figure, tmp_path, name)[1].stat().st_size < 400_000
+
+
+def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
+    states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(3))
+    cases = cases_of(effect=["none", "this", "that"], tip_shift_m=[0.0, 0.01234, 0.2])
+    given = {"panel": "effect", "note": "tip_shift_m", "reference": {"effect": "none"}}
+    figure = study_figure(Plot(name="a", kind="shapes", **given), cases, states, SCENE)
+    assert [axes.get_title("left") for axes in figure.axes] == ["this, 12 mm", "that, 200 mm"]
+    assert [len(polygons(axes)) for axes in figure.axes] == [2, 2]
+    assert texts(figure) == ["none"]
+
+
+def test_of_many_shapes_some_are_drawn_and_that_is_said():
+    count = 200
+    states = pd.concat([states_of(np.zeros((1, 4)), first_case=number) for number in range(count)])
+    plot = Plot(name="a", kind="shapes")
+    figure = study_figure(plot, cases_of(tip_shift_m=np.zeros(count)), states, SCENE)
+    assert sum(len(part.get_paths()) == 15 for part in polygons(figure.axes[0])) == 48
+    assert texts(figure) == ["48 of 200 drawn"]
+
+
+def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
+    """The pixels at the spots of manipulators have the colours of their marks, whatever moved them as it was saved."""
+    tensions = np.zeros((4, 4))
+    tensions[:, 0] = [20, 40, 60, 80]
+    states = pd.concat([states_of(tensions[k : k + 1], k) for k in range(4)])
+    figure = study_figure(Plot(name="s", kind="shapes", by="design"), cases_of(design=list("abcd")), states, SCENE)
+    save_figure(figure, tmp_path, "s")
+    spots, pixels = spots_of(figure), imread(tmp_path / "s.png")
+    assert [case for *_, case, _ in spots["points"]] == [0, 1, 2, 3]
+    height, width = pixels.shape[:2]
+    for (x, y, *_), look in zip(spots["points"], style.looks(list("abcd")).values(), strict=True):
+        around = pixels[int(y * height) - 1 : int(y * height) + 2, int(x * width) - 1 : int(x * width) + 2, :3]
+        assert around.mean((0, 1)) == pytest.approx(matplotlib.colors.to_rgb(look.colour), abs=0.05)
