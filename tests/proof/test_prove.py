@@ -1,4 +1,4 @@
-"""The benchmark keeps its own rules: composition, seal, what is detectable, scores."""
+"""The benchmark keeps its own rules: composition, seal, what is detectable."""
 
 import dataclasses
 import json
@@ -23,11 +23,7 @@ from prb3r.proof.concealed.labels import Label, Request
 from prb3r.proof.concealed.recordings import bias_of, recording_of
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.concealed.sealing import Seal
-from prb3r.proof.judging.intervals import median_of, share_of
-from prb3r.proof.judging.opened import OpenedCase, first_right, parameters, plate_error
-from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
-from prb3r.proof.settings.sizes import detectable_norm, squared_distance
 
 SEED = 77
 NORM, APART = SETTINGS.sizes.detectable, SETTINGS.sizes.apart
@@ -125,58 +121,6 @@ def test_a_broken_seal_is_refused():
     seal._content = Seal([Label(0, "clean", 0, 6)])._content
     with pytest.raises(EngineError, match="not those that were sealed"):
         seal.opened([0])
-
-
-def test_wilson_intervals_are_the_published_ones():
-    """Newcombe, Statistics in Medicine 17 (1998) 857, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29."""
-    for hits, count, low, high in [
-        (81, 263, 0.2553, 0.3662),
-        (15, 148, 0.0624, 0.1605),
-        (0, 20, 0, 0.1611),
-        (1, 29, 0.0061, 0.1718),
-    ]:
-        score = share_of([True] * hits + [False] * (count - hits))
-        assert (score.low, score.high) == pytest.approx((low, high), abs=5e-5)
-
-
-def test_two_effects_are_apart_where_the_likelihood_ratio_errs_once_in_a_hundred():
-    rng, count = np.random.default_rng(1), 400_000
-    for error, distance in ((0.05, 11.0), (0.01, 22.0)):
-        assert squared_distance(error) == distance
-        readings = rng.standard_normal(count)  # along the line that joins the two, the truth at 0, the rival at d
-        wrong = np.mean(readings**2 > (readings - np.sqrt(distance)) ** 2)
-        assert 0.9 * error < wrong < error
-
-
-def test_the_detectable_norm_is_noticed_nine_times_in_ten():
-    rng, count, tests = np.random.default_rng(2), 20_000, 100
-    assert detectable_norm(0.01, tests, 0.1) == 5.2
-    largest = np.abs(rng.standard_normal((count, tests))).max(1)
-    threshold = np.quantile(largest, 0.99)
-    assert np.mean(np.abs(5.2 + rng.standard_normal(count)) > threshold) == pytest.approx(0.9, abs=0.02)
-
-
-def test_medians_have_intervals_of_order_statistics():
-    score = median_of(range(1, 101))
-    assert (score.value, score.count) == (50.5, 100)
-    assert 38 <= score.low <= 42
-    assert 59 <= score.high <= 63
-
-
-def test_scores_of_one_verdict():
-    true = {"kind": "weakened_plate", "plate": 3, "factor": 0.8}
-    label = Label(0, "single", 0, 0, effects=(true,), norm=5 * NORM, nearest={"gravity": 50.0})
-    claim = Claim("weakened_plate", {"plate": 3}, {"factor": (0.81, 0.79, 0.83)})
-    case = OpenedCase(label, Verdict(0, "diagnose", "explained", (claim,)), 0.3)
-    assert first_right(case)
-    assert plate_error(case) == 0
-    ((error, covered),) = parameters(case)
-    assert error == pytest.approx(1 - np.log(0.81) / np.log(0.8))
-    assert covered
-    beside = Claim("weakened_plate", {"plate": 4}, {"factor": (0.81, 0.79, 0.83)})
-    assert plate_error(case._replace(verdict=Verdict(0, "diagnose", "explained", (beside,)))) == 1
-    assert not first_right(case._replace(verdict=Verdict(0, "diagnose", "unexplained", (claim,))))
-    assert parameters(case._replace(verdict=Verdict(0, "diagnose", "failed"))) == [(np.inf, False)]
 
 
 def test_every_candidate_vanishes_with_its_size(responses):
