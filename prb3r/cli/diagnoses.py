@@ -1,0 +1,111 @@
+"""Commands on recordings and what they teach: diagnose, predict."""
+
+from pathlib import Path
+
+import click
+
+from prb3r.cli.group import ExitCode
+from prb3r.cli.shared import JOBS, say_what_is_compiled
+from prb3r.errors import Problem, SpecError
+
+
+@click.command("diagnose")
+@click.argument("recordings", nargs=-1, required=True, metavar="RECORDING...")
+@click.option("-o", "--output", metavar="DIR", help="Folder for all files [default: results/diagnoses/<name>].")
+@click.option("--together", is_flag=True, help="Several recordings of rigs that share material and friction.")
+@click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
+@click.option("--assume", metavar="MANIPULATOR", help="Effects found before, such as explained.toml; refitted.")
+@click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
+@JOBS
+@click.pass_context
+def diagnose_command(ctx, recordings, output, together, holdout, assume, seed, jobs) -> None:
+    """Locate, name and model what simulation leaves out of a recording; show how much better it fits then.
+
+    With --together of several recordings at once, which share what belongs to material and friction.
+    """
+    from prb3r.model.manipulator import load_manipulator
+    from prb3r.recording.reading import load_recording
+
+    if not together and len(recordings) > 1:
+        raise SpecError(Problem("diagnose", "several recordings go with --together; else one at a time"))
+    loaded = [load_recording(path) for path in recordings]
+    asked = {
+        "holdout": [load_recording(path) for path in holdout],
+        "assume": load_manipulator(assume) if assume else None,
+        "seed": seed,
+        "jobs": jobs,
+    }
+    verdicts = _together(loaded, output, asked) if together else _alone(loaded[0], output, asked)
+    ctx.exit(ExitCode.SOME_FAILED if {"unexplained", "set-up"} & set(verdicts) else ExitCode.DONE)
+
+
+def _alone(loaded, output: str | None, asked: dict) -> list[str]:
+    """Diagnose one recording, write and say it; the verdict."""
+    from prb3r.diagnosis.result.files import default_folder
+    from prb3r.diagnosis.result.projection import summary_lines
+    from prb3r.diagnosis.stages import STAGES
+    from prb3r.front import diagnose as diagnosed
+    from prb3r.progress import stages
+    from prb3r.runs.files import ensure_writable
+
+    folder = Path(output) if output else default_folder(loaded.name)
+    ensure_writable(folder)
+    say_what_is_compiled()
+    with stages(loaded.name, (*STAGES, "write")) as report:
+        diagnosis = diagnosed(loaded, report=report, **asked)
+        report("write")
+        files = diagnosis.report(folder)
+    click.echo("\n".join(summary_lines(diagnosis)))
+    click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
+    return [diagnosis.verdict]
+
+
+def _together(loaded, output: str | None, asked: dict) -> list[str]:
+    """Diagnose several recordings together, write and say it; the verdicts."""
+    from prb3r.diagnosis.result.files import default_folder
+    from prb3r.diagnosis.result.projection import summary_lines
+    from prb3r.diagnosis.together import joint_steps
+    from prb3r.front import diagnose as diagnosed
+    from prb3r.progress import stages
+    from prb3r.runs.files import ensure_writable
+
+    names = [recording.name for recording in loaded]
+    folder = Path(output) if output else default_folder("together-" + "-".join(names))
+    ensure_writable(folder)
+    with stages("together", (*joint_steps(names), "write")) as report:
+        found = diagnosed(loaded, together=True, report=report, **asked)
+        report("write")
+        files = found.report(folder)
+    for diagnosis in found.diagnoses:
+        click.echo("\n".join([*summary_lines(diagnosis), ""]))
+    click.echo("\n".join(["together:", *(f"- {sentence}" for sentence in found.common.sentences)]))
+    click.echo(f"{len(files)} files in {folder}: together.json and a folder for each recording")
+    return [diagnosis.verdict for diagnosis in found.diagnoses]
+
+
+@click.command("predict")
+@click.argument("diagnosis", metavar="DIAGNOSIS")
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.argument("steps", metavar="[STEPS]", required=False)
+@click.option("-o", "--output", metavar="FILE", help="A .toml or, with STEPS, a .csv or .parquet, instead of stdout.")
+@click.option("--seed", default=0, show_default=True, help="Of the draws behind the bands.")
+def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
+    """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands."""
+    from prb3r.diagnosis.result.design_prediction import predict_design
+    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.runs.files import ensure_writable, write_whole
+
+    if output and steps is None and Path(output).suffix != ".toml":
+        raise SpecError(Problem(output, "without STEPS a manipulator is written: a .toml file"))
+    say_what_is_compiled()
+    learnt = predict_design(diagnosis, manipulator, steps, seed=seed)
+    if output and learnt.positions is not None:
+        write_table(learnt.positions, output)
+    elif output:
+        ensure_writable(Path(output).parent)
+        write_whole(Path(output), learnt.to_toml().encode())
+    else:
+        text = learnt.to_toml() if learnt.positions is None else csv_text(learnt.positions)
+        click.echo(text, nl=False)
+    for remark in (*(f"left behind: {reason}" for reason in learnt.left_behind), *learnt.remarks):
+        click.echo(f"prb3r: {remark}", err=True)

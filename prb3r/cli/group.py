@@ -1,0 +1,75 @@
+"""How every command ends: exit codes, errors as sentences, signals."""
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from enum import IntEnum
+
+import click
+
+from prb3r.errors import Prb3rError
+
+
+class ExitCode(IntEnum):
+    """What a command tells the shell; input that is refused and failures of the engine carry theirs with them."""
+
+    DONE = 0
+    SOME_FAILED = 1
+    """Cases without equilibrium, or a misfit that nothing explains."""
+    INTERNAL = 3
+    INTERRUPTED = 130
+
+
+class Commands(click.Group):
+    """Errors become messages and exit codes; no traceback reaches a user unless PRB3R_DEBUG is set."""
+
+    def invoke(self, ctx: click.Context):
+        """Run a command; its errors become messages on stderr and its exit code."""
+        try:
+            with _stoppable():
+                return super().invoke(ctx)
+        except Prb3rError as error:
+            for problem in error.problems:
+                click.echo(f"prb3r: {problem}", err=True)
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("prb3r: interrupted; what is computed is kept, run the same command to go on", err=True)
+            ctx.exit(ExitCode.INTERRUPTED)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            ctx.exit(ExitCode.DONE)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            if os.environ.get("PRB3R_DEBUG"):
+                raise
+            click.echo(
+                f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)",
+                err=True,
+            )
+            ctx.exit(ExitCode.INTERNAL)
+
+
+@contextlib.contextmanager
+def _stoppable() -> Iterator[None]:
+    """SIGTERM and SIGHUP interrupt as SIGINT does, from the beginning on; under `nohup` SIGHUP stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    heard = [
+        number for number in (getattr(signal, name) for name in names) if signal.getsignal(number) != signal.SIG_IGN
+    ]
+    before = {number: signal.signal(number, stop) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)

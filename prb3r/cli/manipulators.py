@@ -1,0 +1,73 @@
+"""Commands on one manipulator: solve, reach."""
+
+import click
+
+from prb3r.cli.group import ExitCode
+from prb3r.cli.shared import say_what_is_compiled
+
+
+@click.command("solve")
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.argument("steps", metavar="STEPS")
+@click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
+@click.option("-o", "--output", metavar="MARKERS", help="A .csv or .parquet file instead of CSV on stdout.")
+@click.option("--as-measured", is_flag=True, help="Positions as read with the observation effects of the file.")
+@click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
+@click.pass_context
+def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
+    """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
+    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.model.manipulator import load_manipulator
+    from prb3r.model.solve import POSITION_COLUMNS
+    from prb3r.model.solve import solve as solve_steps
+
+    say_what_is_compiled()
+    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)[POSITION_COLUMNS]
+    last = table[table["disk"] == table["disk"].max()]
+    failed, detours = (
+        int((~last["outcome"].isin(["converged", "detour"])).sum()),
+        int((last["outcome"] == "detour").sum()),
+    )
+    if output:
+        write_table(table, output)
+        click.echo(f"{len(last)} steps, {failed} without a stable equilibrium, in {output}")
+    else:
+        click.echo(csv_text(table), nl=False)
+        if failed:
+            click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
+        if detours:
+            click.echo(f"prb3r: {detours} after them are reached by leaving them out", err=True)
+    ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
+
+
+@click.command("reach")
+@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.option("--disk", default="tip", show_default=True, metavar="K", help="Number of the disk, or tip.")
+@click.option("--x", "x_m", type=float, metavar="M", help="Where its centre should be, m.")
+@click.option("--y", "y_m", type=float, metavar="M")
+@click.option("--angle", "angle_rad", type=float, metavar="RAD", help="Its angle, rad.")
+@click.option("--path", metavar="TABLE", help="Instead: a table of x_m, y_m, angle_rad, one target after the other.")
+@click.option("--most", type=float, metavar="N", help="Largest tension of a cable [default: bends by a whole turn].")
+@click.option("--broken", multiple=True, metavar="CABLE", help="A cable that carries nothing; may be repeated.")
+@click.option("-o", "--output", metavar="STEPS", help="A .csv or .parquet file instead of CSV on stdout.")
+@click.pass_context
+def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -> None:
+    """Tensions of least sum that bring a disk to a place or an angle, as a table of steps that `solve` takes.
+
+    Exit code 1, and the nearest it comes, where that cannot be.
+    """
+    from prb3r.inverse.reach import reach
+    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.model.manipulator import load_manipulator
+
+    wanted = {name: value for name, value in place.items() if value is not None}
+    number = int(disk) if disk.isdigit() else disk
+    say_what_is_compiled()
+    answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, broken=broken, **wanted)
+    if output:
+        write_table(answer.steps, output)
+    else:
+        click.echo(csv_text(answer.steps), nl=False)
+    for sentence in answer.sentences:
+        click.echo(sentence, err=not output)
+    ctx.exit(ExitCode.DONE if answer.reached else ExitCode.SOME_FAILED)

@@ -1,0 +1,40 @@
+"""What several commands take and say."""
+
+import os
+
+import click
+
+from prb3r.errors import Problem, SpecError
+
+
+def existing(_context: click.Context, _parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+    """The paths of an argument, all of which must be there.
+
+    Raises
+    ------
+    SpecError
+        With every path that is not.
+    """
+    problems = [Problem(path, "no such file or folder") for path in paths if not os.path.exists(path)]
+    if problems:
+        raise SpecError(*problems)
+    return paths
+
+
+def say_what_is_compiled() -> None:
+    """Say on stderr that the first use takes longer, if the kernels of the mechanics are not in the cache yet."""
+    from prb3r.mechanics.kernel import is_prepared
+
+    if not is_prepared():
+        click.echo("prb3r: compiling the mechanics for its first use, up to half a minute; it is kept", err=True)
+
+
+JOBS = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=None,
+    callback=lambda _context, _parameter, jobs: jobs or os.cpu_count() or 1,
+    help="Worker processes [default: all cores].",
+)
+"""Number of worker processes, at least 1."""

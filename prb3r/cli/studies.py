@@ -1,0 +1,144 @@
+"""Commands on studies and their results: run, compare, report."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from prb3r.cli.group import ExitCode
+from prb3r.cli.shared import JOBS, existing, say_what_is_compiled
+from prb3r.errors import Problem, SpecError
+
+if TYPE_CHECKING:
+    from prb3r.study.plan import Plan
+    from prb3r.study.run import Result
+
+
+@click.command("run")
+@click.argument("studies", nargs=-1, required=True, metavar="STUDY.toml...", callback=existing)
+@click.option("-o", "--output", default="results", show_default=True, help="Folder that receives one folder a study.")
+@JOBS
+@click.option("--fresh", is_flag=True, help="Compute everything anew instead of resuming.")
+@click.option("--dry-run", is_flag=True, help="Say how many cases, what they cost and where they go.")
+@click.option("--backend", default="loky", show_default=True, help="loky (this machine) or dask.")
+@click.option("--scheduler", default=None, metavar="ADDRESS", help="Dask scheduler, tcp://host:port.")
+@click.pass_context
+def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
+    """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
+    from prb3r.progress import reporter
+    from prb3r.runs.tasks import Workers
+    from prb3r.study.run import Options, execute, writing
+
+    plans = _planned(studies, output)
+    say_what_is_compiled()
+    if dry_run:
+        for plan in plans:
+            click.echo(_forecast(plan, jobs))
+        return
+    from prb3r.present.study.current import publish_what_changed
+
+    options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
+    with reporter() as progress:
+        for plan in plans:
+            with writing(plan):
+                result = execute(plan, options, progress)
+                files = publish_what_changed(result)
+            for change in result.manifest["changed"]:
+                click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
+            failed += result.failed
+            lines.append(_closing(result, files))
+    click.echo("\n".join(lines))
+    ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
+
+
+def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
+    """The plan of each study file.
+
+    Raises
+    ------
+    SpecError
+        With every problem of all files, and with studies of one name, which would write into one folder.
+    """
+    from prb3r.progress import reporter
+    from prb3r.study.plan import plan_study
+
+    plans: list[Plan] = []
+    problems: list[Problem] = []
+    with reporter() as progress:
+        for path in studies:
+            try:
+                plans.append(plan_study(path, output, progress))
+            except SpecError as error:
+                problems += error.problems
+    names = [plan.study.name for plan in plans]
+    for plan in plans:
+        if names.count(plan.study.name) > 1:
+            problems.append(Problem(str(plan.path), f"another study of this run is named {plan.study.name!r} too"))
+    if problems:
+        raise SpecError(*problems)
+    return plans
+
+
+def _forecast(plan: "Plan", jobs: int) -> str:
+    """How many cases a study has, what they cost in seconds and where they go, in one line."""
+    from prb3r.study.run import forecast
+
+    seconds, stored = forecast(plan)
+    cost = f"about {seconds / jobs:.2g} s with {jobs} jobs" if seconds else "nothing to compute"
+    return f"{plan.study.name}: {len(plan.cases)} cases, {stored} of them stored, {cost}, into {plan.folder}"
+
+
+def _closing(result: "Result", files: list[Path]) -> str:
+    """What a run of a study did, and what it answers: the lines that close it."""
+    plan, cases = result.plan, len(result.cases)
+    what = (
+        f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
+    )
+    text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    if plan.study.decides:
+        from prb3r.study.advice import recommendation
+        from prb3r.study.decide import decide
+        from prb3r.study.designs import read_designs
+
+        text += f"\n  {recommendation(decide(read_designs([result.folder]))).replace('**', '')}"
+    if result.rigs is not None:
+        from prb3r.study.rigs import share_sentences
+
+        text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
+    if result.failed:
+        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
+        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
+    return text
+
+
+@click.command("compare")
+@click.argument("results", nargs=-1, required=True, metavar="RESULT...", callback=existing)
+@click.option("-o", "--output", metavar="DIR", help="Also write comparison.md, comparison.parquet and figures.")
+@click.option("--requirements", metavar="FILE", help="[[requirement]] and [[preference]], instead of the study's.")
+@click.pass_context
+def compare_command(ctx, results, output, requirements) -> None:
+    """Designs side by side: which keep the requirements, the Pareto front, and which to build.
+
+    Exit code 1 if no design keeps every requirement.
+    """
+    from prb3r.present.study.comparison import advice_on, publish_comparison
+    from prb3r.study.designs import read_designs
+    from prb3r.study.wishes import load_wishes
+
+    asked = load_wishes(requirements) if requirements else None
+    counsel = advice_on(read_designs([Path(result) for result in results], asked))
+    click.echo(counsel.markdown)
+    if output:
+        files = publish_comparison(counsel, Path(output))
+        click.echo(f"\n{', '.join(files)} in {output}")
+    ctx.exit(ExitCode.DONE if counsel.decision.winner else ExitCode.SOME_FAILED)
+
+
+@click.command("report")
+@click.argument("folder", metavar="FOLDER")
+def report_command(folder) -> None:
+    """An index page over everything in a folder: studies, comparisons, diagnoses and proofs, each with its answer."""
+    from prb3r.present.index import write_index
+
+    page, count = write_index(Path(folder))
+    click.echo(f"{count} result{'s' * (count > 1)} in {page}")
