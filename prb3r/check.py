@@ -9,7 +9,8 @@ from prb3r.errors import Problem, SpecError
 from prb3r.model.files.cells import count, ranges
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
-from prb3r.model.steps import ignored_slips, sequences_of
+from prb3r.model.step_checks import ignored_slips
+from prb3r.model.steps import sequences_of
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind

@@ -17,13 +17,14 @@ ORDER = {
     "tangent complementarity stick_slip turning attempt history_path path_output path equilibrium strain limit "
     "derivatives",
     "mechanics.derivatives": "response feedback partials differentiate solved_path sensitivity",
-    "model": "files laws effects parts paths manipulator given steps",
+    "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull search reach",
     "runs": "files secret store sealed states parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare "
-    "chunk measure cloud work plan tables manifest designs rigs search compute explore run decide advice",
+    "chunk measure cloud work plan tables manifest designs rigs search compute explore run "
+    "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",
-    "diagnosis": "confidence settings library fit evidence search checks result stages together run",
+    "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style framing page spots study diagnosis proof index",
     "bench": "prototype methods scaling jacobians diagnosis measure tables",

@@ -4,21 +4,19 @@ set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
-from prb3r.diagnosis.checks.repeats import Scatter, scatter
+from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, least_gain
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
-from prb3r.diagnosis.evidence.outliers import Doubts
-from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
-from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
@@ -38,74 +36,12 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed, assumed_of
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.starts import search_effects
-from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, RecordingError
-from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import Recording
 
 STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 Report = Callable[[str], None]
 """Hears which stage is under way."""
-
-
-@dataclass(frozen=True)
-class Task:
-    """What is asked: a recording, and how it is to be judged."""
-
-    recording: Recording
-    seed: int = 0
-    """Of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis."""
-    without: frozenset[str] = frozenset()
-    """Kinds of effects that are not considered."""
-    hold_out: bool = True
-    """Whether sequences are set aside; not where another recording is held out instead."""
-    settings: Settings = Settings()
-    assumed: Manipulator | None = None
-    """A manipulator with effects that were found before; they are refitted."""
-
-
-@dataclass(frozen=True, eq=False)
-class Calibrated:
-    """A recording without the sequences that are set aside, and the constants that fit it."""
-
-    task: Task
-    recording: Recording
-    """The whole."""
-    aside: tuple[int, ...]
-    repeated: Scatter | None
-    fitted: Fit
-
-
-@dataclass(frozen=True, eq=False)
-class Doubted:
-    """The constants under the readings and weights that are believed."""
-
-    task: Task
-    recording: Recording
-    aside: tuple[int, ...]
-    repeated: Scatter | None
-    fitted: Fit
-    doubts: Doubts
-    search: Search
-    """What may explain what is left."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tested:
-    """What calibration leaves."""
-
-    doubted: Doubted
-    scores: Scores
-
-
-@dataclass(frozen=True, eq=False)
-class Searched:
-    """The effects that were chosen."""
-
-    tested: Tested
-    choice: Choice
 
 
 def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.result.common import Common, common_of
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import STAGES, Report, Searched, Task, check, standing, without_blunders
+from prb3r.diagnosis.stages import STAGES, Report, check, standing, without_blunders
 from prb3r.errors import Problem, RecordingError
 
 

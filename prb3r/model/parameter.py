@@ -16,7 +16,7 @@ from prb3r.model.effects import Observation
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.paths import keys_of_path, value_at
-from prb3r.model.steps import column_names
+from prb3r.model.step_checks import column_names
 from prb3r.quantities import unit_ending
 
 RELATIVE_STEP = 1e-5

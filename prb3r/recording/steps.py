@@ -8,7 +8,7 @@ import pandas as pd
 from prb3r.errors import Problem
 from prb3r.model.files.cells import count, key_problems, numbers, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.steps import cable_columns, step_problems
+from prb3r.model.step_checks import cable_columns, step_problems
 from prb3r.recording.findings import Findings
 
 

@@ -5,10 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.quantities import Quantity, describe
-from prb3r.study.decide import Decision
-from prb3r.study.designs import value_in_words
-from prb3r.study.wishes import Criterion, Requirement, plain_text
+from prb3r.study.decision import Decision
+from prb3r.study.phrases import (
+    bound_in_words,
+    capitalised,
+    listed_names,
+    preference_in_words,
+    preferred_value_in_words,
+    requirement_in_words,
+    tightest_in_words,
+    weights_in_words,
+    wish_in_words,
+)
+from prb3r.study.wishes import plain_text
 
 ALIKE_SHARE = 0.05
 """Designs within this share of each other are called alike."""
@@ -16,33 +25,6 @@ LEVEL = 0.02
 """Scores that differ by less are called level: weights are not known that well."""
 MOST_TOLD = 12
 """Up to this many designs that are out are told one by one."""
-MOST_NAMED = 6
-"""Up to this many designs of a kind are named."""
-
-
-def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
-    """What a criterion looks at, as the subject of a sentence."""
-    if criterion.words:
-        return criterion.words
-    title = quantity.title[:1].lower() + quantity.title[1:]
-    over = f"{criterion.quantile:g} quantile" if criterion.quantile is not None else criterion.over
-    about = [] if criterion.over == "worst" else [over]
-    about += [_circumstance(name, value) for name, value in criterion.where.items()]
-    return f"{title} ({', '.join(about)})" if about else title
-
-
-def bound_in_words(requirement: Requirement, quantity: Quantity) -> str:
-    """`at most 150 N`."""
-    side = "at most" if requirement.at_least is None else "at least"
-    return f"{side} {value_in_words(requirement.limit, quantity)}"
-
-
-def listed_names(names: Sequence[str]) -> str:
-    """Names in a sentence; of many the first, and how many more."""
-    names = list(names)
-    if len(names) > MOST_NAMED:
-        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def recommendation(decision: Decision) -> str:
@@ -54,12 +36,12 @@ def recommendation(decision: Decision) -> str:
     said = []
     if decision.requirements:
         whole = f"{able} of {len(decision.designs)} designs keep{'s' * (able == 1)} every requirement"
-        said.append(f"{whole}; nearest to its bound, {_tightest(decision, k)}")
+        said.append(f"{whole}; nearest to its bound, {tightest_in_words(decision, k)}")
     if decision.preferences:
         said += _ranked(decision, k)
     elif able > 1:
         said.append("no [[preference]] ranks them, and this one has the largest reserve")
-    return f"**Recommendation: {decision.winner}.** " + " ".join(f"{_upper(sentence)}." for sentence in said)
+    return f"**Recommendation: {decision.winner}.** " + " ".join(f"{capitalised(sentence)}." for sentence in said)
 
 
 def _ranked(decision: Decision, k: int) -> list[str]:
@@ -68,7 +50,7 @@ def _ranked(decision: Decision, k: int) -> list[str]:
         several = len(decision.ranking) > 1
         return ["none of the others that do is better in anything that was preferred"] if several else []
     best = [j for j in range(len(decision.preferences)) if _is_best(decision, k, j)]
-    words = [f"{_wish(decision, j)} ({_value(decision, k, j)})" for j in best]
+    words = [f"{preference_in_words(decision, j)} ({preferred_value_in_words(decision, k, j)})" for j in best]
     second = next(other for other in decision.ranking[1:] if decision.front[other])
     against = f"{decision.score[k]:.2f} against {decision.score[second]:.2f} of {decision.designs[second]}"
     if decision.score[k] - decision.score[second] < LEVEL:
@@ -81,7 +63,7 @@ def _ranked(decision: Decision, k: int) -> list[str]:
             else ["it is best in nothing, and far behind in nothing"]
         ),
         f"at {'equal' if equal else 'the given'} weights it scores {against}",
-        f"{_share(decision, k)} put it first",
+        f"{weights_in_words(decision, k)} put it first",
     ]
 
 
@@ -92,7 +74,7 @@ def _nothing_does(decision: Decision) -> str:
     if not np.isfinite(reserve[k]):
         return "**No design keeps every requirement**, and none comes close: each has cases without a value."
     short = _numbers(decision.margins[k] < 0)
-    need = [f"{_bounded(decision, k, r)} ({_distance(decision, k, r)})" for r in short]
+    need = [requirement_in_words(decision, k, r) for r in short]
     return (
         f"**No design keeps every requirement.** {decision.designs[k]} comes closest: {listed_names(need)}. "
         "It would do if that were allowed."
@@ -105,7 +87,7 @@ def exclusions(decision: Decision) -> list[str]:
     said = [f"{len(out)} of {len(decision.designs)} designs are out."] if len(out) > MOST_TOLD else []
     for k in out if len(out) <= MOST_TOLD else ():
         broken = sorted(_numbers(decision.margins[k] < 0), key=lambda r: decision.margins[k, r])
-        reasons = [f"{_bounded(decision, k, r)} ({_distance(decision, k, r)})" for r in broken]
+        reasons = [requirement_in_words(decision, k, r) for r in broken]
         said.append(f"**{decision.designs[k]}** is out: {'; '.join(reasons)}.")
     return said
 
@@ -116,7 +98,7 @@ def bindings(decision: Decision) -> list[str]:
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
         count, alone = int((decision.margins[:, r] < 0).sum()), decision.excluded_alone(r)
-        bound = f"{_upper(wish_in_words(requirement, quantity))} {bound_in_words(requirement, quantity)}"
+        bound = f"{capitalised(wish_in_words(requirement, quantity))} {bound_in_words(requirement, quantity)}"
         without = f"; without it {listed_names(alone)} would do" if alone else "; each of them breaks another bound too"
         said.append(f"{bound} excludes {f'{count} of {len(decision.designs)}{without}' if count else 'no design'}.")
     return said
@@ -143,7 +125,7 @@ def trades(decision: Decision) -> list[str]:
                 f"**{name}** can be dropped: {rival} is at least as good in everything and better in something."
             )
         elif k != decision.ranking[0]:
-            said.append(f"**{name}** {_trade(decision, k)}; {_share(decision, k)} put it first.")
+            said.append(f"**{name}** {_trade(decision, k)}; {weights_in_words(decision, k)} put it first.")
     return said
 
 
@@ -154,7 +136,8 @@ def _trade(decision: Decision, k: int) -> str:
     better = sorted((j for j in count if gains[j] > 0), key=lambda j: -gains[j])
     worse = sorted((j for j in count if gains[j] < 0), key=lambda j: gains[j])
     told = [
-        f"{_wish(decision, j)} is {_value(decision, k, j)} against {_value(decision, first, j)}"
+        f"{preference_in_words(decision, j)} is {preferred_value_in_words(decision, k, j)} "
+        f"against {preferred_value_in_words(decision, first, j)}"
         for j in (*better[:2], *worse[:2])
     ]
     split = min(len(better), 2)
@@ -173,14 +156,14 @@ def changes_with_weights(decision: Decision) -> list[str]:
         if move.above:
             bounds.append(f"above {move.high:.3g} {move.above}")
         if bounds:
-            said.append(f"Weight of {_wish(decision, j)} ({preference.weight:g}): {', '.join(bounds)}.")
+            said.append(f"Weight of {preference_in_words(decision, j)} ({preference.weight:g}): {', '.join(bounds)}.")
         else:
-            steady.append(_wish(decision, j))
+            steady.append(preference_in_words(decision, j))
     if steady:
         said.append(f"No weight of {listed_names(steady)} alone changes what comes first.")
     small = [j for j in range(len(decision.preferences)) if 0 < _spread(decision, j) < ALIKE_SHARE]
     said += [
-        f"The designs differ by {100 * _spread(decision, j):.1g} % in {_wish(decision, j)} alone: "
+        f"The designs differ by {100 * _spread(decision, j):.1g} % in {preference_in_words(decision, j)} alone: "
         "it deserves little weight."
         for j in small
     ]
@@ -208,14 +191,6 @@ def _numbers(true: np.ndarray) -> list[int]:
     return np.flatnonzero(true).tolist()
 
 
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _share(decision: Decision, k: int) -> str:
-    return f"{100 * decision.win_share[k]:.0f} % of all weights"
-
-
 def _is_best(decision: Decision, k: int, j: int) -> bool:
     """Whether no design on the front is better, and some is worse by more than a little."""
     return decision.worth[k, j] == 1.0 and _spread(decision, j) > ALIKE_SHARE
@@ -232,44 +207,3 @@ def _dominating(decision: Decision, k: int) -> int:
     """The best ranked design that leaves no reason for design `k`."""
     scores = decision.scores
     return next(j for j in decision.ranking if np.all(scores[j] >= scores[k]) and np.any(scores[j] > scores[k]))
-
-
-def _wish(decision: Decision, j: int) -> str:
-    return wish_in_words(decision.preferences[j], decision.quantities[len(decision.requirements) + j])
-
-
-def _value(decision: Decision, k: int, j: int) -> str:
-    return value_in_words(decision.values.iloc[k, j], decision.quantities[len(decision.requirements) + j])
-
-
-def _bounded(decision: Decision, k: int, r: int) -> str:
-    requirement, quantity, value = decision.requirements[r], decision.quantities[r], decision.bounded[k, r]
-    bound = bound_in_words(requirement, quantity)
-    if not np.isfinite(value):
-        return f"{wish_in_words(requirement, quantity)} has no value in some case, {bound} required"
-    wanted = "allowed" if requirement.at_least is None else "required"
-    return f"{wish_in_words(requirement, quantity)} is {value_in_words(value, quantity)}, {bound} {wanted}"
-
-
-def _distance(decision: Decision, k: int, r: int) -> str:
-    """`12 % off` or `12 % inside`, of the bound."""
-    margin, limit = decision.margins[k, r], decision.requirements[r].limit
-    if not np.isfinite(margin):
-        return "nothing to go by" if margin < 0 else "far inside"
-    side = "off" if margin < 0 else "inside"
-    if not limit:
-        return f"{value_in_words(abs(margin), decision.quantities[r])} {side}"
-    return f"{100 * abs(margin):{'.0f' if abs(margin) > 0.1 else '.2g'}} % {side}"
-
-
-def _tightest(decision: Decision, k: int) -> str:
-    r = int(np.argmin(decision.margins[k]))
-    return f"{_bounded(decision, k, r)} ({_distance(decision, k, r)})"
-
-
-def _circumstance(name: str, value: Any) -> str:
-    if name == "broken_cables":
-        return "all cables intact" if value == "" else f"cables {value} broken"
-    values = value if isinstance(value, list) else [value]
-    between = ": " if isinstance(values[0], str) else " "
-    return f"{describe(name).title.lower()}{between}{listed_names([plain_text(v) or 'none' for v in values])}"

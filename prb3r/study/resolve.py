@@ -12,7 +12,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.steps import refused, step_problems
+from prb3r.model.step_checks import refused, step_problems
 from prb3r.study.axes import count_cases, short
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.factors import MAX_CASES

@@ -13,12 +13,13 @@ import pandas as pd
 
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.stages import Task, investigate
+from prb3r.diagnosis.stages import investigate
 from prb3r.mechanics.kernel import once_at_a_time
 from prb3r.model.files.toml import toml_text
 from prb3r.proof.rig.simulate import observe, simulate

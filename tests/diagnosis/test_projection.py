@@ -22,7 +22,7 @@ from diagnosis.simulated import (
 import prb3r
 from prb3r import load_manipulator, solve
 from prb3r.diagnosis.evidence.outliers import NotedWeight
-from prb3r.diagnosis.result.diagnosis import Separation
+from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tell import tell

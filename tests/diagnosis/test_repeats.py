@@ -10,8 +10,9 @@ from diagnosis.simulated import Case, recorded
 from prb3r.diagnosis.checks.repeats import matches, scatter
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Task, investigate, run_stages
+from prb3r.diagnosis.stages import investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind

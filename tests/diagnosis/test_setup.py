@@ -10,11 +10,12 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Task, run_stages, without_blunders
+from prb3r.diagnosis.stages import run_stages, without_blunders
 from prb3r.model.steps import loads_of
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording

@@ -15,6 +15,7 @@ from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.library.hypothesis import Free
@@ -24,7 +25,6 @@ from prb3r.diagnosis.result.common import Common, SharedParameter, write_common
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.run import joint_diagnosis_of
 from prb3r.diagnosis.search.joint_pool import shared_constants
-from prb3r.diagnosis.stages import Task
 from prb3r.diagnosis.together import diagnose_together
 from prb3r.errors import SpecError
 from prb3r.recording.recording import Sharing

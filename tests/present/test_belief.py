@@ -7,7 +7,7 @@ import pytest
 
 from prb3r import load_manipulator
 from prb3r.diagnosis.checks.residuals import ModelCheck
-from prb3r.diagnosis.result.diagnosis import NoiseFound, SurvivingModel, ToleranceFound
+from prb3r.diagnosis.result.numbers import NoiseFound, SurvivingModel, ToleranceFound
 from prb3r.model.effects.friction import PulleyFriction
 from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.present.diagnosis import belief

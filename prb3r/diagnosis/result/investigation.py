@@ -9,8 +9,9 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
-from prb3r.diagnosis.result.diagnosis import Separation, SurvivingModel
+from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.search.empirical_law import Closure
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.recording.recording import Recording

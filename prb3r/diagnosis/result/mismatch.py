@@ -3,7 +3,7 @@
 import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Mismatch
+from prb3r.diagnosis.result.effects import Mismatch
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.recording.recording import Recording
 

@@ -12,7 +12,8 @@ from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Separation, SurvivingModel
+from prb3r.diagnosis.result.effects import Separation
+from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.result.statements import Estimate, sentence
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival, rivals, without_effect

@@ -7,7 +7,8 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
-from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedLaw, NamedEffect, Separation
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
 
 SCHEMA = 2

@@ -13,23 +13,20 @@ from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.fit.profile import Profile
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Free
-from prb3r.diagnosis.result.diagnosis import (
-    CalibratedConstant,
-    CameraFrame,
-    ChiSquare,
-    Diagnosis,
-    FittedLaw,
-    FittedModel,
-    LargestScore,
-    NamedEffect,
-    NoiseFound,
-    ProfileCurve,
-    RivalEffect,
-    ToleranceFound,
-)
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, ProfileCurve, RivalEffect
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.named import Named
+from prb3r.diagnosis.result.numbers import (
+    CalibratedConstant,
+    CameraFrame,
+    ChiSquare,
+    FittedModel,
+    LargestScore,
+    NoiseFound,
+    ToleranceFound,
+)
 from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.model.effects.base import Effect

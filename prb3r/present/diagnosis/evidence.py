@@ -10,7 +10,8 @@ from matplotlib.patches import Patch, Rectangle
 from scipy.stats import norm as norm_law
 
 from prb3r.diagnosis.confidence import INTERVAL_RISE, TAIL
-from prb3r.diagnosis.result.diagnosis import Diagnosis, NamedEffect, ProfileCurve
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect, ProfileCurve
 from prb3r.present import style
 from prb3r.present.diagnosis.panels import NOISE, StepAxis, panel_grid
 from prb3r.present.diagnosis.sentences import spaced

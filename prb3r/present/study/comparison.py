@@ -14,7 +14,8 @@ from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
 from prb3r.study import advice
-from prb3r.study.decide import Decision, by_circumstance, decide
+from prb3r.study.decide import by_circumstance, decide
+from prb3r.study.decision import Decision
 from prb3r.study.designs import DesignCases, value_in_words
 
 DECISION_CAPTIONS = {

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 
 from prb3r.present import style
 from prb3r.present.spots import point_at
-from prb3r.study.advice import bound_in_words, wish_in_words
-from prb3r.study.decide import Decision
+from prb3r.study.decision import Decision
+from prb3r.study.phrases import bound_in_words, wish_in_words
 
 MOST_TOLD_APART = 6
 """So many designs, the first in the ranking, have a look of their own; the others are grey."""

@@ -17,7 +17,7 @@ from prb3r.present.study.shapes import straight
 from prb3r.present.study.source import Source
 from prb3r.study.cases import Case
 from prb3r.study.cloud import limits_of
-from prb3r.study.decide import Decision
+from prb3r.study.decision import Decision
 from prb3r.study.designs import design_names
 from prb3r.study.loading import Cloud
 from prb3r.study.run import Result

@@ -9,7 +9,7 @@ from prb3r.present import style
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.study.advice import LEVEL
-from prb3r.study.decide import Decision
+from prb3r.study.decision import Decision
 from prb3r.study.designs import design_names
 from prb3r.study.spec import Study
 

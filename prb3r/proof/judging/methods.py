@@ -18,7 +18,9 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.diagnosis import Diagnosis, FittedModel, NamedEffect
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect
+from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.rivals import added
 from prb3r.diagnosis.settings import Settings

@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.remedy import Remedy, listed, with_scaled
 from prb3r.model.files.cells import numbers
-from prb3r.model.steps import cable_columns
+from prb3r.model.step_checks import cable_columns
 from prb3r.recording.recording import Recording
 
 

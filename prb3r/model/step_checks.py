@@ -1,0 +1,150 @@
+"""What a table of load steps may hold: names of columns, signs, sizes; and everything that is wrong with one."""
+
+import re
+from collections.abc import Container, Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.errors import Problem, did_you_mean
+from prb3r.model.files.cells import (
+    count,
+    is_empty,
+    key_problems,
+    number_problems,
+    numbers,
+    others,
+    rows_of,
+    too_large,
+    with_keys,
+)
+from prb3r.model.manipulator import Manipulator
+
+REST_NOISE = 0.02
+"""A tension below zero by up to this share of the largest is a force sensor at rest and taken as zero."""
+
+
+def column_names(manipulator: Manipulator) -> list[str]:
+    """Load columns that a table of steps may have, without those in kilograms."""
+    cables = [f"cable_{name}_n" for name in manipulator.cable_names]
+    slips = [f"slip_{name}" for name in manipulator.cable_names]
+    disks = [f"disk{k}_{axis}_n" for k in range(1, manipulator.plates + 1) for axis in "xy"]
+    return [*cables, "tip_x_n", "tip_y_n", *slips, *disks]
+
+
+def cable_columns(manipulator: Manipulator, frame: Container[str]) -> list[str]:
+    """The columns of a table of steps that hold tensions, in newtons or kilograms."""
+    names = (f"cable_{name}_{unit}" for name in manipulator.cable_names for unit in ("n", "kg"))
+    return [name for name in names if name in frame]
+
+
+def step_problems(
+    manipulator: Manipulator | None, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
+) -> list[Problem]:
+    """Everything that is wrong with a table of steps.
+
+    Parameters
+    ----------
+    manipulator : that the loads act on; without it, names of columns and signs of tensions stay unchecked.
+    """
+    valid = [*keys, *_columns(manipulator)] if manipulator else list(frame.columns)
+    problems = key_problems(frame, where, keys)
+    if not problems and keys:
+        problems += _repeated(with_keys(frame), where)
+    for name in frame.columns:
+        place = f"{where} column {name}"
+        if name not in valid:
+            problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
+        elif name not in keys:
+            problems += _load_problems(frame[name], str(name), place)
+    for name in manipulator.cable_names if manipulator else ():
+        if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
+            problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
+    return problems + (list(_pushing(manipulator, frame, where)) if manipulator else [])
+
+
+def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
+    """A sentence on the declared slips among `columns` that the manipulator does not read, empty if there are none."""
+    slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
+    return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
+
+
+def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(c,) whether each of `c` tables of steps has problems, which `step_problems` then tells.
+
+    Parameters
+    ----------
+    columns : (c, s) numbers of each load, by its name.
+    """
+    names, count = cable_columns(manipulator, columns), len(next(iter(columns.values())))
+    twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
+    if twice or not columns.keys() <= set(_columns(manipulator)):
+        return np.ones(count, bool)
+    bad = [(np.isnan(values) | too_large(values)).any(1) for values in columns.values()]
+    bad += [_no_slip(values).any(1) for name, values in columns.items() if name.startswith("slip_")]
+    newtons = [_newtons(manipulator, name, columns[name]) for name in names]
+    if newtons:
+        largest = np.max([column.max(1) for column in newtons], axis=0)[:, None]
+        bad += [_pushes(column, largest).any(1) for column in newtons]
+    return np.any(bad, axis=0)
+
+
+def _no_slip(values: Any) -> Any:
+    """Whether declared slips are other than drawn in, none or paid out."""
+    return (values != -1) & (values != 0) & (values != 1)
+
+
+def _newtons(manipulator: Manipulator, name: str, values: Any) -> Any:
+    """Values of a column of tensions, N."""
+    return values * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1)
+
+
+def _pushes(newtons: Any, largest: Any) -> Any:
+    """Whether tensions are too far below zero, next to the largest one of their table."""
+    return newtons < -REST_NOISE * np.maximum(largest, 0.0)
+
+
+def _columns(manipulator: Manipulator) -> list[str]:
+    return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
+
+
+def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
+    if manipulator and (disk := re.fullmatch(r"disk(\d+)_[xy]_n", name)):
+        return f": there is no disk {disk[1]}, disks that can carry loads are 1 to {manipulator.plates}"
+    return did_you_mean(name, [v for v in valid if not v.startswith("disk")])
+
+
+def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Steps that stand in several rows."""
+    for name, rows in frame[frame.duplicated(["sequence", "step"], keep=False)].groupby("sequence", sort=False):
+        steps = rows["step"].unique()
+        places = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
+        more = f" and {count(len(steps) - 3, 'more step')} alike" if len(steps) > 3 else ""
+        differ = "" if len(rows.drop_duplicates()) == len(steps) else ", with different loads"
+        remedy = "a sequence that is pulled again needs a name of its own"
+        yield Problem(where, f"sequence {name}: {', '.join(places)}{more}{differ}; {remedy}")
+
+
+def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
+    problems, read = number_problems(values, place), numbers(values)
+    if name.startswith("slip_"):
+        wrong = np.isfinite(read) & _no_slip(read)
+        what = "must be -1 (drawn toward the base), 0 or +1 (paid out)"
+    else:
+        wrong, what = is_empty(values), "empty; write 0 for no load"
+    if wrong.any():
+        problems.append(Problem(place, f"{rows_of(wrong)}: {what}"))
+    return problems
+
+
+def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Tensions too far below zero."""
+    names = cable_columns(manipulator, frame)
+    newtons = {name: _newtons(manipulator, name, numbers(frame[name])) for name in names}
+    largest = max((column.max() for column in newtons.values()), default=0.0)
+    for name, column in newtons.items():
+        if (pushes := _pushes(column, largest)).any():
+            lowest = numbers(frame[name])[column.idxmin()]
+            what = f"row {column.idxmin() + 1} is {lowest:g}: a cable cannot push; tensions are at least 0"
+            yield Problem(f"{where} column {name}", what + others(pushes))

@@ -1,0 +1,94 @@
+"""The parts of the sentences about a decision: what is wanted, its bound, its value, how far off it is."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from prb3r.quantities import Quantity, describe
+from prb3r.study.decision import Decision
+from prb3r.study.designs import value_in_words
+from prb3r.study.wishes import Criterion, Requirement, plain_text
+
+MOST_NAMED = 6
+"""Up to this many designs of a kind are named."""
+
+
+def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
+    """What a criterion looks at, as the subject of a sentence."""
+    if criterion.words:
+        return criterion.words
+    title = quantity.title[:1].lower() + quantity.title[1:]
+    over = f"{criterion.quantile:g} quantile" if criterion.quantile is not None else criterion.over
+    about = [] if criterion.over == "worst" else [over]
+    about += [_circumstance(name, value) for name, value in criterion.where.items()]
+    return f"{title} ({', '.join(about)})" if about else title
+
+
+def bound_in_words(requirement: Requirement, quantity: Quantity) -> str:
+    """`at most 150 N`."""
+    side = "at most" if requirement.at_least is None else "at least"
+    return f"{side} {value_in_words(requirement.limit, quantity)}"
+
+
+def listed_names(names: Sequence[str]) -> str:
+    """Names in a sentence; of many the first, and how many more."""
+    names = list(names)
+    if len(names) > MOST_NAMED:
+        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def capitalised(text: str) -> str:
+    """A sentence with a capital first letter, its other letters kept (units and names)."""
+    return text[:1].upper() + text[1:]
+
+
+def weights_in_words(decision: Decision, k: int) -> str:
+    """`40 % of all weights`: those at which design `k` comes first."""
+    return f"{100 * decision.win_share[k]:.0f} % of all weights"
+
+
+def preference_in_words(decision: Decision, j: int) -> str:
+    """What preference `j` looks at."""
+    return wish_in_words(decision.preferences[j], decision.quantities[len(decision.requirements) + j])
+
+
+def preferred_value_in_words(decision: Decision, k: int, j: int) -> str:
+    """What design `k` is worth by preference `j`, as a number with its unit."""
+    return value_in_words(decision.values.iloc[k, j], decision.quantities[len(decision.requirements) + j])
+
+
+def requirement_in_words(decision: Decision, k: int, r: int) -> str:
+    """Design `k` against requirement `r`: `drive tension is 162 N, at most 150 N allowed (8 % off)`."""
+    requirement, quantity, value = decision.requirements[r], decision.quantities[r], decision.bounded[k, r]
+    wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity)
+    distance = _distance(decision.margins[k, r], requirement, quantity)
+    if not np.isfinite(value):
+        return f"{wish} has no value in some case, {bound} required ({distance})"
+    wanted = "allowed" if requirement.at_least is None else "required"
+    return f"{wish} is {value_in_words(value, quantity)}, {bound} {wanted} ({distance})"
+
+
+def tightest_in_words(decision: Decision, k: int) -> str:
+    """Design `k` against the requirement that it keeps with the least reserve."""
+    return requirement_in_words(decision, k, int(np.argmin(decision.margins[k])))
+
+
+def _distance(margin: float, requirement: Requirement, quantity: Quantity) -> str:
+    """`12 % off` or `12 % inside`, of the bound; in its unit where the bound is 0."""
+    if not np.isfinite(margin):
+        return "nothing to go by" if margin < 0 else "far inside"
+    side = "off" if margin < 0 else "inside"
+    if not requirement.limit:
+        return f"{value_in_words(abs(margin), quantity)} {side}"
+    return f"{100 * abs(margin):{'.0f' if abs(margin) > 0.1 else '.2g'}} % {side}"
+
+
+def _circumstance(name: str, value: Any) -> str:
+    """A condition on the cases: the factor with its value or values, or which cables are broken."""
+    if name == "broken_cables":
+        return "all cables intact" if value == "" else f"cables {value} broken"
+    values = value if isinstance(value, list) else [value]
+    between = ": " if isinstance(values[0], str) else " "
+    return f"{describe(name).title.lower()}{between}{listed_names([plain_text(v) or 'none' for v in values])}"
