@@ -119,6 +119,10 @@ class Settings:
     """Prior standard deviation of the ln of the factor on the stated noise: within a factor of two, rarely beyond."""
     noise_scales: tuple[float, float, int] = (-2.5, 2.5, 201)
     """Logarithms of the factors that are considered: from, to, how many."""
+    tension_log_sd: float = 0.35
+    """The same for the stated scatter of the tensions: nobody knows that of a spring balance better."""
+    tension_scales: tuple[float, float, int] = (-1.05, 1.4, 8)
+    """The same for these; what lies between is interpolated."""
     far_noise: float = 0.7
     """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
     common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
@@ -209,6 +213,9 @@ class Settings:
     # Sequences set aside, and repeated ones
     held_out_share: float = 0.25
     """Share of the sequences that is set aside.  Choice."""
+    farthest_sd: float = 3.0
+    """A reading of a sequence set aside counts as at most so far off, as noise has heavier tails than Gauss's: physics
+    that is missing moves many readings.  Choice."""
     hard_pull: float = 0.8
     """Share of a cable's highest tension from which on it is pulled hard.  Choice."""
     same_loads: float = 0.05

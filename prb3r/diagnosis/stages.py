@@ -161,8 +161,10 @@ def check(searched: Searched) -> Investigation:
     task, training = doubted.task, calibrated.model.predict.recording
     fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts.level)
     fresh = fresh.doubting(choice.fitted) if fresh else None
-    judged = fresh.judged(choice.fitted) if fresh else ()
-    failed = [sequence for sequence in judged if sequence.p < task.settings.naming_rate / len(judged)]
+    rate = task.settings.naming_rate / max(len(doubted.aside), 1)
+    models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
+    judged = fresh.judged_by(choice.fitted, models, rate) if fresh else ()
+    failed = [sequence for sequence in judged if sequence.p < rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
     why = why_unexplained(choice, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong])
     effects = range(len(choice.fitted.model.hypotheses))

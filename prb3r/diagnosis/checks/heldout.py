@@ -9,7 +9,7 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm as normal
 
 from prb3r.diagnosis.checks.doubt import likeliest
-from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
@@ -77,7 +77,7 @@ class JudgedSequence(NamedTuple):
 
     name: str
     p: float
-    """Chance of so large an error if the model was right."""
+    """Chance of so large an error if the model was right; of several models the mean, by their probabilities."""
     error_sd: float
     """Root mean square of the whitened error."""
     lost: bool
@@ -100,14 +100,22 @@ class Unseen:
         return self.predict.solve(fitted.constants, fitted.effects)
 
     def noise(self, fitted: Fit) -> Noise:
-        """Covariance of what is read less what is predicted: of the readings, and of the fitted parameters."""
+        """Covariance of what is read less what is predicted: of the readings, and of the fitted parameters.
+
+        Readings that are missed grossly and alone are weighed down, as among those that were fitted.
+        """
         model = replace(fitted.model, predict=self.predict)
         solved = self.solved(fitted)
         variance, axes = np.linalg.eigh(fitted.covariance)
         uncertain = model.moved(fitted.p, solved) @ (axes * np.sqrt(np.maximum(variance, 0.0)))
         inflation = outlier_inflation(self.predict, solved.readings, self.settings, self.level.scale)
         doubts = Doubts(inflation, self.doubted, self.level)
-        return doubts.noise(self.predict, solved, self.settings, uncertain)
+        noise = doubts.noise(self.predict, solved, self.settings, uncertain)
+        white = noise.whiten(np.nan_to_num(self.predict.misfit(solved.readings)))
+        lone = lone_inflation(self.predict.recording, white, inflation, self.settings)
+        if np.array_equal(lone > 1, inflation > 1):
+            return noise
+        return replace(doubts, inflation=lone).noise(self.predict, solved, self.settings, uncertain)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
         """Compare two models."""
@@ -130,9 +138,24 @@ class Unseen:
         for k, name in enumerate(recording.sequences):
             own = of_reading == k
             lost = not np.isfinite(readings[own]).all()
-            p = 0.0 if lost else float(chi2_law.sf(np.sum(white[own] ** 2), int(own.sum())))
+            counted = np.minimum(white[own] ** 2, self.settings.farthest_sd**2)
+            p = 0.0 if lost else float(chi2_law.sf(counted.sum(), int(own.sum())))
             judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[own] ** 2))), lost))
         return tuple(judged)
+
+    def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]], rate: float) -> tuple[JudgedSequence, ...]:
+        """Every sequence, as `fitted` predicts it, or where that has less chance than `rate`, all surviving models do.
+
+        Parameters
+        ----------
+        others : probability and fit of every surviving model, `fitted` among them.
+        """
+        first = self.judged(fitted)
+        if all(sequence.p >= rate for sequence in first):
+            return first
+        shares = np.array([share for share, _ in others])
+        p = shares / shares.sum() @ [[sequence.p for sequence in self.judged(other)] for _, other in others]
+        return tuple(own._replace(p=max(own.p, float(mean))) for own, mean in zip(first, p, strict=True))
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""

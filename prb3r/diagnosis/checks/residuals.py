@@ -28,13 +28,17 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
     left = fitted.residual[: recording.readings.count]
     checks = [
         ModelCheck("chi-square", float(chi2_law.sf(fitted.chi2, fitted.freedom))),
-        ModelCheck(
-            "scale of the noise", float(2 * norm.sf(abs(np.log(choice.level.level.scale)) / settings.noise_log_sd))
-        ),
+        ModelCheck("scale of the noise", by_chance(choice.level.reading.value, settings.noise_log_sd)),
+        ModelCheck("scatter of the tensions", by_chance(choice.level.tension.value, settings.tension_log_sd)),
         ModelCheck("largest score", choice.scores_of_best.chance),
         *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in NEIGHBOURS_ALONG),
     ]
     return (*checks, *(ModelCheck(f"sequence {sequence.name}, set aside", sequence.p) for sequence in judged))
+
+
+def by_chance(factor: float, log_sd: float) -> float:
+    """Prior chance that what is stated is off by as much as `factor`, or more, either way."""
+    return float(2 * norm.sf(abs(np.log(factor)) / log_sd))
 
 
 def neighbours_alike(recording: Recording, left: np.ndarray, line: Line) -> float:

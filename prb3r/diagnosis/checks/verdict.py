@@ -27,11 +27,15 @@ def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: S
         return "the fit of the best model has not converged"
     if choice.structured:
         return "a real mismatch remains that no effect of the library accounts for"
-    if np.log(level.low) > norm.isf(settings.naming_rate / 2) * settings.noise_log_sd:
-        return (
-            f"the noise would have to be {level.level.scale:.2g} times as large as stated: either it is, and should be "
-            "stated so, or something disturbs the readings that no effect of the library accounts for"
-        )
+    for name, scale, sd in [
+        ("noise", level.reading, settings.noise_log_sd),
+        ("scatter of the tensions", level.tension, settings.tension_log_sd),
+    ]:
+        if np.log(scale.low) > norm.isf(settings.naming_rate / 2) * sd:
+            return (
+                f"the {name} would have to be {scale.value:.2g} times as large as stated: either it is, and should be "
+                "stated so, or something disturbs the readings that no effect of the library accounts for"
+            )
     if failed:
         names = " and ".join(sequence.name for sequence in failed)
         return f"what explains the fitted sequences does not predict {names}, which no fit has seen"

@@ -1,9 +1,10 @@
-r"""How large the reading noise really is, and how much of it a photograph has in common: by marginal likelihood.
+r"""How large the noise of readings and tensions really is, and how much of it a photograph has in common.
 
-Nobody knows the noise of a camera to ten per cent, and no fit may decide it by what it happens to leave.  All that the
-constants, the scatter of tensions, tolerances and the whole library could do is taken as Gaussian with its prior size;
-the noise is what remains.  With these directions :math:`U`, whitened by a correlation :math:`P`, and their singular
-values :math:`\sigma_i`, minus twice the logarithm of the likelihood is
+Nobody knows the noise of a camera or of a spring balance to ten per cent, and no fit may decide it by what it happens
+to leave.  All that the constants, the scatter of tensions, tolerances and the whole library could do is taken as
+Gaussian with its prior size; the noise is what remains, by marginal likelihood.  With these directions :math:`U`, those
+of the tensions `t` times as large as stated, whitened by a correlation :math:`P`, and their singular values
+:math:`\sigma_i`, minus twice the logarithm of the likelihood is
 
 .. math:: \sum_i \ln(s^2 + \sigma_i^2) + \frac{a_i^2}{s^2 + \sigma_i^2} + (r - k) \ln s^2 + \frac{R^2}{s^2} + \ln |P|
 
@@ -14,6 +15,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import logsumexp
 
 from prb3r.diagnosis.fit.covariance import NoiseLevel, photograph_root, reading_sd
 from prb3r.diagnosis.settings import Settings
@@ -25,22 +28,34 @@ class Around(NamedTuple):
 
     fitted: np.ndarray
     """(r, p) derivatives by what is fitted freely."""
+    tensions: np.ndarray
+    """(r, q) change by one stated standard deviation of each applied tension."""
     possible: np.ndarray
-    """(r, k) change by one prior standard deviation of each thing that may be there."""
+    """(r, k) change by one prior standard deviation of each other thing that may be there."""
 
 
 SMALLEST = 1e-12
 """Share of the largest variance below which a direction repeats others."""
+FINE = 20
+"""Points of a fine grid for each of a coarse one."""
+
+
+class EstimatedScale(NamedTuple):
+    """A factor on a stated standard deviation: mean of its logarithm, and ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
 class EstimatedLevel:
-    """The noise level that is most likely, with an interval of its scale."""
+    """The noise level that is most likely, with intervals of its scales."""
 
     level: NoiseLevel
-    low: float
-    """Ends of the 95 % interval of `level.scale`."""
-    high: float
+    reading: EstimatedScale
+    tension: EstimatedScale
+    """As stated, with an interval of no width, where no scatter of the tensions is stated."""
 
 
 def noise_level(
@@ -53,40 +68,93 @@ def noise_level(
     around : what else moves the readings.
     inflation : (r,) factor on the standard deviation of each reading, as for doubted ones.
     """
-    scales = np.exp(np.linspace(*settings.noise_scales))
-    prior = (np.log(scales) / settings.noise_log_sd) ** 2
+    logs = np.linspace(*settings.noise_scales)
+    scattered = bool(around.tensions.any())
+    log_scatter = np.linspace(*settings.tension_scales) if scattered else np.zeros(1)
     sd = reading_sd(recording) * inflation
 
-    def deviance(common: float, reach: float) -> np.ndarray:
+    def seen(common: float, reach: float) -> "_Seen":
+        """Through the correlation of a photograph, and what that costs."""
         root = photograph_root(recording, sd, NoiseLevel(1.0, common, reach))
         volume = -2 * float(np.sum(np.log(root.diagonal() * sd)))  # of P alone: its root is triangular
-        share = (common / settings.common_sd) ** 2
-        return _deviance(root @ misfit, Around(*(root @ part for part in around)), scales) + volume + prior + share
+        return _seen(
+            root @ misfit, Around(*(root @ part for part in around)), volume + (common / settings.common_sd) ** 2
+        )
 
-    curves = {(0.0, np.inf): deviance(0.0, np.inf)}
+    def along_scales(through: "_Seen", log_factor: float) -> np.ndarray:
+        prior = (logs / settings.noise_log_sd) ** 2 + (log_factor / settings.tension_log_sd) ** 2
+        return _deviance(through, np.exp(logs), np.exp(log_factor)) + prior
+
+    def surface(through: "_Seen") -> np.ndarray:
+        return np.stack([along_scales(through, log_factor) for log_factor in log_scatter])
+
+    shape, through = (0.0, np.inf), seen(0.0, np.inf)
+    deviance = surface(through)
     if recording.readings.count >= settings.fewest_in_photograph * len(np.unique(recording.readings.step)):
+        likely = log_scatter[int(deviance.min(1).argmin())]
+        curves = {shape: float(deviance.min())}
         for common in settings.common_shares:
-            curves |= {(common, reach): deviance(common, reach) for reach in settings.common_reaches}
-            if min(curves, key=lambda shape: float(curves[shape].min()))[0] < common:
+            more = {(common, reach): seen(common, reach) for reach in settings.common_reaches}
+            curves |= {key: float(along_scales(each, likely).min()) for key, each in more.items()}
+            best = min(curves, key=lambda key: curves[key])
+            if best[0] < common:
                 break  # a larger share is not likelier than a smaller one
-    common, reach = min(curves, key=lambda shape: float(curves[shape].min()))
-    curve = curves[common, reach]
-    weight = np.exp(-(curve - curve.min()) / 2)
+            shape, through = best, more[best]
+        if shape[0]:
+            deviance = surface(through)
+    density = -(deviance - deviance.min()) / 2
+    reading = _scale(logs, logsumexp(density, axis=0))
+    tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1))) if scattered else EstimatedScale(1.0, 1.0, 1.0)
+    return EstimatedLevel(NoiseLevel(reading.value, *shape, tension.value), reading, tension)
+
+
+def _finer(logs: np.ndarray, log_density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same density on a finer grid."""
+    fine = np.linspace(logs[0], logs[-1], FINE * len(logs))
+    return fine, CubicSpline(logs, log_density)(fine)
+
+
+def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
+    """Mean and 95 % interval of a factor from the density of its logarithm on an even grid."""
+    weight = np.exp(log_density - log_density.max())
     share = np.cumsum(weight) / weight.sum()
-    low, high = (float(np.interp(part, share, scales)) for part in (0.025, 0.975))
-    best = float(np.exp(np.sum(weight * np.log(scales)) / weight.sum()))
-    return EstimatedLevel(NoiseLevel(best, common, reach), min(low, best), max(high, best))
+    low, high = (float(np.exp(np.interp(part, share, logs))) for part in (0.025, 0.975))
+    best = float(np.exp(np.sum(weight * logs) / weight.sum()))
+    return EstimatedScale(best, min(low, best), max(high, best))
 
 
-def _deviance(residual: np.ndarray, around: Around, scales: np.ndarray) -> np.ndarray:
-    """Minus twice the log likelihood at every scale; what is fitted takes no part in it."""
+class _Seen(NamedTuple):
+    """A residual and all that may be in it, whitened, without what is fitted."""
+
+    square: float
+    """Of the residual."""
+    freedom: int
+    """Readings less what is fitted."""
+    gram: np.ndarray
+    """(k, k) products of all directions, those of the tensions first."""
+    along: np.ndarray
+    """(k,) products of the directions with the residual."""
+    tensions: int
+    price: float
+
+
+def _seen(residual: np.ndarray, around: Around, price: float) -> _Seen:
     basis = np.linalg.qr(around.fitted / np.maximum(np.linalg.norm(around.fitted, axis=0), 1e-300))[0]
     residual = residual - basis @ (basis.T @ residual)
-    directions = around.possible - basis @ (basis.T @ around.possible)
-    variance, axes = np.linalg.eigh(directions.T @ directions)
+    directions = np.hstack([around.tensions, around.possible])
+    directions = directions - basis @ (basis.T @ directions)
+    freedom, tensions = len(residual) - basis.shape[1], around.tensions.shape[1]
+    gram, along = directions.T @ directions, directions.T @ residual
+    return _Seen(float(residual @ residual), freedom, gram, along, tensions, price)
+
+
+def _deviance(through: _Seen, scales: np.ndarray, factor: float) -> np.ndarray:
+    """Minus twice the log likelihood at every scale of the readings and one of the tensions."""
+    size = np.where(np.arange(len(through.gram)) < through.tensions, factor, 1.0)
+    variance, axes = np.linalg.eigh(size[:, None] * through.gram * size)
     kept = variance > SMALLEST * max(variance[-1], 1e-300)
-    along = (axes[:, kept].T @ (directions.T @ residual)) ** 2 / variance[kept]
-    rest = max(float(residual @ residual - along.sum()), 0.0)
+    along = (axes[:, kept].T @ (size * through.along)) ** 2 / variance[kept]
+    rest = max(through.square - float(along.sum()), 0.0)
     spread = scales[:, None] ** 2 + variance[kept]
     inside = (np.log(spread) + along / spread).sum(1)
-    return inside + (len(residual) - basis.shape[1] - kept.sum()) * 2 * np.log(scales) + rest / scales**2
+    return inside + (through.freedom - kept.sum()) * 2 * np.log(scales) + rest / scales**2 + through.price

@@ -152,23 +152,35 @@ class Doubts:
 
 
 def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone.
+    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone."""
+    if not fitted.balanced:
+        return doubts.inflation
+    recording = fitted.model.predict.recording
+    white = fitted.residual[: recording.readings.count]
+    return lone_inflation(recording, white, doubts.inflation, fitted.model.settings)
 
-    A misfit is gross by the scale that half of the residuals keep, and alone where it is `Settings.lone_ratio` times
-    those of its neighbours along disks and steps: what a model lacks is missed by neighbours alike.  What was doubted
-    before need not be alone.
+
+def lone_inflation(recording: Recording, white: np.ndarray, inflation: np.ndarray, settings: Settings) -> np.ndarray:
+    """(r,) factor on the standard deviation of every reading: 1 but for those that are missed grossly and alone.
+
+    A misfit is gross by the scale that half of them keep, and alone where it is `Settings.lone_ratio` times those of
+    its neighbours along disks and steps: what a model lacks is missed by neighbours alike.  What was doubted before
+    need not be alone.
+
+    Parameters
+    ----------
+    white : (r,) misfits in units of the noise, each under the `inflation` (r,) believed so far.
     """
-    recording, settings = fitted.model.predict.recording, fitted.model.settings
-    off = np.abs(fitted.residual[: recording.readings.count]) * doubts.inflation
+    off = np.abs(white) * inflation
     off /= max(float(np.median(off)) / norm.ppf(0.75), 1.0)
     beside = np.zeros(len(off))
     for line in NEIGHBOURS_ALONG:
         first, second = neighbours(recording, line)
         np.maximum.at(beside, first, off[second])
         np.maximum.at(beside, second, off[first])
-    gross = (off > settings.gross_sd) & ((off > settings.lone_ratio * beside) | (doubts.inflation > 1))
-    if not fitted.balanced or gross.mean() > settings.most_gross:
-        return doubts.inflation
+    gross = (off > settings.gross_sd) & ((off > settings.lone_ratio * beside) | (inflation > 1))
+    if gross.mean() > settings.most_gross:
+        return inflation
     return np.where(gross, student(off), 1.0)
 
 

@@ -35,7 +35,7 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
         values * [free.prior_sd for free in hypothesis.free]
         for (hypothesis, _), values in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
-    possible = np.hstack([scatter[:, scatter.any(0)], tolerances(predict, fitted.solved).moved, *moved])
-    around = Around(model.moved(fitted.p, fitted.solved), possible)
+    possible = np.hstack([tolerances(predict, fitted.solved).moved, *moved])
+    around = Around(model.moved(fitted.p, fitted.solved), scatter[:, scatter.any(0)], possible)
     misfit = predict.misfit(model.readings(fitted.solved))
     return noise_level(recording, misfit, around, doubts.inflated(recording, model.settings), model.settings)

@@ -1,11 +1,11 @@
 r"""How readings scatter together, and the whitening that makes them comparable.
 
-The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + J S J^T + G T G^T`: reading noise of the stated variances
+The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`: reading noise of the stated variances
 `D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph; the scatter `S` of the
-applied tensions, carried to the readings of a sequence by their sensitivities `J`; and the tolerances `T` of the rig's
-geometry by theirs, `G`, which all sequences share.
+applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`; and the
+tolerances `T` of the rig's geometry by theirs, `G`, which all sequences share.
 
-With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} J S^{1/2}` the symmetric root of what
+With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} t J S^{1/2}` the symmetric root of what
 the first two leave is :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, and the tolerances, whitened by it, are treated
 alike.
 """
@@ -18,25 +18,31 @@ from scipy.sparse import csr_array, diags_array
 
 from prb3r.recording.recording import Recording
 
-SAME_SCALE = 0.03
-"""Difference of the logarithms of two scales that no decision depends on."""
+SAME_SCALE, SAME_SCATTER = 0.03, 0.1
+"""Difference of the logarithms of two scales, of reading noise and of tensions, that no decision depends on."""
 FELT = 1e-9
 """Standard deviation, in units of reading noise, below which a direction of common scatter is none."""
 
 
 class NoiseLevel(NamedTuple):
-    """What is believed of the reading noise beside the stated standard deviations."""
+    """What is believed of the noise beside the stated standard deviations."""
 
     scale: float = 1.0
-    """Factor on all of them."""
+    """Factor on those of the readings."""
     common: float = 0.0
     """Share of the variance that the disks of a photograph have in common."""
     reach: float = np.inf
     """Disks over which it is common: correlated as exp(-distance / reach)."""
+    tension: float = 1.0
+    """Factor on that of the tensions."""
 
     def near(self, other: "NoiseLevel") -> bool:
         """Whether both are the same but for what no decision depends on."""
-        return abs(np.log(self.scale / other.scale)) < SAME_SCALE and self[1:] == other[1:]
+        return (
+            abs(np.log(self.scale / other.scale)) < SAME_SCALE
+            and abs(np.log(self.tension / other.tension)) < SAME_SCATTER
+            and (self.common, self.reach) == (other.common, other.reach)
+        )
 
 
 AS_STATED = NoiseLevel()
@@ -122,12 +128,12 @@ def noise_of(
     believed = np.ones(recording.readings.count) if inflation is None else inflation
     sd = reading_sd(recording) * level.scale * believed
     root = photograph_root(recording, sd, level)
-    scatter = np.full(len(recording.of_sequence), recording.measurement.tension_sd_relative)
+    scatter = recording.measurement.tension_sd_relative * level.tension
     variance, blocks = sd**2, []
     for k in range(len(recording.sequences)):
         steps = np.flatnonzero(recording.of_sequence == k)
         rows = np.flatnonzero(np.isin(recording.readings.step, steps))
-        columns = sensitivity[np.ix_(rows, steps)] * scatter[steps, None]
+        columns = sensitivity[np.ix_(rows, steps)] * scatter
         columns = columns.reshape(len(rows), len(steps) * sensitivity.shape[2])
         columns = columns[:, columns.any(0)]
         if columns.size:

@@ -32,6 +32,10 @@ LOST_AT_LEAST, FARTHER = 3.0, 10.0
 misses it by, and so many times as much where nothing of the step has an equilibrium."""
 
 
+WITHIN = np.array([1 + 1e-9, 1 - 1e-9])
+"""Bounds of a modulus are passed by no rounding of its logarithm."""
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """A recording, its noise, and which effects are fitted beside the constants."""
@@ -120,7 +124,7 @@ class Model:
     def widest(self) -> Mapping[str, tuple[float, float]]:
         """Ends of the logarithms of the factors on constants: within `Settings.widest_factor`, as rigs have them."""
         manipulator, far = self.predict.recording.manipulator, self.settings.farthest
-        soft, stiff = np.log(np.array(MODULI) / manipulator.youngs_modulus_pa).tolist()
+        soft, stiff = np.log(np.array(MODULI) * WITHIN / manipulator.youngs_modulus_pa).tolist()
         rough = float(np.log(STRONGEST_FRICTION / (manipulator.friction.coefficient or STRONGEST_FRICTION)))
         return {"log_stiffness": (max(-far, soft), min(far, stiff)), "log_friction": (-far, min(far, rough))}
 

@@ -30,10 +30,10 @@ class ChiSquare(NamedTuple):
 
 
 class NoiseFound(NamedTuple):
-    """The reading noise as the recording shows it."""
+    """The noise as the recording shows it."""
 
     scale: float
-    """Factor on the stated standard deviations."""
+    """Factor on the stated standard deviations of the readings."""
     scale_low: float
     """Ends of its 95 % interval."""
     scale_high: float
@@ -41,6 +41,11 @@ class NoiseFound(NamedTuple):
     """Share of the variance that disks of a photograph have in common."""
     reach: float
     """Disks over which they do; 1000: the whole photograph."""
+    tension_scale: float
+    """Factor on the stated scatter of the tensions; 1 where none is stated."""
+    tension_scale_low: float
+    """Ends of its 95 % interval."""
+    tension_scale_high: float
 
 
 class SurvivingModel(NamedTuple):

@@ -31,12 +31,16 @@ def scattered(repeated: Scatter | None) -> list[str]:
 def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     """What is found of the noise where it is not as stated."""
     level, remarks = estimate.level, []
-    if not estimate.low <= 1 <= estimate.high:
-        far = abs(np.log(level.scale)) > settings.far_noise
-        remarks.append(
-            f"the reading noise is {level.scale:.2g} times the stated one ({estimate.low:.2g} to {estimate.high:.2g})"
-            + (": state it so, or look for what disturbs the readings" if far else "")
-        )
+    for name, scale, what in [
+        ("reading noise", estimate.reading, "the readings"),
+        ("scatter of the tensions", estimate.tension, "the tensions"),
+    ]:
+        if not scale.low <= 1 <= scale.high:
+            far = abs(np.log(scale.value)) > settings.far_noise
+            remarks.append(
+                f"the {name} is {scale.value:.2g} times the stated one ({scale.low:.2g} to {scale.high:.2g})"
+                + (f": state it so, or look for what disturbs {what}" if far else "")
+            )
     if level.common:
         where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
         remarks.append(f"about {level.common:.0%} of its variance is common to {where}")

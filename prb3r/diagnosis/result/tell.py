@@ -131,7 +131,7 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
 def _noise(investigation: Investigation) -> NoiseFound:
     found = investigation.choice.level
-    return NoiseFound(found.level.scale, found.low, found.high, found.level.common, found.level.reach)
+    return NoiseFound(*found.reading, found.level.common, found.level.reach, *found.tension)
 
 
 def _tolerances(found: EstimatedTolerances) -> tuple[ToleranceFound, ...]:

@@ -47,11 +47,16 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
         f"The readings scatter {say.rounded(noise.scale)} times as much as was stated "
         f"({say.rounded(noise.scale_low)} to {say.rounded(noise.scale_high)}); all judgements rest on that scatter."
     )
+    if noise.tension_scale != 1:
+        text += (
+            f" The tensions scatter {say.rounded(noise.tension_scale)} times as much as was stated "
+            f"({say.rounded(noise.tension_scale_low)} to {say.rounded(noise.tension_scale_high)})."
+        )
     if not noise.common:
         return text
     whole = noise.reach >= diagnosis.nominal.plates
     over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
-    return f"{text} Of its variance {over} {say.percent(noise.common)} in common."
+    return f"{text} Of the variance of the readings {over} {say.percent(noise.common)} in common."
 
 
 def tolerance_table(diagnosis: Diagnosis) -> Table | None:
