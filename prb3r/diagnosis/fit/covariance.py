@@ -1,9 +1,9 @@
 r"""How readings scatter together, and the whitening that makes them comparable.
 
-The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`: reading noise of the stated variances
+The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`: reading noise of stated variances
 `D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph; the scatter `S` of the
-applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`; and the
-tolerances `T` of the rig's geometry by theirs, `G`, which all sequences share.
+applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`; and
+the tolerances `T` of the geometry of the rig by theirs, `G`, which all sequences share.
 
 With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} t J S^{1/2}` the symmetric root of what
 the first two leave is :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, and the tolerances, whitened by it, are treated

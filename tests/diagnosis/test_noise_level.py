@@ -1,0 +1,73 @@
+"""The noise of readings and tensions, told apart by what each of them moves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from prb3r.diagnosis.evidence.noise_level import Around, noise_level
+from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.renewal import level_under
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.covariance import NoiseLevel, noise_of, reading_sd
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Recording
+from tests.diagnosis.simulated import recorded
+
+
+def drawn(recording: Recording, reading: float, tension: float, seed: int) -> tuple[np.ndarray, Around]:
+    """A misfit (r,) of a linear rig whose readings and tensions scatter that many times as much as stated."""
+    rng = np.random.default_rng(seed)
+    count, step = recording.readings.count, recording.readings.step
+    columns = np.zeros((count, step.max() + 1))
+    columns[np.arange(count), step] = 2 * rng.normal(size=count)
+    sd = reading_sd(recording)[:, None]
+    fitted, possible = sd * rng.normal(size=(count, 2)), sd * rng.normal(size=(count, 5))
+    misfit = sd[:, 0] * (reading * rng.normal(size=count) + tension * columns @ rng.normal(size=columns.shape[1]))
+    return misfit + fitted @ [3.0, -4.0], Around(fitted, sd * columns, possible)
+
+
+@pytest.mark.parametrize(("reading", "tension"), [(1.0, 1.0), (1.3, 0.6), (0.8, 2.0)])
+def test_both_scales_are_found_and_their_intervals_cover(reading, tension):
+    recording = recorded()
+    believed = np.ones(recording.readings.count)
+    found = [noise_level(recording, *drawn(recording, reading, tension, k), believed, Settings()) for k in range(30)]
+    logs = np.log([(level.reading.value, level.tension.value) for level in found])
+    assert logs.mean(0) == pytest.approx(np.log([reading, tension]), abs=0.15)
+    covered = [level.reading.low <= reading <= level.reading.high for level in found]
+    covered += [level.tension.low <= tension <= level.tension.high for level in found]
+    assert np.mean(covered) > 0.85
+
+
+def test_tensions_that_are_stated_exact_are_taken_as_exact():
+    recording = recorded()
+    misfit, around = drawn(recording, 1.0, 0.0, 0)
+    exact = around._replace(tensions=np.zeros((recording.readings.count, 0)))
+    level = noise_level(recording, misfit, exact, np.ones(len(misfit)), Settings())
+    assert level.tension == (1.0, 1.0, 1.0)
+    assert level.level.tension == 1.0
+
+
+def test_a_rig_whose_tensions_scatter_twice_as_much_as_stated_is_found_so():
+    """Readings as predicted, with noise as stated and tensions 4 % off where 2 % is stated."""
+    right = recorded()
+    stated = replace(right, measurement=right.measurement.model_copy(update={"tension_sd_relative": 0.02}))
+    begun = fit_constants(predictor(stated))
+    rng, readings = np.random.default_rng(0), stated.readings
+    response = tension_response(begun.model.predict, begun.solved).reshape(readings.count, -1)
+    off = reading_sd(stated) * rng.normal(size=readings.count) + 0.04 * response @ rng.normal(size=response.shape[1])
+    scattered = replace(stated, readings=readings._replace(value=begun.solved.readings + off))
+    level = level_under(fit_constants(predictor(scattered)), Doubts(np.ones(readings.count)), ())
+    assert 1.1 < level.tension.low < 2 < level.tension.high
+    assert level.reading.low < 1 < level.reading.high
+
+
+def test_the_covariance_grows_with_the_square_of_the_factor():
+    recording = recorded()
+    sensitivity = np.random.default_rng(0).normal(size=(recording.readings.count, *recording.loads.tension.shape))
+    variance = [
+        noise_of(recording, sensitivity, level=NoiseLevel(tension=factor)).total_sd ** 2 for factor in (0.0, 1.0, 3.0)
+    ]
+    assert variance[2] - variance[0] == pytest.approx(9 * (variance[1] - variance[0]), rel=1e-9)
