@@ -36,7 +36,7 @@ class Around(NamedTuple):
 
 SMALLEST = 1e-12
 """Share of the largest variance below which a direction repeats others."""
-FINE = 20
+POINTS_BETWEEN = 20
 """Points of a fine grid for each of a coarse one."""
 
 
@@ -110,7 +110,7 @@ def noise_level(
 
 def _finer(logs: np.ndarray, log_density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same density on a finer grid."""
-    fine = np.linspace(logs[0], logs[-1], FINE * len(logs))
+    fine = np.linspace(logs[0], logs[-1], POINTS_BETWEEN * len(logs))
     return fine, CubicSpline(logs, log_density)(fine)
 
 

@@ -111,6 +111,11 @@ def _worthy_listed(case: OpenedCase) -> list[bool]:
     ]
 
 
+def _all_worthy(case: OpenedCase) -> bool:
+    """Whether several effects act of which every one is worth something."""
+    return HAS_SEVERAL(case) and min(case.label.worth) >= REAL.worth
+
+
 def _removed(name: str, worst: bool) -> Measure:
     def measure(cases: Sequence[OpenedCase]) -> Score:
         values = [m.removed for case in cases if HAS_SEVERAL(case) for m in case.missed if m.name == name and m.counts]
@@ -182,6 +187,18 @@ REAL_INFORMATION: tuple[Goal, ...] = (
         "",
         (),
         _pooled(HAS_SEVERAL, _named_if_told_apart),
+    ),
+    Goal(
+        f"several, every one worth {REAL.worth:g} sd: all named and none beside",
+        "",
+        (),
+        share_measure(_all_worthy, whole_set),
+    ),
+    Goal(
+        f"several, every one worth {REAL.worth:g} sd: all in a surviving set",
+        "",
+        (),
+        share_measure(_all_worthy, listed_set),
     ),
     Goal("several: explained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "explained")),
     Goal("several: unexplained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
