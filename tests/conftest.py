@@ -31,8 +31,12 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_configure(config):
-    """A folder for what the workers compute once for all of them, which they are told of by the environment."""
+    """A folder for what the workers compute once for all of them, which they are told of by the environment.
+
+    Each of them calculates in one thread, as the program's own workers do: more wait for each other, busily.
+    """
     if not hasattr(config, "workerinput"):
+        os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
         shared = TemporaryDirectory(prefix="prb3r-tests-")
         os.environ["PRB3R_TESTS_SHARED"] = shared.name
         config.add_cleanup(shared.cleanup)

@@ -14,6 +14,7 @@ import pytest
 
 from prb3r.errors import EngineError
 from prb3r.runs.backends import dask as dask_backend
+from prb3r.runs.backends.loky import end_kept_workers
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.tasks import Workers
 
@@ -117,7 +118,10 @@ def threads(task):
     return {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}, os.environ["NUMBA_NUM_THREADS"]
 
 
-def test_workers_compute_with_one_thread():
+def test_workers_compute_with_one_thread_whatever_the_environment_asks(monkeypatch):
+    end_kept_workers()
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        monkeypatch.setenv(name, "2")
     found = {}
     run_tasks(threads, {7: None}, found.__setitem__)
     assert found[7][0].value == ({1}, "1")
