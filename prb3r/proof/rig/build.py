@@ -106,7 +106,7 @@ def _arrays(draft: Draft) -> Rig:
         contact_stiffness=draft.contact_stiffness,
         offset=draft.offset,
         clearance=float(draft.clearance),
-        reach=draft.reach,
+        reach=np.asarray(draft.reach, np.int64),  # of no cables, too: for floats all would be compiled once more
         friction=draft.friction,
         pulley=draft.pulley,
         edges=draft.edges,
