@@ -141,13 +141,17 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
 
 
 class ClampCompliance(Effect):
-    """A hinge at each end of the arc of every plate."""
+    """A hinge at each end of the arc of every plate; one that is there already gives way to both."""
 
     kind: Literal["clamp_compliance"]
     late: ClassVar[int] = 3
     compliance_rad_per_n_m: Positive
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
+        if np.isnan(chain.plate.stiffness[0]):
+            stiffness = chain.stiffness.copy()
+            stiffness[:, [0, -1]] = 1 / (1 / stiffness[:, [0, -1]] + self.compliance_rad_per_n_m)
+            return chain._replace(stiffness=stiffness)
         hinge = np.full((chain.plates, 1), 1 / self.compliance_rad_per_n_m)
         curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
         return chain._replace(
