@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mechanics.differences import worst_errors
 from prototype import ELASTICA, LENGTH, prototype, random_chain, random_loads, row, tip_face
 
 from prb3r.mechanics.chain import loads
@@ -68,6 +69,14 @@ def test_capstan_with_equal_spans_and_the_base_hole_counted(mu):
 
 
 def test_cables_pulled_evenly_in_pairs_leave_both_segments_straight():
-    chain = tied(prototype(0.3))
+    chain = tied(prototype(0.3, plate=ELASTICA))
     states = solve_chain(chain, loads(chain, [30, 20, 20, 30]))
     assert np.abs(states.angle).max() < 1e-12
+
+
+@pytest.mark.parametrize("dead", [0.0, 0.4])
+def test_derivatives_of_tied_angles_are_differences_of_whole_solves(dead):
+    rng = np.random.default_rng(10)
+    chain = tied(random_chain(rng, ELASTICA))._replace(clearance=1e-3)
+    worst = worst_errors(chain, random_loads(rng, chain, 3, dead=dead))
+    assert max(worst.values()) < 1e-5, worst

@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from mechanics.differences import STEP, derivatives, good, loop, parameters, worst_errors
-from prototype import ELASTICA, PRB_3R, RIGIDITY, prototype, random_chain, random_loads
+from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
 from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
@@ -40,14 +40,6 @@ def test_everything_at_once(seed):
         tip_efficiency=0.8,
     )
     worst = worst_errors(rich, steps)
-    assert max(worst.values()) < 1e-5, worst
-
-
-@pytest.mark.parametrize("dead", [0.0, 0.4])
-def test_tied_angles(dead):
-    rng = np.random.default_rng(10)
-    chain = random_chain(rng, ELASTICA)._replace(tied=True, clearance=1e-3)
-    worst = worst_errors(chain, random_loads(rng, chain, 3, dead=dead))
     assert max(worst.values()) < 1e-5, worst
 
 
