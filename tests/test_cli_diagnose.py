@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pandas as pd
 from command import prb3r
 from diagnosis.simulated import write_recording
@@ -52,11 +51,11 @@ def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path):
 
 
 def test_diagnose_exits_with_1_where_nothing_explains(tmp_path):
-    recording = write_recording(tmp_path / "rig", hidden=())
-    markers = pd.read_csv(recording / "markers.csv")
-    place = markers.groupby("sequence", sort=False).ngroup()
-    markers["y_m"] += 0.004 * np.sin(2.0 * place) * markers["disk"] / 6  # as if the camera had moved again and again
-    markers.to_csv(recording / "markers.csv", index=False)
+    """Weights that are wrong again and again are neither one slip nor physics."""
+    recording = write_recording(tmp_path / "rig", hidden=(), seed=6)
+    steps = pd.read_csv(recording / "steps.csv").set_index(["sequence", "step"])
+    steps.loc[[("in", 4), ("counter", 2)], "cable_1_n"] *= 0.8
+    steps.reset_index().to_csv(recording / "steps.csv", index=False)
     done = prb3r("diagnose", recording, cwd=tmp_path)
     assert done.returncode == 1, done.stderr
     assert done.stdout.startswith("small rig: unexplained")
