@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from prb3r.proof.concealed.candidates import candidates, concealable, shaped, twins
-from prb3r.proof.concealed.composition import flavours, requests
+from prb3r.proof.concealed.composition import requests
 from prb3r.proof.concealed.design import Flavour
 from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.rig.build import build_rig
@@ -17,9 +17,10 @@ SEED = 77
 
 @pytest.fixture(scope="module")
 def designs():
-    drawn = [design_of(SEED, k, flavour) for k, flavour in enumerate(flavours(60))]
+    """Two of every flavour, and a frictionless one."""
+    drawn = [design_of(SEED, k, flavour) for k, flavour in enumerate([*Flavour] * 2)]
     smooth = {**drawn[0].manipulator, "friction": {"coefficient": 0.0}}
-    return [*drawn, replace(drawn[0], manipulator=smooth), design_of(SEED, 0, Flavour.HISTORY)]
+    return [*drawn, replace(drawn[0], manipulator=smooth)]
 
 
 def test_the_rig_takes_every_form_at_every_size_it_is_concealed_in(designs):
