@@ -1,5 +1,6 @@
 """Shipped studies, solved in small."""
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +13,19 @@ from prb3r.study.work import solve_chunk
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
-    """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process."""
+def small(name: str, *, cloud: int | None = None, metrics: Collection[str] = (), **keep) -> pd.DataFrame:
+    """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process.
+
+    `metrics` are the kinds that are computed, all where none is named; clouds have `cloud` loads.
+    """
     from prb3r.study.compare import with_comparisons
     from prb3r.study.tables import labelled, straight_lengths
 
     plan = plan_study(STUDIES / f"{name}.toml")
-    metrics = tuple(
+    wanted = tuple(
         metric.model_copy(update={"count": cloud}) if cloud and metric.kind == "workspace" else metric
         for metric in plan.study.metric
+        if not metrics or metric.kind in metrics
     )
     chosen = [
         case.number
@@ -31,7 +36,7 @@ def small(name: str, *, cloud: int | None = None, **keep) -> pd.DataFrame:
     assert families
     for family in families if cloud else ():
         family.settings["cloud"]["count"] = cloud
-    columns, _ = solve_chunk(Chunk(tuple(families), metrics, "none", None, plan.cables))
+    columns, _ = solve_chunk(Chunk(tuple(families), wanted, "none", None, plan.cables))
     frame = labelled(plan.cases, pd.DataFrame(columns))
     assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()
     return with_comparisons(frame, plan.study, straight_lengths(families))
