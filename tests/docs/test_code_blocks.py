@@ -1,10 +1,13 @@
 """Every code block of the README and the documentation runs, page by page, in a folder with the shipped studies.
 
+Studies of many draws make few of them there; `tests/study` has their numbers.
+
 Blocks that take long are marked `<!-- long: why -->` and run where PRB3R_LONG is set; those that need what a test has
 not are marked `<!-- not run: why -->`.
 """
 
 import os
+import re
 import shutil
 import sys
 
@@ -20,6 +23,11 @@ MOST_MARKED, MOST_NEVER_RUN = 12, 4
 @pytest.fixture
 def session(tmp_path, monkeypatch):
     shutil.copytree(ROOT / "studies", tmp_path / "studies")
+    for study in ("tolerances.toml", "sensitivity.toml"):
+        path = tmp_path / "studies" / study
+        text, drawn = re.subn(r"^count = \d+$", "count = 32", path.read_text(), flags=re.MULTILINE)
+        assert drawn == 1
+        path.write_text(text)
     program = tmp_path / ".venv/bin/prb3r"
     program.parent.mkdir(parents=True)
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m prb3r "$@"\n')
