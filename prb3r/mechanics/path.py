@@ -22,6 +22,8 @@ from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
 SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
+SAME_LOAD = 1e-12
+"""Difference of two loads, relative, that is rounding."""
 SMALLEST_STEP = 1.0 / 2**20
 """Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
 
@@ -146,6 +148,44 @@ def come_to_rest(packed, onset, dead, modes, space, work):
     return taken != FAILED and taken != JUMPED
 
 
+@kernel
+def way_products(of_step, last, s):
+    """Of the ways from row `last` to row `s` and to the row before: their product, and the square of the latter."""
+    start, before, target = of_step[last].ravel(), of_step[s - 1].ravel(), of_step[s].ravel()
+    product = square = 0.0
+    for i in range(len(start)):
+        product += (target[i] - start[i]) * (before[i] - start[i])
+        square += (before[i] - start[i]) ** 2
+    return product, square
+
+
+@kernel
+def is_multiple(of_step, last, s, factor):
+    """Whether the way from row `last` to row `s` is `factor` times that to the row before."""
+    start, before, target = of_step[last].ravel(), of_step[s - 1].ravel(), of_step[s].ravel()
+    for i in range(len(start)):
+        if abs(target[i] - start[i] - factor * (before[i] - start[i])) > SAME_LOAD * (abs(target[i]) + abs(start[i])):
+            return False
+    return True
+
+
+@kernel
+def times_as_far(loads, last, s):
+    """How many times as far row `s` is from row `last` as the row before, in the same direction; 0: in another one."""
+    for j in range(loads.slip.shape[1]):
+        if loads.slip[s, j] != loads.slip[s - 1, j] or (last > 0 and loads.slip[s, j] != loads.slip[last, j]):
+            return 0.0
+    tension, force = way_products(loads.tension, last, s), way_products(loads.force, last, s)
+    tip, moment = way_products(loads.tip, last, s), way_products(loads.moment, last, s)
+    square = tension[1] + force[1] + tip[1] + moment[1]
+    if square == 0.0:
+        return 0.0
+    factor = max((tension[0] + force[0] + tip[0] + moment[0]) / square, 0.0)
+    same = is_multiple(loads.tension, last, s, factor) and is_multiple(loads.force, last, s, factor)
+    same = same and is_multiple(loads.tip, last, s, factor) and is_multiple(loads.moment, last, s, factor)
+    return factor if same else 0.0
+
+
 @entrance
 def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, path):
     """Solve every load step of `loads` after row 0, which is rest, and write `path`.
@@ -154,7 +194,8 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles
     together; None: they are free, and what ties them need not be compiled.  `history` is None, likewise, where slip is
     declared.  Where `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles
-    without dead loads or history.
+    without dead loads or history.  A step in the direction of the one before, where that was lost on the same way, is
+    lost where that was.
     """
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
     possible = come_to_rest(packed, onset, dead[0], modes, space, work)
@@ -163,23 +204,33 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     save(packed, work, good)
     if history is not None:
         keep_state(history.accepted, last, 1.0, space.rest)
+    lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:
             last = np.int64(0)
-            restore(packed, work, space.rest)
-            save(packed, work, good)
-        else:
-            restore(packed, work, good)
-        save(packed, work, kept)
+        farther = times_as_far(loads, last, s) if history is None and lost_from == last else 0.0
+        end = path.reached[s - 2]  # where the step before was lost, if it was
+        known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         way, loaded, taken = Way(loads, last, s), dead[s] or dead[last], FAILED
-        space.reached[0] = 0.0
-        if possible:
-            if history is None:
-                taken = ramp(packed, way, loaded, modes, space, work)
+        if known:
+            taken = path.status[s - 2, 0]
+            space.reached[0] = end / farther
+        else:
+            if from_rest[s - 1]:
+                restore(packed, work, space.rest)
+                save(packed, work, good)
             else:
-                taken = ramp_with_history(packed, way, loaded, history, work)
+                restore(packed, work, good)
+            save(packed, work, kept)
+            space.reached[0] = 0.0
+            if possible:
+                if history is None:
+                    taken = ramp(packed, way, loaded, modes, space, work)
+                else:
+                    taken = ramp_with_history(packed, way, loaded, history, work)
         path.status[s - 1, 0], path.status[s - 1, 1] = min(taken, 0), max(taken, 0)
         path.reached[s - 1] = space.reached[0]
+        lost_from = last if possible and taken < 0 else np.int64(-1)
         if taken < 0:
             if possible and eigenvalue:
                 write_end(s - 1, kept, path)

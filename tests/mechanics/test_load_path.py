@@ -151,3 +151,20 @@ def test_path_ends_at_a_fold():
     step = share[last] - share[last - 1]
     assert share[last - 1] + states.reached[last] * step == pytest.approx(fold, abs=0.3 * step)
     assert "jump; reached" in states.reason(last)
+
+
+def test_all_steps_beyond_a_fold_end_at_the_fold():
+    """Each is lost at the same load as if it alone came after the last good step; less load finds back."""
+    chain = prototype(0)
+    share = np.array([0.3, 0.5, 0.65, 0.74, 0.76, 0.9, 2.0, 0.68, 0.8])
+    steps = loads(chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10])
+    states = solve_chain(chain, steps, eigenvalue=True)
+    lost = states.outcome == Outcome.LIMIT_POINT
+    assert lost.tolist() == [False, False, False, True, True, True, True, False, True]
+    came_from = np.where(np.arange(len(share)) < 7, 0.65, 0.68)
+    fold = came_from + states.reached * (share - came_from)
+    for k in np.flatnonzero(lost):
+        before = [0, 1, 2] if k < 7 else [0, 1, 2, 7]
+        alone = solve_chain(chain, row(steps, [*before, k]), eigenvalue=True)
+        assert states.reached[k] == pytest.approx(alone.reached[-1], abs=1e-5)
+        assert fold[k] == pytest.approx(fold[3], abs=1e-5)
