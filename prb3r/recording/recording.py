@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -151,7 +152,7 @@ class Recording:
     remarks: tuple[str, ...] = ()
     """What reading repaired, counted or took for something else, each one sentence."""
 
-    @property
+    @cached_property
     def begins(self) -> np.ndarray:
         """(s,) whether a sequence begins there, from rest."""
         return np.concatenate([[True], np.diff(self.of_sequence) != 0])

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.model.manipulator import Manipulator
 

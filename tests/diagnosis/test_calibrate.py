@@ -9,9 +9,10 @@ from scipy.optimize import least_squares
 
 from prb3r.diagnosis.evidence.model_evidence import left_out_deviance
 from prb3r.diagnosis.fit.calibrate import fit_constants, nominal_noise
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.recording.recording import Kind, Prior

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import noise_of, reading_sd
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
 
 CLEAN = Case(hidden=())

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from diagnosis.suspected import MU, bare_sections, recording, scope
 
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Free
 

@@ -8,8 +8,9 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.checks.repeats import matches, scatter
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import reading_sd
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import investigate, run_stages

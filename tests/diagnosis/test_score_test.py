@@ -10,7 +10,8 @@ from scipy.stats import halfnorm, kstest
 from prb3r.diagnosis.evidence.outliers import surprise
 from prb3r.diagnosis.evidence.score_test import alternatives, largest_by_chance, scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.settings import Settings

@@ -11,10 +11,11 @@ from diagnosis.sisters import LAW, E, recorded_sister, write_sister
 import prb3r
 from prb3r.diagnosis.fit.belief import Belief
 from prb3r.diagnosis.fit.calibrate import nominal_noise
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.groups import groups_of

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import Noise, noise_of
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.prediction import Constants, Predictor
+from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.settings import Settings
 

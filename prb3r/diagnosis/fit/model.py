@@ -4,7 +4,7 @@ Residuals are whitened with the full covariance and followed by one row for each
 squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -12,28 +12,25 @@ from itertools import pairwise
 import numpy as np
 
 from prb3r.diagnosis.fit.belief import Belief, Rows
+from prb3r.diagnosis.fit.constants import (
+    FRAME,
+    Constants,
+    friction_beside,
+    prior_deviations,
+    varied_constants,
+    widest_factors,
+)
 from prb3r.diagnosis.fit.covariance import Noise
-from prb3r.diagnosis.fit.prediction import Constants, Predictor, Solution
+from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.fit.response import across, interval, response
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.friction import CableFriction
-from prb3r.model.files.plausible import MODULI, STRONGEST_FRICTION
-from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import Kind
 
-FRAME = ("rotation", "x", "y")
-"""Constants that change what is seen, not what is."""
-RUBBING = "cable_friction"
 LOST_AT_LEAST, FARTHER = 3.0, 10.0
 """What a reading costs whose step is not in balance: so many standard deviations beside what the last step in balance
 misses it by, and so many times as much where nothing of the step has an equilibrium."""
-
-
-WITHIN = np.array([1 + 1e-9, 1 - 1e-9])
-"""Bounds of a modulus are passed by no rounding of its logarithm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,28 +55,12 @@ class Model:
     @cached_property
     def varied(self) -> tuple[str, ...]:
         """Names of the calibrated constants that are not fixed."""
-        measurement, kind = self.predict.recording.measurement, self.predict.recording.readings.kind
-        friction = self.predict.recording.manipulator.friction.coefficient > 0
-        turned, moved = measurement.frame_rotation_sd_rad > 0, measurement.frame_position_sd_m > 0
-        positions, angles = bool((kind <= Kind.Y).any()), bool((kind == Kind.ANGLE).any())
-        return (
-            "log_stiffness",
-            *(("log_friction",) if friction else ()),
-            *(("rotation",) if turned and (positions or angles) else ()),
-            *(("x", "y") if moved and positions else ()),
-        )
+        return varied_constants(self.predict.recording)
 
     @cached_property
     def priors(self) -> np.ndarray:
         """(c,) standard deviations of the varied constants; infinite: flat."""
-        measurement, prior = self.predict.recording.measurement, self.predict.recording.prior
-        sd = {
-            "log_stiffness": prior.youngs_modulus or np.inf,
-            "log_friction": prior.friction_coefficient or np.inf,
-            "rotation": measurement.frame_rotation_sd_rad,
-            "x": measurement.frame_position_sd_m,
-            "y": measurement.frame_position_sd_m,
-        }
+        sd = prior_deviations(self.predict.recording)
         return np.array([sd[name] for name in self.varied])
 
     @property
@@ -122,11 +103,8 @@ class Model:
 
     @cached_property
     def widest(self) -> Mapping[str, tuple[float, float]]:
-        """Ends of the logarithms of the factors on constants: within `Settings.widest_factor`, as rigs have them."""
-        manipulator, far = self.predict.recording.manipulator, self.settings.farthest
-        soft, stiff = np.log(np.array(MODULI) * WITHIN / manipulator.youngs_modulus_pa).tolist()
-        rough = float(np.log(STRONGEST_FRICTION / (manipulator.friction.coefficient or STRONGEST_FRICTION)))
-        return {"log_stiffness": (max(-far, soft), min(far, stiff)), "log_friction": (-far, min(far, rough))}
+        """Ends of the logarithms of the factors on constants, by name."""
+        return widest_factors(self.predict.recording.manipulator, self.settings)
 
     def solve(self, p: np.ndarray) -> Solution:
         """States and readings for the parameters `p`."""
@@ -271,24 +249,6 @@ class Fit:
     def basis(self) -> np.ndarray:
         """(r + p + k, b) orthonormal basis of what the parameters can explain."""
         return basis_of(self.jacobian)
-
-
-def friction_beside(manipulator: Manipulator, scale: float, pairs: Iterable[tuple[Hypothesis, np.ndarray]]) -> float:
-    """Friction coefficient of all holes that no effect singles out.
-
-    Parameters
-    ----------
-    scale : factor on the nominal coefficient.
-    pairs : hypotheses, each with its free parameters.
-    """
-    coefficient = manipulator.friction.coefficient * scale
-    for effect in manipulator.effect:
-        if isinstance(effect, CableFriction) and not effect.cables:
-            coefficient = effect.coefficient
-    for hypothesis, share in pairs:
-        if hypothesis.kind == RUBBING and not hypothesis.place:
-            coefficient = hypothesis.free[0].value(share[0])
-    return coefficient
 
 
 def basis_of(jacobian: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.mechanics.chain import Chain, Loads, pose
 from prb3r.mechanics.derivatives.solved_path import SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
@@ -19,20 +20,6 @@ PATH_END_FOUND_TO = 1.0 / 2**10
 """Part of a load step to which it is found how far a step leads that has no equilibrium: fits count it in per cents."""
 LEAST_LOST = 1e-6
 """Part of a step that a step without equilibrium lacks at least."""
-
-
-class Constants(NamedTuple):
-    """What calibration adjusts."""
-
-    log_stiffness: float = 0.0
-    """ln of the factor on every plate's bending stiffness."""
-    log_friction: float = 0.0
-    """ln of the factor on the nominal friction coefficient."""
-    rotation: float = 0.0
-    """Of the camera's frame, rad."""
-    x: float = 0.0
-    """Its shift, m."""
-    y: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

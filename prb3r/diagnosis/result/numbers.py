@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from prb3r.diagnosis.fit.prediction import Constants
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.model.effects.base import Effect
 
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.fit.model import friction_beside
-from prb3r.diagnosis.fit.prediction import Constants
+from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice

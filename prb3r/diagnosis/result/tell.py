@@ -8,8 +8,8 @@ from scipy.interpolate import PchipInterpolator
 from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.constants_by_part import clues
 from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.prediction import Constants
 from prb3r.diagnosis.fit.profile import Profile
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Free

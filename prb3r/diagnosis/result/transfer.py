@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut, compared, noise_under
+from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import FRAME, Model
-from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.fit.model import Model
+from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis

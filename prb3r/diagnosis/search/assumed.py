@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from prb3r.diagnosis.fit.constants import RUBBING
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import RUBBING, Fit
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes

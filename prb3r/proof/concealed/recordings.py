@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import loads_of
 from prb3r.proof.concealed.camera import exact_readings, truth

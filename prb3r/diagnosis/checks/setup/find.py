@@ -14,7 +14,8 @@ from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
-from prb3r.diagnosis.fit.prediction import Constants, predictor
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 

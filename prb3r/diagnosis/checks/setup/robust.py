@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import independent, reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
-from prb3r.diagnosis.fit.prediction import Constants, Predictor, predictor
+from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.recording.recording import Kind, Recording

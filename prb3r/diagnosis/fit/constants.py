@@ -1,0 +1,84 @@
+"""The constants that calibration adjusts: which of them a recording leaves free, their priors, and how far they go."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.friction import CableFriction
+from prb3r.model.files.plausible import MODULI, STRONGEST_FRICTION
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Kind, Recording
+
+FRAME = ("rotation", "x", "y")
+"""Constants that change what is seen, not what is."""
+RUBBING = "cable_friction"
+WITHIN = np.array([1 + 1e-9, 1 - 1e-9])
+"""Bounds of a modulus are passed by no rounding of its logarithm."""
+
+
+class Constants(NamedTuple):
+    """What calibration adjusts."""
+
+    log_stiffness: float = 0.0
+    """ln of the factor on every plate's bending stiffness."""
+    log_friction: float = 0.0
+    """ln of the factor on the nominal friction coefficient."""
+    rotation: float = 0.0
+    """Of the camera's frame, rad."""
+    x: float = 0.0
+    """Its shift, m."""
+    y: float = 0.0
+
+
+def varied_constants(recording: Recording) -> tuple[str, ...]:
+    """Names of the constants that are not fixed, in the order in which they are fitted."""
+    measurement, kind = recording.measurement, recording.readings.kind
+    turned, moved = measurement.frame_rotation_sd_rad > 0, measurement.frame_position_sd_m > 0
+    positions, angles = bool((kind <= Kind.Y).any()), bool((kind == Kind.ANGLE).any())
+    return (
+        "log_stiffness",
+        *(("log_friction",) if recording.manipulator.friction.coefficient > 0 else ()),
+        *(("rotation",) if turned and (positions or angles) else ()),
+        *(("x", "y") if moved and positions else ()),
+    )
+
+
+def prior_deviations(recording: Recording) -> Mapping[str, float]:
+    """Prior standard deviation of every constant by its name; infinite: flat."""
+    measurement, prior = recording.measurement, recording.prior
+    return {
+        "log_stiffness": prior.youngs_modulus or np.inf,
+        "log_friction": prior.friction_coefficient or np.inf,
+        "rotation": measurement.frame_rotation_sd_rad,
+        "x": measurement.frame_position_sd_m,
+        "y": measurement.frame_position_sd_m,
+    }
+
+
+def widest_factors(manipulator: Manipulator, settings: Settings) -> Mapping[str, tuple[float, float]]:
+    """Ends of the logarithms of the factors on constants: within `Settings.widest_factor`, as rigs have them."""
+    far = settings.farthest
+    soft, stiff = np.log(np.array(MODULI) * WITHIN / manipulator.youngs_modulus_pa).tolist()
+    rough = float(np.log(STRONGEST_FRICTION / (manipulator.friction.coefficient or STRONGEST_FRICTION)))
+    return {"log_stiffness": (max(-far, soft), min(far, stiff)), "log_friction": (-far, min(far, rough))}
+
+
+def friction_beside(manipulator: Manipulator, scale: float, pairs: Iterable[tuple[Hypothesis, np.ndarray]]) -> float:
+    """Friction coefficient of all holes that no effect singles out.
+
+    Parameters
+    ----------
+    scale : factor on the nominal coefficient.
+    pairs : hypotheses, each with its free parameters.
+    """
+    coefficient = manipulator.friction.coefficient * scale
+    for effect in manipulator.effect:
+        if isinstance(effect, CableFriction) and not effect.cables:
+            coefficient = effect.coefficient
+    for hypothesis, share in pairs:
+        if hypothesis.kind == RUBBING and not hypothesis.place:
+            coefficient = hypothesis.free[0].value(share[0])
+    return coefficient
