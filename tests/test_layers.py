@@ -20,7 +20,7 @@ ORDER = {
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull search reach",
     "runs": "files secret store sealed states parts provenance tasks backends engine journal",
-    "study": "workspace metrics wishes factors loading spec axes tree loads cases resolve columns compare "
+    "study": "workspace metrics wishes plots factors loading spec axes tree loads cases resolve columns compare "
     "chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",

@@ -1,6 +1,5 @@
 """What the columns of a study mean, and whether plots and comparisons name columns that exist."""
 
-import re
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.quantities import Quantity, describe, scale
 from prb3r.study.factors import Factor
-from prb3r.study.spec import CaseComparison, Plot, Study
+from prb3r.study.spec import CaseComparison, Study
 
 FIXED_COLUMNS = (
     "case_id",
@@ -49,18 +48,7 @@ def _comparison(comparison: CaseComparison) -> Quantity:
 def _named(study: Study) -> Iterator[tuple[str, str | None]]:
     """Every column that the spec names, with the place where it does."""
     for plot in study.plot:
-        for name in (
-            plot.x,
-            *plot.y,
-            plot.by,
-            plot.style,
-            plot.panel,
-            plot.vertical,
-            plot.note,
-            *plot.where,
-            *plot.reference,
-        ):
-            yield f"plot {plot.name}", name
+        yield from ((f"plot {plot.name}", name) for name in plot.columns())
     for fit in study.fit:
         yield from (("fit", name) for name in (fit.x, fit.y, *fit.where))
     for comparison in study.comparison:
@@ -93,27 +81,6 @@ def _twice(study: Study) -> Iterator[tuple[str, str]]:
             yield f"comparison {comparison.name}", f"is the name of {taken[comparison.name]}; choose another one"
 
 
-def disk_of(column: str, tip: int) -> int:
-    """The disk that a column of positions, such as `disk7_y_m` or `tip_y_m`, is about; -1 for any other column."""
-    match = re.fullmatch(r"(?:disk(\d+)|tip)_(?:x_m|y_m|angle_rad)", column)
-    return -1 if match is None else int(match[1]) if match[1] else tip
-
-
-def _loop_problems(study: Study, plot: Plot, place: str) -> Iterator[Problem]:
-    """What keeps a plot of loops from finding its paths among the states."""
-    if study.states != "path":
-        yield Problem(place, "a plot of loops needs states = 'path'")
-    if not re.fullmatch(r"cable_.+_n", plot.x or ""):
-        yield Problem(place, f"x must be the tension of a cable, such as cable_1_n, not {plot.x}")
-    kept = study.state_disks
-    for column in plot.y:
-        disk = disk_of(column, 0)
-        if disk < 0:
-            yield Problem(place, f"y must be positions of disks, such as tip_y_m or disk7_y_m, not {column}")
-        elif kept is not None and not {0, disk} <= set(kept):
-            yield Problem(place, f"needs disks 0 and {disk} in state_disks")
-
-
 def check_columns(path: Path, study: Study, columns: Set[str], quantities: Sequence[Quantity]) -> None:
     """Refuse two columns of one name, names without a column, units that do not fit and plots without states.
 
@@ -129,24 +96,11 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
     known = {quantity.name: quantity for quantity in quantities}
     for plot in study.plot:
         place = f"{path} plot {plot.name}"
-        for unit, column in ((plot.x_unit, plot.x), *((plot.y_unit, name) for name in plot.y)):
+        for column, unit in plot.units():
             try:
-                if unit is not None and column is not None:
-                    scale(known.get(column, column), unit)
+                scale(known.get(column, column), unit)
             except ValueError as error:
                 problems.append(Problem(place, str(error)))
-        if plot.kind == "shapes" and study.states == "none":
-            problems.append(Problem(place, "a plot of shapes needs states = 'final' or 'path'"))
-        if plot.kind == "workspace" and (study.cloud is None or study.states != "path"):
-            problems.append(Problem(place, "a plot of a workspace needs [cloud] and states = 'path', or it is empty"))
-        if plot.kind == "path" and (study.reach is None or study.states != "path" or study.state_disks is not None):
-            what = "a plot of a path needs [reach], states = 'path' and the states of all disks (no state_disks)"
-            problems.append(Problem(place, what))
-        if plot.kind == "loops":
-            problems += _loop_problems(study, plot, place)
-        if plot.kind == "shapes" and study.state_disks is not None:
-            problems.append(Problem(place, "a plot of shapes needs the states of all disks; leave out state_disks"))
-        if plot.fit and not any(fit.x == plot.x and fit.y in plot.y for fit in study.fit):
-            problems.append(Problem(place, "fit = true needs a [[fit]] of its y over its x"))
+        problems += [Problem(place, what) for what in plot.needs(study.kept)]
     if problems:
         raise SpecError(*dict.fromkeys(problems))

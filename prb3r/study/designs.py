@@ -113,7 +113,7 @@ def _study_of(folder: Path) -> Study:
         what = "holds no result of a study (no manifest.json); give folders under results/"
         raise SpecError(Problem(str(folder), what))
     try:
-        return Study.model_validate(manifest["study"])
+        return Study.model_validate(manifest["study"] | {"plot": []})  # plots say nothing of designs
     except (ValidationError, KeyError):
         what = "is the result of a study in another format; run the study again"
         raise SpecError(Problem(str(folder), what)) from None

@@ -12,6 +12,7 @@ from prb3r.model.manipulator import ModelName, Strict
 from prb3r.study.factors import LOADS, DesignSearch, Factor, Name, Sampling
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
+from prb3r.study.plots import AnyPlot, KeptTables
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
 
 
@@ -34,57 +35,6 @@ class LineFit(Strict):
     y: str
     through_origin: bool = False
     where: dict[str, Scalar] = {}
-
-
-class PublishedPoint(Strict):
-    """A published value laid over a plot, in SI units as the columns are."""
-
-    x: float
-    y: float
-    label: str
-
-
-class Plot(Strict):
-    """A figure made from the tables of a study; written as PNG and SVG."""
-
-    name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
-    kind: Literal["lines", "shapes", "workspace", "bars", "loops", "path"]
-    caption: str = ""
-    where: dict[str, Scalar | list[Scalar]] = {}
-    """Only cases with these factor values."""
-    x: str | None = None
-    """lines, bars: a column.  loops: the tension of a cable."""
-    y: list[str] = []
-    """lines: columns of one quantity.  bars: metrics, a panel each.  loops: positions of disks, a row of panels each.
-    shapes, workspace: not used."""
-    x_unit: str | None = None
-    y_unit: str | None = None
-    by: str | None = None
-    """Colour and mark: one line, shape or region for each value of this column."""
-    style: str | None = None
-    """Second distinction, by line style."""
-    panel: str | None = None
-    """One panel for each value of this column."""
-    note: str | None = None
-    """A column whose value follows the title of each panel that has one value of it."""
-    reference: dict[str, Scalar] = {}
-    """shapes: cases with these factor values are drawn pale behind all others instead of by themselves."""
-    mark: list[PublishedPoint] = []
-    """Published points."""
-    vertical: str | None = None
-    """lines: a column whose (median) value is marked by a vertical line."""
-    fit: bool = False
-    """lines: draw the study's fits of this y over x."""
-    y_from_zero: bool = False
-    log_y: bool = False
-
-    @model_validator(mode="after")
-    def _consistent(self) -> "Plot":
-        if self.kind in ("lines", "bars", "loops") and (not self.y or self.x is None):
-            raise ValueError(f"a plot of {self.kind} needs x and y")
-        if self.log_y and self.y_from_zero:
-            raise ValueError("log_y and y_from_zero exclude each other")
-        return self
 
 
 class Study(Strict):
@@ -121,7 +71,7 @@ class Study(Strict):
     metric: list[AnyMetric] = []
     comparison: list[CaseComparison] = []
     fit: list[LineFit] = []
-    plot: list[Plot] = []
+    plot: list[AnyPlot] = []
     designs: Designs | None = None
     requirement: list[Requirement] = []
     """What a design must keep."""
@@ -155,6 +105,17 @@ class Study(Strict):
         """The factors that are sampled together."""
         searched = [factor.name for factor in self.searched]
         return [factor for factor in self.factor if factor.drawn is not None and factor.name not in searched]
+
+    @property
+    def kept(self) -> KeptTables:
+        """What it has for its plots beside the table of cases."""
+        return KeptTables(
+            states=self.states,
+            disks=None if self.state_disks is None else tuple(self.state_disks),
+            cloud=self.cloud is not None,
+            targets=self.reach is not None,
+            fits=frozenset((fit.x, fit.y) for fit in self.fit),
+        )
 
     @property
     def decides(self) -> bool:

@@ -3,15 +3,27 @@
 import numpy as np
 import pandas as pd
 from matplotlib.collections import PolyCollection
+from pydantic import TypeAdapter
 
 from prb3r import load_manipulator
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.present.study.sheet import Scene
 from prb3r.quantities import Quantity
+from prb3r.study.plots import AnyPlot
 
 MANIPULATOR = load_manipulator("studies/manipulators/two-segment.toml")
 SCENE = Scene(lambda case_id: MANIPULATOR, (Quantity("tip_shift_m", "", "m", "shift of the tip"),))
+
+
+CHART = {"x": "cable_1_n", "y": ["tip_y_m"]}
+OWN_FIELDS = {"lines": CHART, "bars": CHART, "loops": CHART, "shapes": {}, "workspace": {}, "path": {}}
+"""Of each kind of plot, the fields that it cannot do without."""
+
+
+def plot_of(**fields):
+    """A plot as a study file has it."""
+    return TypeAdapter(AnyPlot).validate_python(fields)
 
 
 def states_of(tensions, first_case: int = 0) -> pd.DataFrame:

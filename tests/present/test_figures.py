@@ -5,13 +5,14 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
-from present.frames import SCENE, cases_of, states_of, texts
+from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of, texts
 
 from prb3r.present import style
 from prb3r.present.page import save_figure
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.sheet import Scene
-from prb3r.study.spec import Plot
+
+SHIFTS = {"x": "cable_2_n", "y": ["tip_shift_m"]}
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def curves(axes) -> list:
 
 
 def test_every_group_is_a_line_and_axes_say_units(coupling):
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", panel="friction_coefficient")
+    plot = plot_of(name="a", kind="lines", by="design", panel="friction_coefficient", **SHIFTS)
     figure = study_figure(plot, coupling, None, SCENE)
     assert [len(curves(axes)) for axes in figure.axes] == [2, 2]
     assert figure.axes[0].get_ylabel() == "Tip shift (mm)"
@@ -51,9 +52,7 @@ def test_groups_differ_without_colour():
 
 
 def test_style_is_a_second_distinction(coupling):
-    plot = Plot(
-        name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", style="friction_coefficient", y_unit="cm"
-    )
+    plot = plot_of(name="a", kind="lines", **SHIFTS, by="design", style="friction_coefficient", y_unit="cm")
     drawn = curves(study_figure(plot, coupling, None, SCENE).axes[0])
     assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == 4
 
@@ -61,7 +60,7 @@ def test_style_is_a_second_distinction(coupling):
 def test_failed_cases_are_crosses(coupling):
     coupling.loc[3, ["outcome", "tip_shift_m"]] = ["no equilibrium", np.nan]
     coupling.loc[5, "outcome"] = "unstable"
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
     figure = study_figure(plot, coupling, None, SCENE)
     crosses = {float(x) for line in figure.axes[0].lines if line.get_marker() == "x" for x in line.get_xdata()}
     assert crosses == {60.0, 100.0}
@@ -71,8 +70,8 @@ def test_failed_cases_are_crosses(coupling):
 def test_fit_vertical_and_published_points_are_named(coupling):
     law = {"slope": 2e-4, "intercept": 0.05, "largest_deviation": 1.1e-3, "where": {"design": "thin"}}
     scene = Scene(SCENE.manipulator, SCENE.quantities, ({"x": "cable_2_n", "y": "tip_shift_m", **law},))
-    plot = Plot(
-        name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design", fit=True, vertical="changing_point_n",
+    plot = plot_of(
+        name="a", kind="lines", **SHIFTS, by="design", fit=True, vertical="changing_point_n",
         mark=[{"x": 50.0, "y": 0.06, "label": "published"}],
     )  # fmt: skip
     figure = study_figure(plot, coupling, None, scene)
@@ -86,7 +85,7 @@ def test_bars_have_a_panel_and_a_unit_for_each_metric():
     cases = cases.assign(peak_stress_pa=[5e8, 4e8, 3e8, 2e8])
     cases.loc[3, "outcome"] = "no equilibrium"
     figure = study_figure(
-        Plot(name="b", kind="bars", x="ratio", y=["area_m2", "peak_stress_pa"], by="design"), cases, None, SCENE
+        plot_of(name="b", kind="bars", x="ratio", y=["area_m2", "peak_stress_pa"], by="design"), cases, None, SCENE
     )
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["Area (m²)", "Peak stress (MPa)"]
     assert [len(axes.patches) for axes in figure.axes] == [4, 4]
@@ -101,7 +100,7 @@ def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():
         for case in (0, 1)
     )
     cases = cases_of(friction_coefficient=[0.1, 0.3], tip_y_m=0.1, disk7_y_m=0.1)
-    plot = Plot(name="a", kind="loops", x="cable_1_n", y=["tip_y_m", "disk7_y_m"], panel="friction_coefficient")
+    plot = plot_of(name="a", kind="loops", x="cable_1_n", y=["tip_y_m", "disk7_y_m"], panel="friction_coefficient")
     figure = study_figure(plot, cases, states, SCENE)
     assert len(figure.axes) == 4
     assert [axes.get_ylabel() for axes in figure.axes] == ["Tip y (mm)", "", "Disk 7 y (mm)", ""]
@@ -113,7 +112,7 @@ def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():
 
 
 def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
     first = [path.read_bytes() for path in save_figure(study_figure(plot, coupling, None, SCENE), tmp_path, "a")]
     again = [path.read_bytes() for path in save_figure(study_figure(plot, coupling, None, SCENE), tmp_path, "a")]
     assert first == again
@@ -121,7 +120,7 @@ def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
 
 
 def test_legend_fits_the_figure(coupling):
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
     coupling["design"] = coupling["design"] + " plates at the base, cables sound"
     figure = study_figure(plot, coupling, None, SCENE)
     figure.savefig(io.BytesIO())
@@ -130,31 +129,28 @@ def test_legend_fits_the_figure(coupling):
 
 def test_unknown_column_is_named(coupling):
     with pytest.raises(ValueError, match="no column colour"):
-        study_figure(Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="colour"), coupling, None, SCENE)
+        study_figure(plot_of(name="a", kind="lines", by="colour", **SHIFTS), coupling, None, SCENE)
 
 
 def test_selecting_no_case_is_an_error(coupling):
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], where={"design": "none such"})
+    plot = plot_of(name="a", kind="lines", **SHIFTS, where={"design": "none such"})
     with pytest.raises(ValueError, match="no case has"):
         study_figure(plot, coupling, None, SCENE)
 
 
 @pytest.mark.parametrize("kind", ["lines", "shapes", "workspace", "bars", "loops"])
 def test_studies_in_which_everything_failed_still_have_figures(kind, tmp_path):
-    cases = cases_of(cable_1_n=[20.0, 60.0]).assign(
-        outcome="crashed", tip_shift_m=np.nan, tip_y_m=np.nan, limit_n=np.nan
-    )
+    cases = cases_of(cable_1_n=[20.0, 60.0]).assign(outcome="crashed", tip_y_m=np.nan, limit_n=np.nan)
     states = states_of([[20.0, 0, 0, 0]])[:0]
-    y = "tip_y_m" if kind == "loops" else "tip_shift_m"
-    plot = Plot(name="a", kind=kind, x="cable_1_n", y=[y], by="cable_1_n", vertical="limit_n")
-    figure = study_figure(plot, cases, states, SCENE)
+    fields = OWN_FIELDS[kind] | ({"vertical": "limit_n"} if kind == "lines" else {})
+    figure = study_figure(plot_of(name="a", kind=kind, by="cable_1_n", **fields), cases, states, SCENE)
     assert any("crashed" in text for text in texts(figure))
     assert len(save_figure(figure, tmp_path, "a")) == 2
 
 
 def test_samples_are_marks_and_not_joined(coupling):
     scene = Scene(SCENE.manipulator, SCENE.quantities, sampled=frozenset({"cable_2_n"}))
-    plot = Plot(name="a", kind="lines", x="cable_2_n", y=["tip_shift_m"], by="design")
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
     (axes,) = study_figure(plot, coupling, None, scene).axes
     clouds = [line for line in axes.lines if len(line.get_xdata()) > 2]
     assert [len(line.get_xdata()) for line in clouds] == [12, 12]  # every case by itself, not medians

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.contour import QuadContourSet
 from matplotlib.image import imread
-from present.frames import MANIPULATOR, SCENE, cases_of, polygons, states_of, texts
+from present.frames import MANIPULATOR, SCENE, cases_of, plot_of, polygons, states_of, texts
 
 from prb3r.present import style
 from prb3r.present.page import save_figure
@@ -15,7 +15,6 @@ from prb3r.present.spots import spots_of
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.shapes import body, straight
 from prb3r.present.study.workspace import occupancy
-from prb3r.study.spec import Plot
 
 
 def test_disks_and_holes_are_drawn_where_they_are():
@@ -42,7 +41,7 @@ def test_plates_are_as_long_as_they_are():
 def test_shapes_show_every_case_to_scale():
     cases, states = cases_of(cable_1_n=[20.0, 60.0, 100.0]), states_of([[20.0, 0, 0, 0], [60.0, 0, 0, 0]])
     cases.loc[2, "outcome"] = "no equilibrium"
-    figure = study_figure(Plot(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
+    figure = study_figure(plot_of(name="s", kind="shapes", by="cable_1_n"), cases, states, SCENE)
     axes = figure.axes[0]
     disks = [one for one in axes.collections if isinstance(one, PolyCollection)]
     assert [len(one.get_paths()) for one in disks] == [15, 15]
@@ -55,7 +54,7 @@ def test_shapes_show_every_case_to_scale():
 def test_shapes_need_all_disks():
     states = states_of([[20.0, 0, 0, 0]])
     with pytest.raises(ValueError, match="all its disks, 0 to 14"):
-        study_figure(Plot(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
+        study_figure(plot_of(name="s", kind="shapes"), cases_of(cable_1_n=[20.0]), states[states["disk"] > 6], SCENE)
 
 
 def test_occupancy_has_the_area_of_its_region():
@@ -76,8 +75,8 @@ def test_workspaces_are_told_apart_and_small(tmp_path):
     states = pd.concat(tips)
     states.iloc[:7, 3:] = np.nan
     cases = cases_of(design=["a", "b", "c"])
-    overlaid = study_figure(Plot(name="w", kind="workspace", by="design"), cases, states, SCENE)
-    panels = study_figure(Plot(name="w", kind="workspace", panel="design"), cases, states, SCENE)
+    overlaid = study_figure(plot_of(name="w", kind="workspace", by="design"), cases, states, SCENE)
+    panels = study_figure(plot_of(name="w", kind="workspace", panel="design"), cases, states, SCENE)
     assert "a: 7 of 20,000 loads without equilibrium" in texts(overlaid)
     outlines = [one for one in overlaid.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
     assert len({str(one.get_linestyle()) for one in outlines}) == 3
@@ -91,7 +90,7 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
     states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(3))
     cases = cases_of(effect=["none", "this", "that"], tip_shift_m=[0.0, 0.01234, 0.2])
     given = {"panel": "effect", "note": "tip_shift_m", "reference": {"effect": "none"}}
-    figure = study_figure(Plot(name="a", kind="shapes", **given), cases, states, SCENE)
+    figure = study_figure(plot_of(name="a", kind="shapes", **given), cases, states, SCENE)
     assert [axes.get_title("left") for axes in figure.axes] == ["this, 12 mm", "that, 200 mm"]
     assert [len(polygons(axes)) for axes in figure.axes] == [2, 2]
     assert texts(figure) == ["none"]
@@ -100,7 +99,7 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
 def test_of_many_shapes_some_are_drawn_and_that_is_said():
     count = 200
     states = pd.concat([states_of(np.zeros((1, 4)), first_case=number) for number in range(count)])
-    plot = Plot(name="a", kind="shapes")
+    plot = plot_of(name="a", kind="shapes")
     figure = study_figure(plot, cases_of(tip_shift_m=np.zeros(count)), states, SCENE)
     assert sum(len(part.get_paths()) == 15 for part in polygons(figure.axes[0])) == 48
     assert texts(figure) == ["48 of 200 drawn"]
@@ -111,7 +110,7 @@ def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
     tensions = np.zeros((4, 4))
     tensions[:, 0] = [20, 40, 60, 80]
     states = pd.concat([states_of(tensions[k : k + 1], k) for k in range(4)])
-    figure = study_figure(Plot(name="s", kind="shapes", by="design"), cases_of(design=list("abcd")), states, SCENE)
+    figure = study_figure(plot_of(name="s", kind="shapes", by="design"), cases_of(design=list("abcd")), states, SCENE)
     save_figure(figure, tmp_path, "s")
     spots, pixels = spots_of(figure), imread(tmp_path / "s.png")
     assert [case for *_, case, _ in spots["points"]] == [0, 1, 2, 3]

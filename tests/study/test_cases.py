@@ -104,8 +104,9 @@ def test_all_problems_are_told_at_once_with_their_lines(tmp_path):
     assert f"{path}:4 stats: unknown key 'stats'; did you mean 'states'?" in text
     assert f"{path}:9 factor.mu.values.2: nan is not allowed" in text
     assert "did you mean 'position'?" in text
-    assert "a plot of lines needs x and y" in text
-    assert len(text.splitlines()) == 4
+    assert "plot.p: 'x' is missing" in text
+    assert "plot.p: 'y' is missing" in text
+    assert len(text.splitlines()) == 5
 
 
 @pytest.mark.parametrize(
@@ -186,6 +187,25 @@ def test_workspaces_that_would_be_empty_are_refused(study, changes):
         changes = changes | {"states": "final", "metric": [{"kind": "workspace"}]}
     path = study(plot=[{"name": "reach", "kind": "workspace"}], **changes)
     assert "plot reach: a plot of a workspace needs [cloud] and states = 'path'" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        (
+            {"kind": "shapes", "y": ["tip_y_m"]},
+            "y: unknown key 'y'; kind 'shapes' takes name, caption, where, by, panel, note, style, reference",
+        ),
+        ({"kind": "bars", "x": "mu", "y": ["tip_y_m"], "panel": "mu"}, "unknown key 'panel'; kind 'bars' takes name, "),
+        ({"kind": "bars", "x": "mu", "y": []}, "plot.p.y: must be a list of at least 1"),
+        ({"kind": "lines", "x": "mu", "y": ["tip_y_m"], "log_x": True}, "did you mean 'log_y'?"),
+        ({"kind": "shape"}, "unknown kind 'shape'; did you mean 'shapes'?"),
+        ({"kind": "pie"}, "unknown kind 'pie'; valid: bars, lines, loops, path, shapes, workspace"),
+        ({}, "plot.p: 'kind' is missing"),
+    ],
+)
+def test_a_plot_takes_the_fields_of_its_kind_alone(study, fields, said):
+    assert said in refusal(study(plot=[{"name": "p", **fields}]))
 
 
 def test_a_second_plot_of_one_name_is_told_at_its_line(study):

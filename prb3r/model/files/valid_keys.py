@@ -8,12 +8,12 @@ from pydantic import BaseModel, RootModel
 from prb3r.model.files.toml_lines import Keys
 
 
-def valid_keys(model: type[BaseModel], keys: Keys, data: Any) -> list[str]:
-    """Keys that the table at `keys` may have."""
+def valid_keys(model: type[BaseModel], keys: Keys, data: Any, any_kind: bool = False) -> list[str]:
+    """Keys that the table at `keys` may have; with `any_kind`, whatever kind it were."""
     kinds = [model]
     for key in keys:
         kinds, data = [branch for kind in _fitting(kinds, data) for branch in _inside(kind, key)], data[key]
-    fields = [kind.model_fields for kind in _fitting(kinds, data) if _is_model(kind)]
+    fields = [kind.model_fields for kind in (kinds if any_kind else _fitting(kinds, data)) if _is_model(kind)]
     return [field.alias or name for branch in fields for name, field in branch.items()]
 
 

@@ -156,7 +156,7 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
     if kind == "extra_forbidden":
         key, valid = str(keys[-1]), valid_keys(model, keys[:-1], data)
         unit = other_unit(key, valid)
-        return keys, f"unknown key {key!r}" + (f": {unit}" if unit else did_you_mean(key, valid))
+        return keys, f"unknown key {key!r}" + (f": {unit}" if unit else _instead(key, valid, keys[:-1], model, data))
     if kind == "union_tag_not_found":
         return keys, f"{context['discriminator']} is missing"
     if kind == "union_tag_invalid":
@@ -171,6 +171,19 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
             numbers = {name: f"{number:g}" for name, number in context.items() if isinstance(number, float)}
             return keys, f"must be {words.format(**context | numbers)}, not {_shown(value)}"
     return keys, f"{error['msg'][:1].lower()}{error['msg'][1:]}, not {_shown(value)}"
+
+
+def _instead(key: str, valid: list[str], keys: Keys, model: type[BaseModel], data: Any) -> str:
+    """What may stand instead of an unknown key of the table at `keys`: the closest one.
+
+    Where a table of another kind takes the key, all that this kind does.
+    """
+    table = data
+    for part in keys:
+        table = table[part]
+    if "kind" in table and key in valid_keys(model, keys, data, any_kind=True):
+        return f"; kind {table['kind']!r} takes {', '.join(name for name in valid if name != 'kind')}"
+    return did_you_mean(key, valid)
 
 
 def _shown(value: Any) -> str:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, failures, ordered, values_of
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
 from prb3r.present.style import pale
 
 
@@ -17,7 +17,7 @@ def bars_figure(sheet: Sheet) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
     handles = [*sheet.handles(patch=True, solid=True), *(entry(ink) for ink in failures(rows))]
-    units = [sheet.shown(metric, plot.y_unit if len(plot.y) == 1 else None) for metric in plot.y]
+    units = [sheet.shown(metric, plot.y_unit) for metric in plot.y]
     figure, axes = style.panels([unit.label for unit in units], handles, 0.62, shared=False)
     places = ordered(values_of(rows, plot.x))
     groups = list(sheet.groups(rows))
@@ -31,7 +31,9 @@ def bars_figure(sheet: Sheet) -> Figure:
         panel.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
         panel.grid(False, axis="x")
         if plot.x != "broken_cables":
-            panel.set_xlabel(sheet.shown(plot.x).label)
+            panel.set_xlabel(sheet.shown(plot.x, plot.x_unit).label)
+    if plot.y_from_zero:
+        begin_at_zero(axes)
     return figure
 
 
@@ -49,7 +51,11 @@ def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink
 
 
 def _tick(sheet: Sheet, value: Any) -> str:
-    column = sheet.plot.x or ""
+    column = sheet.plot.x
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))
-    return str(value) if isinstance(value, (str, bool)) else style.digits(value * sheet.shown(column).factor)
+    return (
+        str(value)
+        if isinstance(value, (str, bool))
+        else style.digits(value * sheet.shown(column, sheet.plot.x_unit).factor)
+    )

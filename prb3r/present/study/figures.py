@@ -1,5 +1,7 @@
 """Figures of a study: a table and a plot spec in, a figure out."""
 
+from collections.abc import Callable, Mapping
+
 import matplotlib
 import pandas as pd
 from matplotlib.figure import Figure
@@ -12,7 +14,17 @@ from prb3r.present.study.paths import paths_figure
 from prb3r.present.study.shapes import shapes_figure
 from prb3r.present.study.sheet import Scene, Sheet
 from prb3r.present.study.workspace import workspace_figure
-from prb3r.study.spec import Plot
+from prb3r.study.plots import BarsPlot, LinesPlot, LoopsPlot, PathPlot, Plot, ShapesPlot, WorkspacePlot
+
+DRAWN_BY: Mapping[type[Plot], Callable[[Sheet], Figure]] = {
+    LinesPlot: lines_figure,
+    BarsPlot: bars_figure,
+    LoopsPlot: loops_figure,
+    ShapesPlot: shapes_figure,
+    WorkspacePlot: workspace_figure,
+    PathPlot: paths_figure,
+}
+"""How each kind of plot is drawn."""
 
 
 def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Scene) -> Figure:
@@ -23,13 +35,5 @@ def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, s
     ValueError
         If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
     """
-    kinds = {
-        "lines": lines_figure,
-        "shapes": shapes_figure,
-        "workspace": workspace_figure,
-        "bars": bars_figure,
-        "loops": loops_figure,
-        "path": paths_figure,
-    }
     with matplotlib.rc_context(style.RC):
-        return kinds[plot.kind](Sheet(plot, cases, states, scene))
+        return DRAWN_BY[type(plot)](Sheet(plot, cases, states, scene))

@@ -12,11 +12,11 @@ from matplotlib.patches import Patch
 
 from prb3r.present import style
 from prb3r.present.spots import LAST, point_at
-from prb3r.present.study.sheet import COLUMN, FAILED_MARK, Sheet, entry, failures
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
-from prb3r.study.spec import Plot
+from prb3r.study.plots import COLUMN, LinesPlot
 
 
 def lines_figure(sheet: Sheet) -> Figure:
@@ -48,8 +48,8 @@ def lines_figure(sheet: Sheet) -> Figure:
         if plot.log_y:
             panel.set_yscale("log")
             panel.minorticks_off()
-        elif plot.y_from_zero and not (rows["_up"] < 0).any():
-            panel.set_ylim(bottom=0)
+    if plot.y_from_zero:
+        begin_at_zero(axes)
     style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
 
@@ -101,7 +101,7 @@ def _verticals(sheet: Sheet, parts: list[pd.DataFrame], x: Shown) -> list[dict[s
     return [{**ink, "at": value} for value in values]
 
 
-def _published(plot: Plot) -> dict[str, dict[str, Any]]:
+def _published(plot: LinesPlot) -> dict[str, dict[str, Any]]:
     """Open symbols, one for each label of published points."""
     labels = dict.fromkeys(point.label for point in plot.mark)
     common = {"color": style.INK, "ls": "", "mfc": "white", "mew": 0.9, "ms": 5.2, "zorder": 4}

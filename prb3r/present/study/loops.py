@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from prb3r.present import style
 from prb3r.present.spots import point_at
-from prb3r.present.study.sheet import Sheet, entry, failures
-from prb3r.study.columns import disk_of
+from prb3r.present.study.sheet import Sheet, begin_at_zero, entry, failures
 from prb3r.study.metrics.response import last_loop
+from prb3r.study.plots import disk_of
 
 ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
 
@@ -42,6 +42,8 @@ def loops_figure(sheet: Sheet) -> Figure:
             panel.set_ylabel(position.label)
         if number >= len(axes) - len(parts):
             panel.set_xlabel(tension.label)
+    if plot.y_from_zero:
+        begin_at_zero(axes)
     return figure
 
 

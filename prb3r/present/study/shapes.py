@@ -135,7 +135,7 @@ def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
 
 def not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
     """A sentence that names a case by what tells it from the others, and says why it is not drawn."""
-    keys = {sheet.plot.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
+    keys = {sheet.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
     names = [sheet.text(column, row[key]) for column, key in keys.items() if column]
     return f"{', '.join(names)}: {what}" if names else what
 

@@ -1,11 +1,12 @@
 """What a figure is drawn from: the plot, the rows it shows, the looks of their groups, the notes in its legend."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -14,12 +15,9 @@ from prb3r.present import style
 from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
-from prb3r.study.spec import Plot
+from prb3r.study.plots import COLUMN, Plot
 
 FAILED_MARK = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
-
-COLUMN = "_column"
-"""Key column of a plot with several y: which of them a row is about."""
 
 
 @dataclass(frozen=True)
@@ -53,32 +51,36 @@ class Sheet:
     def rows(self) -> pd.DataFrame:
         """Selected cases (with their states where the plot names columns of those), with key columns."""
         plot, rows = self.plot, select(self.cases, self.plot.where)
-        if plot.reference:
-            rows = rows.drop(select(rows, plot.reference).index)
+        if plot.behind:
+            rows = rows.drop(select(rows, plot.behind).index)
         if rows.empty:
             raise ValueError(f"plot {plot.name!r}: no case has {plot.where}")
-        across = plot.x if plot.kind != "loops" else None
-        wanted = [plot.by, plot.style, plot.panel, across, *(plot.y if plot.kind in ("lines", "bars") else ())]
-        missing = {column for column in wanted if column and column not in rows}
+        missing = {column for column in plot.drawn() if column and column not in rows}
         if missing and self.states is not None:
-            columns = ["case_id", "step", *missing] if plot.kind == "shapes" else self.states.columns
+            columns = ["case_id", "step", *missing] if plot.stepwise else self.states.columns
             states = self.states[list(dict.fromkeys(columns))].drop_duplicates()
             rows = rows.merge(states, "left", "case_id", suffixes=("", "_state"))
         if absent := sorted(missing - set(rows)):
             raise ValueError(f"plot {plot.name!r}: no column {', '.join(absent)} in cases or states")
-        if plot.kind == "lines":
-            rows = pd.concat([rows.assign(**{COLUMN: y, "_y": rows[y]}) for y in plot.y], ignore_index=True)
-        keys = {"_by": self.by, "_style": self.style, "_panel": plot.panel}
+        if plot.stacked:
+            rows = pd.concat([rows.assign(**{COLUMN: y, "_y": rows[y]}) for y in plot.stacked], ignore_index=True)
+        keys = {"_by": self.by, "_style": self.style, "_panel": self.panel}
         return rows.assign(**{key: values_of(rows, column) for key, column in keys.items()})
 
     @property
     def by(self) -> str | None:
-        return self.plot.by or (COLUMN if self.plot.kind == "lines" and len(self.plot.y) > 1 else None)
+        """The column told by colour and mark, if any."""
+        return self.plot.groups.by
 
     @property
     def style(self) -> str | None:
-        several = self.plot.kind == "lines" and len(self.plot.y) > 1 and self.plot.by is not None
-        return self.plot.style or (COLUMN if several else None)
+        """The column told by line style, if any."""
+        return self.plot.groups.style
+
+    @property
+    def panel(self) -> str | None:
+        """The column with a panel for each value, if any."""
+        return self.plot.groups.panel
 
     @cached_property
     def looks(self) -> dict[Any, Look]:
@@ -122,7 +124,7 @@ class Sheet:
         """The titles of the panels and the rows of the cases in them."""
         values = ordered(self.rows["_panel"])
         parts = [self.rows[self.rows["_panel"] == value] for value in values]
-        titles = [self.text(self.plot.panel, value) if self.plot.panel else "" for value in values]
+        titles = [self.text(self.panel, value) if self.panel else "" for value in values]
         notes = map(self._note, parts)
         return [", ".join(filter(None, pair)) for pair in zip(titles, notes, strict=True)], parts
 
@@ -166,6 +168,14 @@ def ordered(values: pd.Series) -> list[Any]:
     """Distinct values: numbers sorted, texts as they come."""
     distinct = values.dropna().drop_duplicates()
     return (distinct.sort_values() if pd.api.types.is_numeric_dtype(values) else distinct).tolist()
+
+
+def begin_at_zero(panels: Sequence[Axes]) -> None:
+    """Let y axes begin at zero, except where something is drawn below, there or in a panel that shares the axis."""
+    for panel in panels:
+        sharing = panel.get_shared_y_axes().get_siblings(panel)
+        if min(other.dataLim.y0 for other in sharing) >= 0:
+            panel.set_ylim(bottom=0)
 
 
 def entry(ink: Mapping[str, Any]) -> Line2D:

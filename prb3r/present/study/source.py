@@ -60,8 +60,7 @@ class Source:
     @cached_property
     def units(self) -> dict[str, str]:
         """Units that plots ask for; the report shows the same."""
-        y_units = {p.y[0]: p.y_unit for p in self.study.plot if p.y_unit and len(p.y) == 1}
-        return y_units | {p.x: p.x_unit for p in self.study.plot if p.x and p.x_unit}
+        return {column: unit for plot in self.study.plot for column, unit in plot.units()}
 
     def cell(self, column: str, value: Any, unit: bool = False) -> str:
         """One value as text, in the unit its column is shown in."""

@@ -1,0 +1,32 @@
+"""Every kind of plot that a study file may name is drawn."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of
+
+from prb3r.present.study.figures import DRAWN_BY, study_figure
+from prb3r.present.study.sheet import Scene
+from prb3r.study.plots import AnyPlot
+
+KINDS = get_args(get_args(AnyPlot)[0])
+
+
+def test_every_kind_of_plot_has_a_drawing_of_its_own():
+    assert set(DRAWN_BY) == set(KINDS)
+    assert len(set(DRAWN_BY.values())) == len(KINDS)
+
+
+@pytest.mark.parametrize("kind", [get_args(kind.model_fields["kind"].annotation)[0] for kind in KINDS])
+def test_every_kind_of_plot_shows_what_is_in_the_tables(kind):
+    pulls = np.concatenate([np.linspace(0, 40, 5), np.linspace(30, 10, 3), np.linspace(20, 40, 3)])
+    states = states_of(pulls[:, None] * [1.0, 0, 0, 0]).assign(step=lambda table: table["case_id"], case_id=0)
+    tips = states[states["disk"] == 14]
+    cases = cases_of(cable_1_n=[40.0], tip_y_m=tips["y_m"].to_numpy()[-1:])
+    targets = [{"x_m": x, "y_m": y} for x, y in zip(tips["x_m"], tips["y_m"], strict=True)]
+    scene = Scene(SCENE.manipulator, reach=lambda case: {"disk": "tip", "target": targets})
+    (axes,) = study_figure(plot_of(name="a", kind=kind, **OWN_FIELDS[kind]), cases, states, scene).axes
+    height = 1e3 * tips["y_m"].iloc[-1]
+    assert axes.dataLim.y0 <= height <= axes.dataLim.y1 + 1e-9
+    assert "mm" in axes.get_ylabel() + axes.get_title("left")
