@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-import matplotlib
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
@@ -120,7 +119,7 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     paths, layout = [], figure.get_layout_engine()
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
         content = io.BytesIO()
-        with matplotlib.rc_context(style.RC):
+        with style.in_use():
             figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
         figure.set_layout_engine("none")  # what stands where in one file, stands there in the other
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))

@@ -1,7 +1,8 @@
 """How figures and numbers look: sizes, type, colours that survive grey print, units people read, panels and legends."""
 
+import contextlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -57,6 +58,9 @@ RC = {
     "svg.hashsalt": "prb3r",
 }
 
+FONT_SIZES = tuple(name for name in RC if name.endswith(("labelsize", "titlesize", "fontsize")))
+"""What goes with `font.size`: who sets that one sets all of them."""
+
 PALETTE = ("#004488", "#DDAA33", "#BB5566", "#222222", "#6699CC", "#997700", "#EE99AA", "#117733")
 """Paul Tol's high and medium contrast sets, so ordered that neighbours differ in lightness as well as in hue."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
@@ -110,13 +114,34 @@ class Shown:
     unit: str
 
 
+@contextlib.contextmanager
+def in_use() -> Iterator[None]:
+    """This style within a block, except for what the user's own style of matplotlib says.
+
+    What a `matplotlibrc` file, `matplotlib.style.use` or `matplotlib.rcParams` set to other than the defaults stands.
+    """
+    theirs = {name for name in RC if matplotlib.rcParams[name] != matplotlib.rcParamsDefault[name]}
+    if "font.size" in theirs:
+        theirs |= set(FONT_SIZES)
+    with matplotlib.rc_context({name: value for name, value in RC.items() if name not in theirs}):
+        yield
+
+
+def palette() -> Sequence[str]:
+    """Colours of groups: those of the user's own style, or `PALETTE`."""
+    cycle = matplotlib.rcParams["axes.prop_cycle"]
+    own = cycle.by_key().get("color") if cycle != matplotlib.rcParamsDefault["axes.prop_cycle"] else None
+    return own or PALETTE
+
+
 def looks(values: Sequence[Any]) -> dict[Any, Look]:
-    """A look for each value of a column; many numbers get a ramp of lightness in their order."""
+    """A look for each value of a column; many numbers get a ramp of the colour map in their order, dark to light."""
     numeric = all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in values)
-    colours: Sequence[Any] = [PALETTE[i % len(PALETTE)] for i in range(len(values))]
+    cycle = palette()
+    colours: Sequence[Any] = [cycle[i % len(cycle)] for i in range(len(values))]
     if numeric and len(values) >= RAMP_FROM:
         values = sorted(values)
-        ramp = matplotlib.colormaps["viridis"](np.linspace(0, 0.84, len(values)))
+        ramp = matplotlib.colormaps[matplotlib.rcParams["image.cmap"]](np.linspace(0, 0.84, len(values)))
         colours = [matplotlib.colors.to_hex(colour) for colour in ramp]
     pick = lambda marks, i: marks[i % len(marks)]  # noqa: E731
     return {v: Look(colours[i], pick(MARKERS, i), pick(LINES, i), pick(HATCHES, i)) for i, v in enumerate(values)}

@@ -4,7 +4,6 @@ import pickle
 import re
 from dataclasses import replace
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -30,7 +29,7 @@ ANGLES = Case(read=("angle_rad",))
 
 @pytest.fixture(autouse=True)
 def look():
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         yield
 
 

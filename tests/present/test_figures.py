@@ -5,6 +5,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
+from cycler import cycler
 from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of, texts
 
 from prb3r.present import style
@@ -49,6 +50,19 @@ def test_groups_differ_without_colour():
     assert np.abs(np.diff(lightness)).min() > 0.08
     ramp = [weights @ matplotlib.colors.to_rgb(look.colour) for look in style.looks([0.1, 0.2, 0.3, 0.4, 0.5]).values()]
     assert np.diff(ramp).min() > 0.08
+
+
+def test_what_the_user_says_of_style_stands_and_all_else_is_ours(coupling):
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
+    with matplotlib.rc_context({"axes.facecolor": "#ffeedd", "font.size": 12, "axes.prop_cycle": cycler(color="rg")}):
+        (axes,) = study_figure(plot, coupling, None, SCENE).axes
+    assert matplotlib.colors.to_hex(axes.get_facecolor()) == "#ffeedd"
+    assert axes.yaxis.label.get_size() == 12
+    assert [line.get_color() for line in curves(axes)] == ["r", "g"]
+    assert not axes.spines["top"].get_visible()
+    (axes,) = study_figure(plot, coupling, None, SCENE).axes
+    assert axes.yaxis.label.get_size() == 7.5
+    assert [line.get_color() for line in curves(axes)] == list(style.PALETTE[:2])
 
 
 def test_style_is_a_second_distinction(coupling):

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import duckdb
+import matplotlib
 import numpy as np
 import pandas as pd
 import polars
@@ -123,6 +124,11 @@ def test_figures_and_report_are_made_again_only_where_something_changed(spec, tm
     published()
     assert drawn == ["shifts"]
     assert "How near" in (folder / "report.html").read_text()
+    with matplotlib.rc_context({"axes.facecolor": "#ffeedd"}):
+        published()
+        assert drawn == ["shifts"]
+        published()
+        assert not drawn
 
 
 def test_tables_say_what_they_hold_and_other_tools_read_them(spec, tmp_path):

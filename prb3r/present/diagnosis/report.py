@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -72,7 +71,7 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
 def figure_of(diagnosis: Diagnosis, kind: str) -> Figure | None:
     """The figure of that name in `FIGURES`; None where the diagnosis has nothing to show in it."""
     drawing, _ = FIGURES[kind]
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         return drawing(diagnosis)
 
 

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -28,7 +27,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     """Write `proof.md`, `proof.json`, `cases.parquet`, the same as `recordings.csv`, and the confusion matrix."""
     folder.mkdir(parents=True, exist_ok=True)
     singles = bool(confusion(proof.main)[0])
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         figures = save_figure(confusion_figure(proof), folder, "confusion") if singles else []
     text = write_whole(folder / "proof.md", proof_page(proof).encode())
     write_whole(folder / "recordings.csv", pd.DataFrame(case_columns(proof)).to_csv(index=False).encode())

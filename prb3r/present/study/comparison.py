@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 
 from prb3r.present import style
@@ -214,7 +213,7 @@ def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") 
 def decision_pictures(decision: Decision, folder: Path, name: str) -> dict[str, tuple[list[Path], dict | None]]:
     """Draw the figures of a decision, `name` and `name-front`; of each the files written and its spots."""
     drawn = {}
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         if decision.requirements or sum(decision.front) > 1:
             figure = decision_figure(decision)
             drawn[name] = save_figure(figure, folder, name), spots_of(figure)

@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +42,24 @@ def publish_what_changed(result: Result) -> list[Path]:
 def _made_from(result: Result) -> str:
     told = {name: part for name, part in result.manifest.items() if name not in OF_THE_RUN}
     pages = {path.name: _hash(path) for path in sorted((PACKAGE / "present" / "templates").iterdir())}
-    content = json.dumps([told, pages, text_hash(PACKAGE)], sort_keys=True, default=str)
+    content = json.dumps([told, pages, text_hash(PACKAGE), _own_style()], sort_keys=True, default=str)
     return hashlib.sha256(content.encode()).hexdigest()
+
+
+def _own_style() -> list[Any]:
+    """What the user says of the looks of figures: `matplotlibrc` files, and settings changed in this process.
+
+    Matplotlib is not loaded for it, which takes longer than all else that an unchanged study needs.
+    """
+    folders = [Path.home() / ".config" / "matplotlib", Path.home() / ".matplotlib"]
+    folders += [Path(os.environ["XDG_CONFIG_HOME"]) / "matplotlib"] if os.environ.get("XDG_CONFIG_HOME") else []
+    folders += [Path(os.environ[name]) for name in ("MATPLOTLIBRC", "MPLCONFIGDIR") if os.environ.get(name)]
+    files = {file for folder in (Path(), *folders) for file in (folder, folder / "matplotlibrc")}
+    said: list[Any] = sorted(_hash(file) for file in files if file.is_file())
+    if loaded := sys.modules.get("matplotlib"):
+        names = loaded.rcParams.keys() - {"backend"}
+        said += sorted((n, str(loaded.rcParams[n])) for n in names if loaded.rcParams[n] != loaded.rcParamsOrig[n])
+    return said
 
 
 def _standing(folder: Path, made_from: str) -> list[Path]:

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -52,7 +51,7 @@ def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, 
     looks = style.looks(list(bodies))
     corners = np.concatenate([part.disks.reshape(-1, 2) for part in (rest, *bodies.values())])
     strongest = max((tension.max() for part in bodies.values() for tension in part.tensions), default=0.0)
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         if axes is None:
             (axes,) = style.panels([""], [], view_of(corners)[2])[1]
         if drawn:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 
-import matplotlib
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -35,5 +34,5 @@ def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, s
     ValueError
         If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
     """
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         return DRAWN_BY[type(plot)](Sheet(plot, cases, states, scene))

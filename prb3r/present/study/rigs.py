@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -157,7 +156,7 @@ def _index_table(study: Study, rigs: Rigs) -> Table:
 def rigs_pictures(result: Result) -> list[Path]:
     """Draw the figures `rigs` and, with indices, `indices`; the files written."""
     assert result.rigs is not None
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         files = save_figure(spread_figure(result.plan.study, result.cases), result.folder, "rigs")
         if not result.rigs.indices.empty:
             files += save_figure(indices_figure(result.plan.study, result.rigs), result.folder, "indices")

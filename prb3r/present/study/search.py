@@ -1,6 +1,5 @@
 """A search for the best design in a report: how far it has settled."""
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -69,7 +68,7 @@ def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[
 
 def search_picture(decision: Decision) -> Figure:
     """The score of every design in the order in which they were tried, and the best so far."""
-    with matplotlib.rc_context(style.RC):
+    with style.in_use():
         return _search_figure(decision)
 
 

@@ -87,7 +87,7 @@ class Sheet:
         """Look of each value of `by`: texts keep theirs whichever of them a plot selects."""
         present = ordered(self.rows["_by"])
         known = ordered(values_of(self.cases, self.by)) if self.by in self.cases else present
-        fixed = not pd.api.types.is_numeric_dtype(self.rows["_by"]) and len(known) <= len(style.PALETTE)
+        fixed = not pd.api.types.is_numeric_dtype(self.rows["_by"]) and len(known) <= len(style.palette())
         return {value: look for value, look in style.looks(known if fixed else present).items() if value in present}
 
     @cached_property
