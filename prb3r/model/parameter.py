@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.errors import did_you_mean
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects import Observation
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.paths import keys_of_path, value_at
+from prb3r.model.paths import keys_of_path, require_known, value_at
 from prb3r.model.step_checks import column_names
 from prb3r.quantities import unit_ending
 
@@ -50,14 +49,14 @@ def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
     """
     parts = path.split(".")
     if parts[0] == "tension":
-        _check(".".join(parts[1:]), manipulator.cable_names, f"{path}: there is no cable")
+        require_known(".".join(parts[1:]), manipulator.cable_names, f"{path}: there is no cable")
         return Parameter(path, (), 1.0)
     column = parts[2] if parts[0] == "step" and len(parts) == 3 and parts[1].isdigit() else path
     columns = [name for name in column_names(manipulator) if not name.startswith("slip_")]
     if column in columns:
         return Parameter(path, (), 0.0)
     if parts[0] == "step":
-        _check(column, columns, f"{path}: steps have no column")
+        require_known(column, columns, f"{path}: steps have no column")
     keys, value = _number_at(manipulator, path)
     return Parameter(path, keys, value)
 
@@ -72,11 +71,6 @@ def _number_at(manipulator: Manipulator, path: str) -> tuple[Keys, float]:
     if not isinstance(value, float):
         raise ValueError(f"{path} is {'not given' if value is None else 'not a number that can change smoothly'}")
     return keys, value
-
-
-def _check(part: str, valid, what: str) -> None:
-    if part not in valid:
-        raise ValueError(f"{what} {part!r}{did_you_mean(part, valid)}")
 
 
 def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers: np.ndarray, path: str, value: float):

@@ -3,6 +3,7 @@
 Names are separated by dots; cables go by name, all other lists (segments, effects, listed offsets) by number from 1.
 """
 
+from collections.abc import Collection
 from typing import Any
 
 from pydantic import BaseModel
@@ -23,11 +24,11 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
     node: Any = manipulator
     for part in path.split("."):
         if isinstance(node, BaseModel):
-            _check(part, type(node).model_fields, f"{path}: there is no")
+            require_known(part, type(node).model_fields, f"{path}: there is no")
             keys, node = (*keys, part), getattr(node, part)
         elif isinstance(node, list) and node and "ends_at_segment" in getattr(type(node[0]), "model_fields", ()):
             names = [cable.name for cable in node]
-            _check(part, names, f"{path}: there is no cable")
+            require_known(part, names, f"{path}: there is no cable")
             keys, node = (*keys, names.index(part)), node[names.index(part)]
         elif isinstance(node, list):
             if not part.isdigit() or not 1 <= int(part) <= len(node):
@@ -38,7 +39,14 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
     return keys
 
 
-def _check(part: str, valid, what: str) -> None:
+def require_known(part: str, valid: Collection[str], what: str) -> None:
+    """Refuse a part of a path that is not among the valid ones.
+
+    Raises
+    ------
+    ValueError
+        That begins with `what` and ends with the closest valid part.
+    """
     if part not in valid:
         raise ValueError(f"{what} {part!r}{did_you_mean(part, valid)}")
 

@@ -109,12 +109,7 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
 
     Returns
     -------
-    The paths of both files.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take them.
+    The paths of both files.  Raises what `write_whole` raises.
     """
     paths, layout = [], figure.get_layout_engine()
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):

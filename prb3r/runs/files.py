@@ -2,11 +2,13 @@
 
 import contextlib
 import errno
+import json
 import os
 import secrets
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from prb3r.errors import EngineError, Problem, SpecError
 
@@ -29,6 +31,17 @@ def write_whole(path: Path, content: bytes) -> Path:
         file.flush()
         os.fsync(file.fileno())
     return path
+
+
+def write_json(path: Path, content: Any) -> Path:
+    """Replace a file by plain data as JSON, as :func:`write_whole` does: a value a line, words as they are; its path.
+
+    Raises
+    ------
+    ValueError
+        If a number is nan or infinite, which JSON does not have.
+    """
+    return write_whole(path, (json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode())
 
 
 @contextlib.contextmanager

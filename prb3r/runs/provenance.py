@@ -73,11 +73,5 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
-    """Write the manifest whole or not at all.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take it.
-    """
+    """Write the manifest whole or not at all; raises what `write_whole` raises."""
     write_whole(folder / MANIFEST, (json.dumps(manifest, indent=1, default=str) + "\n").encode())

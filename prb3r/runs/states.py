@@ -74,12 +74,6 @@ def block_path(home: Path, stem: str, number: int) -> Path:
 
 
 def write_block(home: Path, stem: str, number: int, columns: Columns) -> None:
-    """Write a block of the states of a part.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take it.
-    """
+    """Write a block of the states of a part; raises what `write_sealed` raises."""
     path = block_path(home, stem, number)
     write_sealed(path, f"{STATES} {path.stem}", pa.table({name: pa.array(values) for name, values in columns.items()}))

@@ -91,13 +91,7 @@ def content_hash(content: Any) -> str:
 
 
 def write_arrow(data: pa.Table, path: Path) -> None:
-    """Write a whole table or nothing.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take it.
-    """
+    """Write a whole table or nothing; raises what `replaced` raises."""
     schema = typed_schema(data.schema)
     with whole_table(path, schema) as writer:
         writer.write_table(data.cast(schema).combine_chunks(), row_group_size=ROW_GROUP)

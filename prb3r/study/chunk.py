@@ -63,6 +63,11 @@ def reason_column(metric: Metric) -> str:
     return f"reason of {metric.quantities()[0].name}"
 
 
+def one_below_another(tables: Sequence[Columns]) -> Columns:
+    """Tables of the same columns as one, their rows in the order of the tables."""
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+
+
 def state_columns(cables: Sequence[str]) -> Columns:
     """The columns of a table of states without rows."""
     numbers = {name: np.zeros(0, np.int64) for name in ("case_id", "step", "disk")}

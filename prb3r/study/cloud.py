@@ -4,7 +4,6 @@ What all blocks are gathered into is a few numbers for each load, from which the
 states that are kept go to disk block by block.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -15,7 +14,7 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.runs.states import Columns
-from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, state_columns
+from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, one_below_another, state_columns
 from prb3r.study.loading import Cloud
 from prb3r.study.measure import kept_states, measured_columns
 from prb3r.study.metrics.base import Solved
@@ -151,11 +150,7 @@ def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:
     except FAILURES as error:
         reason = f"{type(error).__name__}: {error}"
         return blank_columns(chunk.numbers, chunk.metrics, CASE_FAILED, reason), state_columns(chunk.cables)
-    return gathering.columns(), _stacked(states)
-
-
-def _stacked(tables: Sequence[Columns]) -> Columns:
-    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    return gathering.columns(), one_below_another(states)
 
 
 def limits_of(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> dict[str, float]:

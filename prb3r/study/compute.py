@@ -8,7 +8,7 @@ from prb3r.runs.engine import run_tasks
 from prb3r.runs.parts import Parts, part_name
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, reason_column
+from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, one_below_another, reason_column
 from prb3r.study.cloud import CloudBlock, Gathering
 from prb3r.study.plan import Plan, Progress
 from prb3r.study.work import StudyTask, solve_task, tasks_of
@@ -109,7 +109,7 @@ def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Column
             states.append(piece.value[1])
         else:
             cases.append(blank_columns(piece.task.numbers, chunk.metrics, _lost_as(piece), piece.reason))
-    return _stacked(cases), _stacked(states) if states and chunk.states != "none" else None
+    return one_below_another(cases), one_below_another(states) if states and chunk.states != "none" else None
 
 
 def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
@@ -138,7 +138,3 @@ def item_columns(plan: Plan, chunk: Chunk) -> dict[str, str]:
             columns = [*(quantity.name for quantity in metric.quantities()), reason_column(metric)]
             names |= dict.fromkeys(columns, item)
     return names
-
-
-def _stacked(tables: Sequence[Columns]) -> Columns:
-    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}

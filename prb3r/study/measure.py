@@ -9,7 +9,7 @@ from prb3r.model.laws.self_consistent import NOT_CLOSED
 from prb3r.model.solve import disk_tension
 from prb3r.runs.states import Columns
 from prb3r.study.chunk import FAILURES, Chunk, blank_columns, reason_column
-from prb3r.study.metrics.base import Metric, Solved
+from prb3r.study.metrics.base import Metric, Solved, largest
 
 
 def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
@@ -53,20 +53,14 @@ def outcome_columns(solved: Solved) -> Columns:
         "outcome": outcome,
         "reason": reason,
         "iterations": solved.by_case(states.iterations).sum(1).astype(np.int64),
-        "residual_n_m": _highest(solved.by_case(states.residual)),
-        "lowest_eigenvalue_n_m_per_rad": -_highest(-solved.by_case(_eigenvalues(states))),
+        "residual_n_m": largest(solved.by_case(states.residual)),
+        "lowest_eigenvalue_n_m_per_rad": -largest(-solved.by_case(_eigenvalues(states))),
     }
 
 
 def _eigenvalues(states: Equilibria) -> np.ndarray:
     lowest = states.lowest_eigenvalue
     return np.full(len(states.x), np.nan) if lowest is None else np.where(np.isinf(lowest), np.nan, lowest)
-
-
-def _highest(values: np.ndarray) -> np.ndarray:
-    """(c,) largest number of each row, NaN where there is none."""
-    highest = np.where(np.isnan(values), -np.inf, values).max(1)
-    return np.where(np.isneginf(highest), np.nan, highest)
 
 
 def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray) -> str:

@@ -76,13 +76,7 @@ def rigs_of(study: Study, cases: pd.DataFrame) -> Rigs:
 
 
 def write_rigs(rigs: Rigs | None, folder: Path, provenance: Mapping[str, Any]) -> None:
-    """Write the tables that hold something, and remove those of an earlier run.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take them.
-    """
+    """Write the tables that hold something, and remove those of an earlier run; raises what `write_arrow` raises."""
     for name in TABLES:
         table = pd.DataFrame() if rigs is None else getattr(rigs, name)
         if table.empty:

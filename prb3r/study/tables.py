@@ -59,12 +59,7 @@ def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
 def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, Any]) -> None:
     """Write the table of states.
 
-    Row groups are cut at fixed rows, so that the bytes depend on the rows alone.
-
-    Raises
-    ------
-    EngineError
-        If the disk is full or the folder does not take it.
+    Row groups are cut at fixed rows, so that the bytes depend on the rows alone.  Raises what `replaced` raises.
     """
     place = parts.place(plan.items[-1], plan.keys)
     ends = np.cumsum(state_counts(parts, place))

@@ -1,6 +1,5 @@
 """What several recordings have in common, as plain data: shared parameters, whether they agree, and in sentences."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
 from prb3r.diagnosis.search.together import Together
 from prb3r.quantities import describe, name_in_words
-from prb3r.runs.files import ensure_writable, write_whole
+from prb3r.runs.files import ensure_writable, write_json
 
 TOGETHER_FILE = "together.json"
 CONSTANT_FILES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
@@ -189,16 +188,7 @@ def _shared(each: Compared, together: Together, names: Sequence[str]) -> SharedP
 
 
 def write_common(common: Common, folder: str | Path) -> Path:
-    """Write `together.json` into a folder; the file.
-
-    Raises
-    ------
-    SpecError
-        If the folder cannot be made or written to.
-    EngineError
-        If the disk is full.
-    """
+    """Write `together.json` into a folder; the file.  Raises what `ensure_writable` and `write_json` raise."""
     folder = Path(folder)
     ensure_writable(folder)
-    text = json.dumps(common.as_json(), indent=1, allow_nan=False, ensure_ascii=False)
-    return write_whole(folder / TOGETHER_FILE, (text + "\n").encode())
+    return write_json(folder / TOGETHER_FILE, common.as_json())

@@ -14,7 +14,7 @@ from prb3r.model.files.table import csv_text
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.writing import write_again
-from prb3r.runs.files import ensure_writable, write_whole
+from prb3r.runs.files import ensure_writable, write_json, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
 
 WRITTEN_TABLES = ("residuals", "mismatch", "detectable")
@@ -37,15 +37,15 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     """
     folder = Path(folder)
     ensure_writable(folder)
-    record = json.dumps(as_json(diagnosis), indent=1, allow_nan=False, ensure_ascii=False)
-    texts = {"diagnosis.json": record + "\n"}
+    texts = {}
     for name, manipulator in diagnosis.manipulators.items():
         texts[f"{name}.toml"] = manipulator_toml(manipulator, _provenance(diagnosis, name))
     texts |= {name: csv_text(steps) for name, steps in _proposed(diagnosis)}
     for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
         if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
             old.unlink()  # of an earlier diagnosis
-    files = [write_whole(folder / name, text.encode()) for name, text in texts.items()]
+    files = [write_json(folder / "diagnosis.json", as_json(diagnosis))]
+    files += [write_whole(folder / name, text.encode()) for name, text in texts.items()]
     made = {"recording": diagnosis.name, "seed": diagnosis.seed, "verdict": diagnosis.verdict}
     for name in WRITTEN_TABLES:
         columns = {column: values.to_numpy() for column, values in diagnosis.tables[name].items()}

@@ -10,6 +10,23 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 
+def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """What constants cannot imitate of how effects move the readings.
+
+    Parameters
+    ----------
+    values : (r, k) whitened readings, without the rows of priors, where effects move nothing.
+    basis : (r + c, c) orthonormal, of what the constants do to readings and priors.
+
+    Returns
+    -------
+    (r + c, k) orthogonal to `basis`; taken off twice, against rounding.
+    """
+    whole = np.vstack([values, np.zeros((len(basis) - len(values), values.shape[1]))])
+    whole -= basis @ (basis.T @ whole)
+    return whole - basis @ (basis.T @ whole)
+
+
 def linear_model(
     fitted: Fit, library: Sequence[Hypothesis], log_odds: Mapping[Hypothesis, float]
 ) -> tuple[LinearModel, frozenset[int]]:
@@ -19,16 +36,11 @@ def linear_model(
     rows = model.predict.recording.readings.count + constants
     basis = basis_of(fitted.jacobian[:rows, :constants])
 
-    def freed(values: np.ndarray) -> np.ndarray:
-        whole = np.vstack([values, np.zeros((rows - len(values), values.shape[1]))])
-        whole -= basis @ (basis.T @ whole)
-        return whole - basis @ (basis.T @ whole)
-
     target = fitted.residual[:rows, None]
     columns = []
     for number, hypothesis in enumerate(model.hypotheses):
         moved, at = _of_fitted(fitted, number)
-        columns.append(Column(hypothesis, freed(moved), fitted_share(fitted, number), 0, log_odds[hypothesis]))
+        columns.append(Column(hypothesis, freed(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis]))
         target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
     friction, whiten = model.friction(fitted.p), model.noise.whiten
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
@@ -36,7 +48,7 @@ def linear_model(
     for (hypothesis, start), moved in zip(probes, moved_readings(fitted, probes), strict=True):
         sized = hypothesis.by_degrees
         deviation = np.array([free.prior_sd for free in hypothesis.free]) if sized else np.ones(1)
-        values = freed(whiten(moved * deviation))
+        values = freed(whiten(moved * deviation), basis)
         if not np.isfinite(values).all() or not values.any():
             continue
         one_sided = hypothesis.sided or hypothesis.kinked or not sized

@@ -8,7 +8,7 @@ from prb3r.diagnosis.evidence.linearised import Probe, moved_readings
 from prb3r.diagnosis.fit.joint import JointFit
 from prb3r.diagnosis.fit.model import Fit, basis_of
 from prb3r.diagnosis.library.joint import JointHypothesis
-from prb3r.diagnosis.search.columns import first_size
+from prb3r.diagnosis.search.columns import first_size, freed
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 JointProbe = tuple[JointHypothesis, np.ndarray]
@@ -23,21 +23,16 @@ def joint_linear_model(
     rows = fitted.rows[-1].stop + constants
     basis = basis_of(fitted.jacobian[:rows, :constants])
 
-    def freed(values: np.ndarray) -> np.ndarray:
-        whole = np.vstack([values, np.zeros((rows - len(values), values.shape[1]))])
-        whole -= basis @ (basis.T @ whole)
-        return whole - basis @ (basis.T @ whole)
-
     target, columns = fitted.residual[:rows].copy(), []
     for number, (hypothesis, span) in enumerate(zip(model.hypotheses, model.spans, strict=True)):
         moved, at = _of_fitted(fitted, number)
-        columns.append(_column(hypothesis, freed(moved), fitted.p[span], 0, log_odds[hypothesis]))
+        columns.append(_column(hypothesis, freed(moved, basis), fitted.p[span], 0, log_odds[hypothesis]))
         target[: len(moved)] += moved @ at
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
     frictions = frictions_of(fitted)
     probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(frictions)]
     for (hypothesis, start), moved in zip(probes, moved_together(fitted, probes), strict=True):
-        values = freed(moved)
+        values = freed(moved, basis)
         if not np.isfinite(values).all() or not values.any():
             continue
         one_sided = hypothesis.sided or hypothesis.kinked or not hypothesis.by_degrees

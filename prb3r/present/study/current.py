@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from prb3r.runs.files import write_whole
+from prb3r.runs.files import write_json
 from prb3r.runs.provenance import PACKAGE, text_hash
 from prb3r.study.run import Result
 
@@ -35,7 +35,7 @@ def publish_what_changed(result: Result) -> list[Path]:
     (result.folder / RECORD).unlink(missing_ok=True)
     files = publish(result)
     record = {"made_from": made_from, "files": {path.name: _hash(path) for path in files}}
-    write_whole(result.folder / RECORD, json.dumps(record, indent=1).encode())
+    write_json(result.folder / RECORD, record)
     return files
 
 

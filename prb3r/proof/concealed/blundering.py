@@ -78,9 +78,7 @@ def count_from_zero(tables: Tables, details: Details) -> Tables:
 
 def exchange_disks(tables: Tables, details: Details) -> Tables:
     """Two disks in each other's place."""
-    markers, (a, b) = tables.markers.copy(), details["disks"]
-    markers["disk"] = markers["disk"].replace({a: b, b: a})
-    return tables._replace(markers=markers)
+    return _exchanged(tables, "disk", details["disks"])
 
 
 def in_kilograms(tables: Tables, details: Details) -> Tables:
@@ -110,8 +108,13 @@ def note_late(tables: Tables, details: Details) -> Tables:
 
 def exchange_sequences(tables: Tables, details: Details) -> Tables:
     """Pictures of two sequences in each other's place."""
-    markers, (a, b) = tables.markers.copy(), details["sequences"]
-    markers["sequence"] = markers["sequence"].replace({a: b, b: a})
+    return _exchanged(tables, "sequence", details["sequences"])
+
+
+def _exchanged(tables: Tables, column: str, pair: Any) -> Tables:
+    """Markers of both values of a pair in each other's place."""
+    markers, (a, b) = tables.markers.copy(), pair
+    markers[column] = markers[column].replace({a: b, b: a})
     return tables._replace(markers=markers)
 
 

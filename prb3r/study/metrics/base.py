@@ -159,6 +159,12 @@ class Metric(Strict, ABC):
         """Its columns in their order: (c,) numbers, or one number for all; NaN where a load has no equilibrium."""
 
 
+def largest(values: np.ndarray) -> np.ndarray:
+    """(c,) largest number of each row of `values` (c, n), NaN where there is none."""
+    numbers = np.where(np.isnan(values), -np.inf, values).max(1)
+    return np.where(np.isneginf(numbers), np.nan, numbers)
+
+
 def column_stem(disk: DiskNumber) -> str:
     """How the columns of a disk begin: `disk7` or `tip`."""
     return "tip" if disk == "tip" else f"disk{disk}"

@@ -11,7 +11,7 @@ from prb3r.mechanics.limit import limit_load
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.quantities import Quantity
-from prb3r.study.metrics.base import Metric, Solved
+from prb3r.study.metrics.base import Metric, Solved, largest
 
 
 class Safety(Metric):
@@ -34,12 +34,6 @@ class Safety(Metric):
         with np.errstate(divide="ignore"):
             safety = np.where(stress == 0, np.inf, (cases.manipulator.yield_stress_pa or np.nan) / stress)
         return peak, stress, safety
-
-
-def largest(values: np.ndarray) -> np.ndarray:
-    """(c,) largest number of each row, NaN where there is none."""
-    numbers = np.where(np.isnan(values), -np.inf, values).max(1)
-    return np.where(np.isneginf(numbers), np.nan, numbers)
 
 
 class Stability(Metric):
