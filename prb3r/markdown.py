@@ -1,4 +1,4 @@
-"""Tables in Markdown: the one place that knows how."""
+"""Tables in Markdown, and names in a sentence: the one place that knows how."""
 
 from collections.abc import Collection, Iterable, Sequence
 
@@ -14,6 +14,11 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: 
     """
     rule = [" ---: " if k in numbers else " --- " for k in range(len(head))]
     return [_line(head), f"|{'|'.join(rule)}|", *map(_line, rows)]
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a row, at least one, the last after "and"."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _line(cells: Iterable[str]) -> str:

@@ -38,7 +38,7 @@ class Reached:
 
     @property
     def reached(self) -> bool:
-        """Whether every target is reached."""
+        """Whether every target is reached, within the tolerance of the search."""
         return bool(self.table["reached"].all())
 
     @property

@@ -41,7 +41,7 @@ class Target:
         return np.array([self.length, self.length, 1.0])
 
     def place(self, states: Equilibria) -> np.ndarray:
-        """(s, 3) the disk's coordinates."""
+        """(s, 3) x and y (m) and angle (rad) of the disk in each of `s` states."""
         return np.stack([states.x[:, self.disk], states.y[:, self.disk], states.angle[:, self.disk]], 1)
 
     def off(self, place: np.ndarray) -> np.ndarray:
@@ -54,7 +54,7 @@ class Target:
         return (disk / self.scale[:, None])[self.asked]
 
     def reached(self, place: np.ndarray) -> bool:
-        """Whether the disk is there."""
+        """Whether a place (3,) is the target, but for `ARRIVED`."""
         return bool(np.linalg.norm(self.off(place)) <= ARRIVED)
 
 

@@ -52,7 +52,7 @@ def require_known(part: str, valid: Collection[str], what: str) -> None:
 
 
 def value_at(node: Any, keys: Keys) -> Any:
-    """What `keys` lead to."""
+    """The part or value of a manipulator that `keys` lead to."""
     for key in keys:
         node = node[key] if isinstance(key, int) else getattr(node, key)
     return node

@@ -50,7 +50,7 @@ class LoadTable:
         return begins
 
     def sequences(self) -> Iterator[LoadSequence]:
-        """The sequences one by one."""
+        """The sequences in the order of the table, each with its own part of the loads."""
         ends = np.append(self.first[1:], len(self.steps))
         for name, first, end in zip(self.names, self.first, ends, strict=True):
             rows = slice(first, end)

@@ -120,7 +120,7 @@ class Proof:
         return self.cases[MAIN]
 
     def scores(self, method: str = MAIN) -> list[tuple[Goal, Score]]:
-        """Every line of the table."""
+        """Each goal of the table with the score of a method, then what is told for information."""
         measured = [(goal, goal.measure(self.cases[method])) for goal in (*GOALS, *INFORMATION)]
         after = share_of([resolved(*pair) for pair in self.followed if tested(pair[0])] if method == MAIN else [])
         real = [(goal, goal.measure(self.cases[method])) for goal in (*REAL_GOALS, *REAL_INFORMATION)]

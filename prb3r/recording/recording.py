@@ -75,7 +75,7 @@ class Tolerance(Strict):
         return OWN_SHARE * segment.length_m if self.length_m is None else self.length_m
 
     def marker(self, segments: Sequence[Segment]) -> float:
-        """Of a marker, m."""
+        """Standard deviation of a marker in its disk's frame, m; by itself a share of the longest plate."""
         longest = max(segment.length_m for segment in segments)
         return MARKER_SHARE * longest if self.marker_m is None else self.marker_m
 

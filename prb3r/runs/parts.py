@@ -74,7 +74,7 @@ class Part:
 
     @cached_property
     def keys(self) -> list[bytes]:
-        """Keys of its cases."""
+        """What its cases are known by, in their order."""
         return self.cases[KEY].to_pylist()
 
     @cached_property
@@ -83,7 +83,7 @@ class Part:
         return np.cumsum(self.cases[COUNT].to_numpy())
 
     def column(self, name: str) -> np.ndarray:
-        """A column of its cases."""
+        """A column of its cases as an array."""
         return self.cases[name].to_numpy()
 
 
@@ -170,7 +170,7 @@ class Parts:
                     self.parts.append(Part(self.home / part.path.name, part.cases))
 
     def discard(self) -> None:
-        """Remove all parts."""
+        """Remove the files of all parts, and forget them."""
         with contextlib.suppress(FileNotFoundError):
             shutil.rmtree(self.home)
         self.parts, self.made = [], False

@@ -45,7 +45,7 @@ class StateFiles:
 
     @property
     def paths(self) -> list[Path]:
-        """The files."""
+        """The files of its blocks, in the order of the rows."""
         return [block_path(self.home, self.stem, number) for number in range(len(self.blocks))]
 
     @cached_property

@@ -60,7 +60,7 @@ class Family:
         return Manipulator.model_validate(self.settings["manipulator"])
 
     def part(self, rows: slice | np.ndarray) -> "Family":
-        """Some of the cases."""
+        """The cases in some rows, as a family."""
         return Family(self.numbers[rows], _with_loads(self.settings, lambda values: values[rows]))
 
     def single(self) -> Iterator["Family"]:

@@ -45,12 +45,12 @@ class CloudBlock:
 
     @property
     def loads(self) -> int:
-        """Number of its loads."""
+        """Number of loads in the block."""
         return self.stop - self.start
 
     @property
     def case(self) -> int:
-        """Number of the case."""
+        """Number of the case whose loads these are."""
         return int(self.chunk.numbers[0])
 
     def single(self) -> list["CloudBlock"]:

@@ -102,7 +102,7 @@ class Decision:
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """(p,) of sum 1."""
+        """(p,) weights of the preferences, scaled to the sum 1."""
         weights = np.array([preference.weight for preference in self.preferences])
         return weights / weights.sum() if len(weights) else weights
 

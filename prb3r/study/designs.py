@@ -45,7 +45,7 @@ class DesignCases:
         return self.quantities.get(criterion.metric) or describe(criterion.metric)
 
     def only(self, column: str, value: Any) -> "DesignCases":
-        """The cases in one circumstance."""
+        """The cases in which a circumstance has one value."""
         return replace(self, frame=select(self.frame, {column: value}))
 
     def values(self, criteria: Sequence[Criterion], rows: pd.DataFrame) -> np.ndarray:

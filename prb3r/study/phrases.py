@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from prb3r.markdown import listed
 from prb3r.quantities import Quantity, describe
 from prb3r.study.decision import Decision
 from prb3r.study.designs import value_in_words
@@ -26,7 +27,7 @@ def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
 
 
 def bound_in_words(requirement: Requirement, quantity: Quantity) -> str:
-    """`at most 150 N`."""
+    """What a requirement allows, such as `at most 150 N`."""
     side = "at most" if requirement.at_least is None else "at least"
     return f"{side} {value_in_words(requirement.limit, quantity)}"
 
@@ -36,7 +37,7 @@ def listed_names(names: Sequence[str]) -> str:
     names = list(names)
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return listed(names)
 
 
 def capitalised(text: str) -> str:

@@ -142,7 +142,7 @@ class Plan:
 
     @property
     def metric_items(self) -> Iterator[tuple[Metric, str]]:
-        """The metrics and their items."""
+        """Each metric with the item that its columns belong to."""
         return zip(self.study.metric, self.items[1:], strict=False)
 
     @property

@@ -119,7 +119,7 @@ def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict
 
 
 def quantile_column(share: float) -> str:
-    """Column of a quantile: `q_0_05`."""
+    """Name of the column of a quantile, such as `q_0_05`."""
     return f"q_{share:g}".replace(".", "_")
 
 

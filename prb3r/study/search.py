@@ -43,7 +43,7 @@ class Judged:
     """(n, p) by each preference, more is better; -inf without a value."""
 
     def rows(self, which: np.ndarray) -> "Judged":
-        """Some of them."""
+        """What the designs in some rows are worth."""
         return Judged(self.margins[which], self.scores[which])
 
     @property
@@ -78,12 +78,12 @@ class Tried:
 
     @property
     def designs(self) -> np.ndarray:
-        """(n, f) all of them."""
+        """(n, f) values of the searched factors of every design tried."""
         return np.array(list(self.place))
 
     @property
     def worth(self) -> Judged:
-        """What they are worth."""
+        """What every design tried is worth, in the order of `designs`."""
         return Judged(
             *(np.concatenate([getattr(part, name) for part in self.judged]) for name in ("margins", "scores"))
         )
@@ -142,7 +142,7 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
     low, high = (pick(np.where(empty, 0.0, known), axis=0) for pick in (np.nanmin, np.nanmax))
 
     def costs(x: np.ndarray) -> np.ndarray:
-        """(n,) of (factors, n)."""
+        """(n,) cost of each column of `x` (factors, n), from 0 to 1; of what there is no room for, the most."""
         place = tried.ask(_designs(factors, x.T))
         worth = tried.worth.rows(place).cost(weights, low, high)
         return np.where(place >= 0, worth, 2 * BROKEN * NO_VALUE)  # no room left to try it

@@ -75,7 +75,7 @@ class Requirement(Criterion):
 
     @property
     def limit(self) -> float:
-        """The bound."""
+        """The value that bounds, whichever side it is on."""
         return self.at_most if self.at_least is None else self.at_least  # type: ignore[return-value]
 
     def margin(self, value: float) -> float:
@@ -112,7 +112,7 @@ class Wishes(Strict):
 
     @property
     def criteria(self) -> list[Criterion]:
-        """Requirements, then preferences."""
+        """Everything that is wanted: requirements, then preferences."""
         return [*self.requirement, *self.preference]
 
     @property

@@ -118,7 +118,7 @@ class Unseen:
         return replace(doubts, inflation=lone).noise(self.predict, solved, self.settings, uncertain)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
-        """Compare two models."""
+        """Errors of two models on these sequences, under the noise that the second one finds."""
         before, after = self.solved(calibrated), self.solved(explained)
         return compared(self.predict, self.noise(explained), before.readings, after.readings)
 

@@ -25,7 +25,7 @@ class Clue:
 
 
 def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
-    """(by, part, mask of readings)."""
+    """Parts of a recording: by what it is parted, which part it is, and which readings are in it, a mask (r,)."""
     tension, step, disk = recording.loads.tension, recording.readings.step, recording.readings.disk
     change = np.diff(tension.sum(1), prepend=0.0)
     change[recording.begins] = tension.sum(1)[recording.begins]

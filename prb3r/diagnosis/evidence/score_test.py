@@ -41,7 +41,7 @@ class Alternative:
 
     @property
     def freedom(self) -> int:
-        """Number of free directions."""
+        """Number of directions in which the alternative is free: those that the constants cannot imitate."""
         return self.basis.shape[1]
 
     def gain(self, residual: np.ndarray) -> np.ndarray:
@@ -116,7 +116,7 @@ class Scores:
 
     @property
     def largest(self) -> float:
-        """The largest z."""
+        """The largest z of all alternatives; 0 without any."""
         return float(self.z.max(initial=0.0))
 
     def best(self) -> list[int]:

@@ -131,6 +131,6 @@ class Predictor:
 
 
 def predictor(recording: Recording) -> Predictor:
-    """The predictor of a recording."""
+    """What predicts a recording's readings: its nominal manipulator on the elastica, without effects."""
     manipulator = recording.manipulator.model_copy(update={"model": "elastica"})
     return Predictor(recording, manipulator.plain_chain())

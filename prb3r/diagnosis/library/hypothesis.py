@@ -52,12 +52,12 @@ class Free(NamedTuple):
         return float(np.clip(plain + (friction if self.above else 0.0), self.low, self.high))
 
     def at(self, value: float, friction: float = 0.0) -> float:
-        """The `u` of a value."""
+        """The `u` of a value of the parameter, beside a calibrated coefficient of `friction`."""
         value -= friction if self.above else 0.0
         return float(np.log(value / self.null)) if self.log else (value - self.null) / self.scale
 
     def bounds(self, friction: float = 0.0) -> tuple[float, float]:
-        """Lowest and highest `u`."""
+        """Lowest and highest `u` that a fit may go to."""
         return self.at(self.low, friction), self.at(self.high, friction)
 
 

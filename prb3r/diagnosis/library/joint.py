@@ -81,7 +81,7 @@ class JointHypothesis:
 
     @cached_property
     def free(self) -> tuple[Free, ...]:
-        """The parameters that are fitted."""
+        """The parameters that are fitted, those in common once."""
         return tuple(slot.free for slot in self.slots)
 
     def places(self, rig: int) -> list[int]:
@@ -94,22 +94,22 @@ class JointHypothesis:
 
     @property
     def by_degrees(self) -> bool:
-        """As of a hypothesis."""
+        """Whether every part comes by degrees (`Hypothesis.by_degrees`); a constant that parts always does."""
         return self.parting is not None or all(part.by_degrees for part in self.parts if part)
 
     @property
     def kinked(self) -> bool:
-        """As of a hypothesis."""
+        """Whether a part is (`Hypothesis.kinked`)."""
         return any(part.kinked for part in self.parts if part)
 
     @property
     def sided(self) -> bool:
-        """As of a hypothesis."""
+        """Whether a part is (`Hypothesis.sided`)."""
         return any(part.sided for part in self.parts if part)
 
     @property
     def costly(self) -> bool:
-        """As of a hypothesis."""
+        """Whether a part is (`Hypothesis.costly`)."""
         return any(part.costly for part in self.parts if part)
 
     @property

@@ -38,7 +38,7 @@ class Scope(NamedTuple):
 
     @property
     def manipulator(self) -> Manipulator:
-        """The nominal one."""
+        """The nominal manipulator of the recording."""
         return self.recording.manipulator
 
     @property
@@ -70,7 +70,7 @@ class Scope(NamedTuple):
 
     @property
     def pull(self) -> float:
-        """Largest tension, N."""
+        """Largest tension of any cable at any step, N; 1 where nothing is pulled."""
         return float(self.recording.loads.tension.max(initial=0.0)) or 1.0
 
     @property
@@ -89,7 +89,7 @@ class Scope(NamedTuple):
 
     @property
     def largest_bend(self) -> float:
-        """Of a plate, rad."""
+        """Largest bend of a plate at any step, rad; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend))) or 1.0
 
     @property
@@ -130,7 +130,7 @@ def whole_rig(scope: Scope) -> list[Place]:
 
 
 def pulled_cables(scope: Scope) -> Iterator[Place]:
-    """Every cable that is pulled."""
+    """A place for each cable that is pulled at some step."""
     return ({"cable": name} for name in scope.pulled)
 
 

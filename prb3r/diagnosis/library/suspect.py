@@ -53,7 +53,7 @@ class Occurrence(NamedTuple):
 
     @property
     def size(self) -> Estimate:
-        """Its first parameter."""
+        """The estimate of its first parameter, which says how large it is."""
         return next(iter(self.estimates.values()))
 
     @property
@@ -63,7 +63,7 @@ class Occurrence(NamedTuple):
 
     @property
     def of_cables(self) -> str:
-        """The cables that it concerns."""
+        """The cables that it concerns, in words: `cable 1, 2` or `all cables`."""
         cables = self.place.get("cables")
         return f"cable {', '.join(cables)}" if cables else "all cables"
 

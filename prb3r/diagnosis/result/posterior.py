@@ -79,7 +79,7 @@ class ModelPosterior(Strict):
 
     @property
     def best(self) -> np.ndarray:
-        """(f,) the `u` of `free`."""
+        """(f,) the fitted `u` of each of `free`."""
         return np.array([part.u for part in self.free])
 
     def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:

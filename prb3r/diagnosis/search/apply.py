@@ -8,5 +8,5 @@ Apply = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 
 
 def serially(function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
-    """One after the other, here."""
+    """The function of each task, one after the other in this process."""
     return [function(task) for task in tasks]

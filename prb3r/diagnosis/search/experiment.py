@@ -34,7 +34,7 @@ class Experiment:
 
     @property
     def resolves(self) -> bool:
-        """Whether it is enough."""
+        """Whether the separation is as large as was asked for."""
         return self.separation >= self.asked
 
 

@@ -46,7 +46,7 @@ def _column(hypothesis: JointHypothesis, moved: np.ndarray, start: np.ndarray, s
 
 
 def frictions_of(fitted: JointFit) -> list[float]:
-    """Friction coefficient of every rig."""
+    """Fitted friction coefficient of every rig, in their order."""
     pairs = zip(fitted.model.members, fitted.model.maps, strict=True)
     return [member.friction(whole @ fitted.p) for member, whole in pairs]
 

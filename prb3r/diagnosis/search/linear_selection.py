@@ -60,21 +60,21 @@ class LinearModel:
 
     @cached_property
     def whole(self) -> np.ndarray:
-        """(r + c, K)."""
+        """(r + c, K) how all columns move the whitened readings, side by side."""
         return np.hstack([column.moved for column in self.columns])
 
     @cached_property
     def products(self) -> np.ndarray:
-        """(K, K)."""
+        """(K, K) inner products of all columns."""
         return self.whole.T @ self.whole
 
     @cached_property
     def along(self) -> np.ndarray:
-        """(K,) of the target."""
+        """(K,) inner products of all columns with the target."""
         return self.whole.T @ self.target
 
     def rows(self, chosen: Sequence[int]) -> np.ndarray:
-        """Coefficients of several columns."""
+        """Where the coefficients of several columns stand among all K."""
         return np.concatenate([np.arange(self.spans[k].start, self.spans[k].stop) for k in chosen]).astype(int)
 
     def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:

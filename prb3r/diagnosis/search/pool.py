@@ -33,12 +33,12 @@ class Survivor:
 
     @property
     def effects(self) -> Effects:
-        """Its effects, in no order."""
+        """The hypotheses of its model, in no order."""
         return frozenset(self.fitted.model.hypotheses)
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of its effects."""
+        """Kinds of its effects, each once."""
         return frozenset(hypothesis.kind for hypothesis in self.effects)
 
 
@@ -63,12 +63,12 @@ class Pool:
 
     @property
     def ranked(self) -> list[Effects]:
-        """The models, most probable first."""
+        """The sets of effects that were fitted in full, the one with most evidence first."""
         return sorted(self.fits, key=lambda effects: -self.evidence[effects])
 
     @property
     def best(self) -> Fit:
-        """The most probable model."""
+        """The fit with most evidence."""
         return self.fits[self.ranked[0]]
 
     def explore(self, most: int) -> None:

@@ -51,7 +51,7 @@ class Choice:
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of the chosen effects."""
+        """Kinds of the chosen effects, each once."""
         return frozenset(hypothesis.kind for hypothesis in self.fitted.model.hypotheses)
 
     @property

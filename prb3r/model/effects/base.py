@@ -64,7 +64,7 @@ class Effect(BaseModel, ABC):
 
     @abstractmethod
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        """The chain with the effect."""
+        """A chain of the manipulator with the effect; the one that is given stays as it is."""
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         """What the effect names that the manipulator does not have."""

@@ -73,7 +73,7 @@ def fit_quality(diagnosis: Diagnosis) -> str:
 
 
 def rounded(value: float | None) -> str:
-    """Three significant digits."""
+    """A number of three significant digits; a dash where there is none."""
     return "–" if value is None or not np.isfinite(value) else style.digits(float(f"{value:.3g}"))
 
 
@@ -152,7 +152,7 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
 
 
 def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
-    """What else it could be."""
+    """A sentence on each other place, rival and alternative that the recording does not rule out."""
     for effect in diagnosis.effects:
         name = spaced(effect.name)
         for key, values in effect.among.items():

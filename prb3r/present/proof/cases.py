@@ -10,7 +10,7 @@ from prb3r.proof.prove import Proof
 
 
 def concealed_text(label: Label) -> str:
-    """The truth in one line."""
+    """What the label concealed, in one line: effects with places and sizes, a foreign law, a wrong weight."""
     if label.foreign is not None:
         return f"{label.foreign[0]} {label.foreign[1]:.3g}"
     if label.wrong_weight is not None:

@@ -16,7 +16,7 @@ from prb3r.runs.files import write_whole
 
 
 def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
-    """Write `settings.md` and `settings.json`."""
+    """Write `settings.md` and `settings.json` into a folder; both files."""
     folder.mkdir(parents=True, exist_ok=True)
     share = 100 * SETTINGS.protocol.sweep_share
     lines = [

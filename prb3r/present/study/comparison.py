@@ -44,7 +44,7 @@ class Advice:
 
     @property
     def markdown(self) -> str:
-        """The page."""
+        """The whole advice as Markdown: recommendation, table of designs, reasons."""
         lines = [self.recommendation, "", *self.table.markdown.splitlines(), "", self.note]
         for heading, sentences in self.points:
             lines += ["", f"**{heading}**", "", *(f"- {sentence}" for sentence in sentences)]

@@ -55,7 +55,7 @@ def turn_slips(tables: Tables, details: Details) -> Tables:
 
 
 def mirror(tables: Tables, details: Details) -> Tables:
-    """Pictures taken from behind."""
+    """Pictures taken from behind: y, angles and bends change sign."""
     markers = tables.markers.copy()
     for name in markers.columns.intersection(["y_m", "angle_rad", "bend_rad"]):
         markers[name] *= -1
@@ -63,7 +63,7 @@ def mirror(tables: Tables, details: Details) -> Tables:
 
 
 def count_from_tip(tables: Tables, details: Details) -> Tables:
-    """Disks counted from the tip."""
+    """Disks counted from the tip: the last is 1."""
     markers = tables.markers.copy()
     markers["disk"] = details["disks"] + 1 - markers["disk"]
     return tables._replace(markers=markers)
@@ -82,7 +82,7 @@ def exchange_disks(tables: Tables, details: Details) -> Tables:
 
 
 def in_kilograms(tables: Tables, details: Details) -> Tables:
-    """Weights noted in kilograms."""
+    """Weights noted in kilograms under headings in newtons, in one sequence or all."""
     steps = tables.steps.copy()
     rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
     columns = [name for name in steps if name.startswith("cable_")]
@@ -119,7 +119,7 @@ def _exchanged(tables: Tables, column: str, pair: Any) -> Tables:
 
 
 def in_degrees(tables: Tables, details: Details) -> Tables:
-    """Angles in degrees."""
+    """Angles noted in degrees under a heading in radians."""
     markers = tables.markers.copy()
     markers["angle_rad"] = np.degrees(markers["angle_rad"])
     return tables._replace(markers=markers)

@@ -49,7 +49,7 @@ def drawn_blunder(rng: np.random.Generator, design: Design) -> dict[str, Any]:
 
 
 def blundered(tables: Tables, blunder: Details) -> Tables:
-    """The tables after a blunder."""
+    """The tables of a recording after a blunder, whose `kind` and details are given."""
     return BLUNDERS[blunder["kind"]].make(tables, blunder)
 
 

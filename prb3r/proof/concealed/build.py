@@ -34,12 +34,12 @@ class Build:
     """Whether there are gross outliers."""
 
     def plain(self) -> dict[str, Any]:
-        """As JSON takes it."""
+        """All fields as JSON takes them."""
         return asdict(self)
 
 
 def drawn_build(rng: np.random.Generator, design: Design) -> Build:
-    """Imperfections at random."""
+    """Imperfections of a rig that is built after a design and of its recording, drawn as `SETTINGS.real` says."""
     chosen, n, m = SETTINGS.real, design.plates, len(design.cables)
     segment = np.repeat(np.arange(len(design.manipulator["segment"])), _plates(design.manipulator))
 

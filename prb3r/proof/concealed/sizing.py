@@ -30,7 +30,7 @@ class SizedEffect:
 
     @property
     def kind(self) -> str:
-        """Of the effect."""
+        """Kind of the effect that is sized."""
         return self.candidate.kind
 
 

@@ -27,7 +27,7 @@ class Goal:
         return _within(self, score.value, score.value) if score.count else None
 
     def shown(self, score: Score) -> bool | None:
-        """By the whole interval."""
+        """Whether the whole interval of a score keeps the goal; None where nothing was counted."""
         return _within(self, score.low, score.high) if score.count else None
 
 

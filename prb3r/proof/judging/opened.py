@@ -33,12 +33,12 @@ def size_class(label: Label) -> float:
 
 
 def confident(verdict: Verdict) -> tuple[Claim, ...]:
-    """What is named without reserve."""
+    """The effects that a verdict names as explanation; none of a verdict without one."""
     return verdict.named if verdict.verdict in ("explained", "ambiguous") else ()
 
 
 def failed(case: OpenedCase) -> bool:
-    """Whether there is no verdict."""
+    """Whether the method gave no verdict."""
     return case.verdict.verdict == "failed"
 
 

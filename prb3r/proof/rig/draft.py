@@ -84,7 +84,7 @@ class Draft:
 
     @property
     def plates(self) -> range:
-        """Their numbers, from 1."""
+        """Numbers of the plates, 1 at the base."""
         return range(1, len(self.arc) + 1)
 
     @property
@@ -94,7 +94,7 @@ class Draft:
 
     @property
     def segments(self) -> range:
-        """Their numbers, from 1."""
+        """Numbers of the segments, 1 at the base."""
         return range(1, int(self.segment_of[-1]) + 1)
 
     def columns(self, names: Sequence[str] | None) -> list[int]:

@@ -48,7 +48,7 @@ class Solved:
 
     @property
     def steps(self) -> int:
-        """Load steps of a case."""
+        """Number of load steps of a case."""
         return len(self.states.outcome) // self.count
 
     @property

@@ -6,14 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.remedy import (
-    Mended,
-    Remedy,
-    listed,
-    with_manipulator,
-    with_scaled,
-    with_steps,
-)
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_manipulator, with_scaled, with_steps
+from prb3r.markdown import listed
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
 

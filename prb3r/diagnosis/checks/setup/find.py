@@ -36,7 +36,7 @@ class Blunder:
 
     @property
     def statement(self) -> str:
-        """One sentence."""
+        """What seems to have been done, and what would look the same, in a sentence."""
         others = f", or what looks the same here: {'; or '.join(self.alike)}" if self.alike else ""
         return f"It looks as if {self.blunder}{others}."
 
@@ -87,7 +87,7 @@ class Attempt:
         return max(tried, key=_gain)
 
     def full(self, tried: Trial) -> Trial:
-        """The same with refitted constants."""
+        """The remedy with constants refitted from where it stands; as it is where those have no equilibrium."""
         mended = tried.mended
         standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
         return tried if standing is None else trial(self.here, tried.remedy, mended, standing)

@@ -42,7 +42,7 @@ def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFram
 
 
 def with_manipulator(recording: Recording, manipulator: Manipulator) -> Mended:
-    """A recording of another nominal manipulator."""
+    """A recording of another nominal manipulator, its steps and readings as before."""
     return rewritten(recording, manipulator, recording.steps)
 
 
@@ -89,8 +89,3 @@ def with_scaled(
         column[rows] *= factor
         out[name] = column
     return with_steps(recording, out)
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names in a row, the last after "and"."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

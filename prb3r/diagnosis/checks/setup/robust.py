@@ -123,5 +123,5 @@ def sight(predict: Predictor, constants: Constants, states: Equilibria) -> Sight
 
 
 def trier(recording: Recording, settings: Settings) -> Trier:
-    """For a recording and its remedies."""
+    """What a recording and all its remedies are judged by: standard deviations of its readings, and the settings."""
     return Trier(reading_sd(recording), settings)

@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.remedy import Remedy, listed, with_scaled
+from prb3r.diagnosis.checks.setup.remedy import Remedy, with_scaled
+from prb3r.markdown import listed
 from prb3r.model.files.cells import numbers
 from prb3r.model.step_checks import cable_columns
 from prb3r.recording.recording import Recording

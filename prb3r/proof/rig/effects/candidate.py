@@ -89,7 +89,7 @@ class Candidate:
 
     @property
     def sized(self) -> bool:
-        """Whether it comes in sizes."""
+        """Whether the effect comes in sizes, between `low` and `high`."""
         return self.low < self.high
 
     @property
