@@ -35,7 +35,7 @@ class Calibrated:
 
     task: Task
     recording: Recording
-    """The whole."""
+    """All that was recorded, with the sequences that are set aside."""
     aside: tuple[int, ...]
     repeated: Scatter | None
     fitted: Fit
@@ -57,7 +57,7 @@ class Doubted:
 
 @dataclass(frozen=True, eq=False)
 class Tested:
-    """What calibration leaves."""
+    """What calibration leaves unexplained, as the score tests see it."""
 
     doubted: Doubted
     scores: Scores
@@ -65,7 +65,7 @@ class Tested:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The effects that were chosen."""
+    """The effects that were chosen, and what was known before."""
 
     tested: Tested
     choice: Choice

@@ -42,9 +42,9 @@ class Found:
     """Tensions, and what they do."""
 
     tension: np.ndarray
-    """(m,) N."""
+    """(m,) of the cables, N."""
     slip: np.ndarray
-    """(m,) declared slip."""
+    """(m,) declared slip: -1 drawn in, 0 at rest, 1 paid out."""
     place: np.ndarray
     """(3,) of the target's disk."""
     distance: float

@@ -65,13 +65,13 @@ class Tried:
     """Designs that have been tried, in their order, and what they are worth."""
 
     judge: Callable[[np.ndarray], Judged]
-    """Of (n, f) designs, all of them new."""
+    """What (n, f) designs are worth that have not been tried before."""
     most: int
     """So many are tried."""
     place: dict[tuple[float, ...], int] = field(default_factory=dict)
-    """Of each design, by its values."""
+    """Number of each design that was tried, by its values."""
     judged: list[Judged] = field(default_factory=list)
-    """Of each."""
+    """What the designs of each call of `judge` are worth, in their order."""
 
     def __len__(self) -> int:
         return len(self.place)

@@ -127,7 +127,7 @@ class _Seen(NamedTuple):
     """A residual and all that may be in it, whitened, without what is fitted."""
 
     square: float
-    """Of the residual."""
+    """Squared length of the residual."""
     freedom: int
     """Readings less what is fitted."""
     gram: np.ndarray

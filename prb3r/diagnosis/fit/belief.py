@@ -13,9 +13,9 @@ class Rows(NamedTuple):
     """Residuals root p - target of the parameters p."""
 
     root: np.ndarray
-    """(k, p)."""
+    """(k, p) derivatives of the residuals."""
     target: np.ndarray
-    """(k,)."""
+    """(k,) what the residuals are without the parameters, with the other sign."""
 
 
 @dataclass(frozen=True, eq=False)

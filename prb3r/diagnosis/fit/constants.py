@@ -29,7 +29,7 @@ class Constants(NamedTuple):
     rotation: float = 0.0
     """Of the camera's frame, rad."""
     x: float = 0.0
-    """Its shift, m."""
+    """Shift of the camera's frame, m; so `y`."""
     y: float = 0.0
 
 

@@ -42,7 +42,7 @@ class EstimatedTolerances(NamedTuple):
     sd: np.ndarray
     """(t,) what is left of uncertainty."""
     prior_sd: np.ndarray
-    """(t,)."""
+    """(t,) standard deviation before the recording."""
 
 
 @dataclass(frozen=True)

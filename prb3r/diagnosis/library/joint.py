@@ -51,7 +51,7 @@ class JointHypothesis:
     parting: Free | None = None
     """By how much a constant is off the shared one, on the one rig of `rigs`; then there are no parts."""
     parted: int | None = None
-    """That rig."""
+    """Number of the rig whose constant `parting` is off; None without one."""
 
     @cached_property
     def rigs(self) -> tuple[int, ...]:

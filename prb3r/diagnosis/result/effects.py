@@ -17,7 +17,7 @@ class ProfileCurve(NamedTuple):
     value: np.ndarray
     """(k,) of the parameter, in its unit."""
     rise: np.ndarray
-    """(k,) at `value`."""
+    """(k,) of chi-square, at `value`."""
     fine_value: np.ndarray
     """(m,) values between; empty where only the best value is known."""
     fine_rise: np.ndarray

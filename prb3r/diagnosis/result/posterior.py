@@ -24,10 +24,10 @@ FILE_NAMES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_co
 
 
 class Drawn(NamedTuple):
-    """One possible state of things."""
+    """Constants and effects of a rig that the recording leaves possible."""
 
     constants: Constants
-    """Frame left out."""
+    """Without the frame of the camera, which no other recording shares."""
     effects: tuple[Effect, ...]
 
 

@@ -42,11 +42,11 @@ class StateChange(NamedTuple):
     """Derivatives of states by `p` parameters, or along `p` ways to change them."""
 
     bend: np.ndarray
-    """(s, n, p)."""
+    """(s, n, p) of the bends of plates, rad."""
     tension: np.ndarray
-    """(s, n, m, p)."""
+    """(s, n, m, p) of the tensions of cables over plates, N."""
     slip: np.ndarray
-    """(s, n, m, p); no cables where slip is declared."""
+    """(s, n, m, p) of the slips of cables at plates; no cables where slip is declared."""
 
 
 def influence_changes(
@@ -100,7 +100,7 @@ class LawPath(NamedTuple):
     begins: np.ndarray
     """(s + 1,) whether a step starts from rest."""
     time: np.ndarray
-    """(s + 1,)."""
+    """(s + 1,) of each step within its sequence, from 0 at rest to 1 at its last step."""
 
     def under(self, moment: np.ndarray) -> tuple[Chain, Loads]:
         """The problem without the law, under given moments (s + 1, n) instead."""

@@ -17,11 +17,11 @@ class Build:
     """Imperfections of one rig and its camera; `n` plates, `m` cables.  Relative deviations unless said."""
 
     length: Sequence[float]
-    """(n,)"""
+    """(n,) of plates."""
     thickness: Sequence[float]
-    """(n,)"""
+    """(n,) of plates."""
     offset: NestedFloats
-    """(n, m)"""
+    """(n, m) of cables' holes at each plate."""
     marker_m: NestedFloats
     """(n, 2) of the marker of each disk after the base, in the disk's frame."""
     noise: float

@@ -40,9 +40,9 @@ class ForeignLaw(NamedTuple):
     """Physics outside the library."""
 
     change: Callable[[Instant, float, Mapping[str, float]], Change]
-    """Of an instant, a size and a step."""
+    """What the law changes at an instant, by its size and what is known of the step."""
     largest: float
-    """Size."""
+    """Largest size at which it is concealed."""
     signed: bool = False
     """Whether it can act either way."""
     jumps: bool = False

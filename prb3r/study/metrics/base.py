@@ -42,7 +42,7 @@ class Solved:
     """Whether the steps of a case are independent loads; then of the places that of the tip disk is last, and loads
     and other fields of the states may be left out."""
     count: int = 1
-    """`c`."""
+    """Number of cases, `c`."""
     targets: tuple[Target, ...] = ()
     """Of each step, where the loads are to bring a disk, if they are; then there is one case."""
 

@@ -25,7 +25,7 @@ class Blunder:
     """A blunder that explains what no constants can."""
 
     blunder: str
-    """What was done."""
+    """What was done, in words that follow "it looks as if"."""
     alike: tuple[str, ...]
     """Other blunders that would look the same."""
     file: File
