@@ -101,6 +101,10 @@ def check_columns(path: Path, study: Study, columns: Set[str], quantities: Seque
                 scale(known.get(column, column), unit)
             except ValueError as error:
                 problems.append(Problem(place, str(error)))
+        units = {known[name].unit if name in known else describe(name).unit for name in plot.stacked if name in columns}
+        if len(units) > 1:
+            what = f"y holds columns of several units ({', '.join(sorted(units))}), which one axis cannot show"
+            problems.append(Problem(place, f"{what}; bars have a panel for each"))
         problems += [Problem(place, what) for what in plot.needs(study.kept)]
     if problems:
         raise SpecError(*dict.fromkeys(problems))

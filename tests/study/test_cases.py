@@ -202,6 +202,7 @@ def test_workspaces_that_would_be_empty_are_refused(study, changes):
         ({"kind": "shape"}, "unknown kind 'shape'; did you mean 'shapes'?"),
         ({"kind": "pie"}, "unknown kind 'pie'; valid: bars, lines, loops, path, shapes, workspace"),
         ({}, "plot.p: 'kind' is missing"),
+        ({"kind": "lines", "x": "tip_x_m", "y": ["tip_y_m", "tip_angle_rad"]}, "columns of several units (m, rad)"),
     ],
 )
 def test_a_plot_takes_the_fields_of_its_kind_alone(study, fields, said):
