@@ -1,0 +1,67 @@
+"""Every number that a diagnosis was given: what it means, and where its value comes from.
+
+"Choice" marks what was set by judgement; what it is worth shows `prb3r prove --settings`, which moves each threshold by
+20 % to either side.  Closed forms are computed here and nowhere else.
+"""
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from prb3r.diagnosis.settings.blunders import BlundersSettings
+from prb3r.diagnosis.settings.evidence import EvidenceSettings, RatesSettings
+from prb3r.diagnosis.settings.fits import FitsSettings
+from prb3r.diagnosis.settings.noise import DoubtSettings, NoiseSettings, SequencesSettings
+from prb3r.diagnosis.settings.search import SearchSettings
+from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings
+
+
+@dataclass(frozen=True)
+class Settings(
+    RatesSettings,
+    EvidenceSettings,
+    SearchSettings,
+    NoiseSettings,
+    DoubtSettings,
+    SequencesSettings,
+    FitsSettings,
+    BlundersSettings,
+    LocationSettings,
+    LawsSettings,
+):
+    """Thresholds, limits and choices of a diagnosis."""
+
+    @cached_property
+    def detectable(self) -> float:
+        """Norm of an effect's whitened change at which it is noticed but for `missed_rate`: 5.17."""
+        return float(norm.isf(self.alarm_rate / 2 / self.directions_assumed) + norm.isf(self.missed_rate))
+
+    @cached_property
+    def alike(self) -> float:
+        """Squared whitened distance of two predictions that are ranked wrongly with `alike_rate`: 10.8.
+
+        Their log likelihoods differ by d^2 / 2 on the average and scatter by d, so the rate is Phi(-d / 2).
+        """
+        return float(4 * norm.isf(self.alike_rate) ** 2)
+
+    @cached_property
+    def resolved(self) -> float:
+        """The same for `resolved_rate`: 21.6."""
+        return float(4 * norm.isf(self.resolved_rate) ** 2)
+
+    @cached_property
+    def close_fit(self) -> float:
+        """Twice the logarithm of `likelihood_ratio`: 5.99."""
+        return float(2 * np.log(self.likelihood_ratio))
+
+    @cached_property
+    def farthest(self) -> float:
+        """Largest ln of a factor on stiffness or friction."""
+        return float(np.log(self.widest_factor))
+
+    def plain(self) -> dict[str, Any]:
+        """By name, for files."""
+        return asdict(self)

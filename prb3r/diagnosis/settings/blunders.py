@@ -1,0 +1,30 @@
+"""Which blunders of the set-up are said."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class BlundersSettings:
+    """Which blunders of the set-up are said."""
+
+    blunder_rate: float = 1e-3
+    """Share of right recordings in which a blunder may be said: one in a thousand.  Choice."""
+    modulus_sd: float = float(np.log(1.5))
+    """Of ln E: a handbook's modulus of the right material is right within a half.  Choice."""
+    friction_sd: float = float(np.log(3.0))
+    """Of ln mu: a handbook's coefficient is right within a factor of three.  Choice."""
+    coarse_factors: tuple[float, ...] = (0.6, 1.0, 1.6)
+    """Stiffnesses at which a blunder is tried before constants are fitted."""
+    blunders_fitted: int = 12
+    """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
+    robust_rounds: int = 3
+    """Reweighted fits, in which readings count less the further they are off."""
+    strained_sd: float = 4.0
+    """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
+    blunder_fall: float = 10.0
+    """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
+    order of magnitude."""
+    most_blunders: int = 3
+    """Blunders that are looked for in one recording.  Choice."""

@@ -1,0 +1,37 @@
+"""How fits and profiles are made."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FitsSettings:
+    """How fits and profiles are made."""
+
+    most_steps: int = 40
+    """Steps of a fit."""
+    patience: int = 10
+    """Steps after which a fit that is of no use yet is given up.  Choice, for time."""
+    most_restarts: int = 4
+    """How often the fit of the chosen model is begun again where it has not converged.  Choice, for time."""
+    idle_gain: float = 0.05
+    """Fall of chi-square that beginning again must bring: odds of less than 1.03."""
+    small_gain: float = 1e-5
+    """Fall of chi-square that is not worth a step."""
+    small_share: float = 1e-6
+    """The same as a share of chi-square."""
+    widest_factor: float = 50.0
+    """Largest factor on stiffness or friction, either way: further off the manipulator is another one."""
+    start_factors: tuple[float, ...] = (1, 0.7, 1.4, 0.5, 2, 3, 5, 8, 12)
+    """Stiffnesses from which calibration begins until one has an equilibrium."""
+    softer: tuple[float, ...] = (0.35, 0.7)
+    """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium."""
+    pinned_fall: float = 0.1
+    """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
+    strong_effect: float = 0.2
+    """Size of an effect that such a fit begins with, in its own scale.  Choice."""
+    profile_trials: int = 5
+    """Refits on either side of a profile."""
+    profile_error: float = 0.1
+    """Error of the rise of chi-square at the end of an interval."""
+    draws: int = 4000
+    """Random residuals that thresholds are drawn from: the last of them in 333 is told to a tenth."""

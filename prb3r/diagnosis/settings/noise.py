@@ -1,0 +1,78 @@
+"""Noise, doubted readings and weights, sequences set aside."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """What may be found of the noise."""
+
+    noise_log_sd: float = 0.35
+    """Prior standard deviation of the ln of the factor on the stated noise: within a factor of two, rarely beyond."""
+    noise_scales: tuple[float, float, int] = (-2.5, 2.5, 201)
+    """Logarithms of the factors that are considered: from, to, how many."""
+    tension_log_sd: float = 0.35
+    """The same for the stated scatter of the tensions: nobody knows that of a spring balance better."""
+    tension_scales: tuple[float, float, int] = (-1.05, 1.4, 8)
+    """The same for these; what lies between is interpolated."""
+    far_noise: float = 0.7
+    """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
+    common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
+    """Shares of the noise that a photograph may have in common."""
+    common_reaches: tuple[float, ...] = (2.0, 1e3)
+    """Disks over which: neighbours, or the whole photograph, which has fewer."""
+    common_sd: float = 0.3
+    """Prior standard deviation of the share."""
+    fewest_in_photograph: float = 4.0
+    """Readings a photograph from which on a common share is sought."""
+
+
+@dataclass(frozen=True)
+class DoubtSettings:
+    """Which readings and weights are not believed."""
+
+    believe_all: bool = False
+    """Whether every reading and every weight is believed: an ablation of the benchmark."""
+    tested_alone: bool = False
+    """Whether every hypothesis is judged as if it were the only one: an ablation of the benchmark."""
+    gross_sd: float = 5.0
+    """Distance from what neighbours lead to expect at which a reading is a gross outlier, sd.  Choice: by chance once
+    in 1.7 million readings."""
+    lone_ratio: float = 2.0
+    """How many times as far as its neighbours a reading that a fit misses is off if it is alone.  Choice."""
+    most_gross: float = 0.1
+    """A larger share of the readings than this is not outliers.  Choice."""
+    outlier_rounds: int = 4
+    """How often outliers are looked for among what is left."""
+    doubt_rounds: int = 2
+    """How often readings are weighed and the model fitted again."""
+    most_wrong_weights: int = 3
+    """Weights that may be doubted before it is no slip any more.  Choice."""
+    disbelief: float = 1e3
+    """Factor on the standard deviation of all readings under a weight that is not believed: they no longer count."""
+    other_weights: tuple[float, float, int] = (0.1, 10.0, 81)
+    """What a noted weight is multiplied by to see which one was wrong: from, to, how many, evenly in the logarithm."""
+    listed_sd: float = 4.0
+    """Readings further off than this are listed.  Choice."""
+
+
+@dataclass(frozen=True)
+class SequencesSettings:
+    """Sequences that are set aside, and repeated ones."""
+
+    held_out_share: float = 0.25
+    """Share of the sequences that is set aside.  Choice."""
+    farthest_sd: float = 3.0
+    """A reading of a sequence set aside counts as at most so far off, as noise has heavier tails than Gauss's: physics
+    that is missing moves many readings.  Choice."""
+    hard_pull: float = 0.8
+    """Share of a cable's highest tension from which on it is pulled hard.  Choice."""
+    same_loads: float = 0.05
+    """Share of the highest load by which repeated loads differ at most.  Choice."""
+    closely_read: float = 0.2
+    """Share of the highest load by which two steps differ at most that a third is compared with in between.  Choice."""
+    fewest_repeats: int = 8
+    """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
+
+    told_share: float = 0.8
+    """A recording tells a tolerance if it leaves less than this share of its standard deviation.  Choice."""

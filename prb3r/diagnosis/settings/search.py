@@ -1,0 +1,73 @@
+"""How far and how long sets of effects are sought."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How far and how long sets of effects are sought."""
+
+    most_new: int = 4
+    """Effects that a proposed set has more than the one it is proposed around: as far as linearisation is trusted.
+    Choice."""
+    most_effects: int = 8
+    """Effects of a model at most: real rigs have four or five, and a mismatch that takes more has another cause.
+    Choice, for time."""
+    gross: float = 4.0
+    """Reduced chi-square of the constants alone from which on small loads are explained first.  Choice."""
+    fewest_small_loads: float = 5.0
+    """Readings a parameter that small loads must have to be explained first.  Choice."""
+    load_shares: tuple[float, ...] = (0.4, 0.7)
+    """Shares of the largest loads up to which readings are explained first, in this order."""
+    beam: int = 12
+    """Sets of effects that the linearised selection carries on.  Choice, for time."""
+    proposals: int = 5
+    """New sets that are fitted in full around each fit.  Choice, for time."""
+    proposal_reach: float = 3.0
+    """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
+    costly_proposals: int = 1
+    """The same where a prediction is slow."""
+    costly_price: float = 2.0
+    """Expansions that one counts for where a prediction is slow.  Choice, for time."""
+    costly_kept: int = 4
+    """Models that are refitted under a new covariance where a prediction is slow.  Choice, for time."""
+    costly_shortlist: int = 3
+    """Replacements of an effect that are fitted in full where a prediction is slow.  Choice, for time."""
+    costly_gain: float = 2.0
+    """Rise in linearised ln evidence from which on an effect is fitted that makes every prediction slow.  Choice."""
+    useful_reach: float = 15.0
+    """A fit that is farther below the best model, in ln evidence, after `patience` steps is given up.  Choice."""
+    expansion_reach: float = 6.0
+    """How far below the best a model may be, in ln evidence, and still be expanded.  Choice."""
+    most_expansions: int = 12
+    """Models that are expanded under one covariance.  Choice, for time."""
+    later_expansions: int = 4
+    """The same once the noise was renewed.  Choice, for time."""
+    simpler_reach: float = 3.0
+    """A part of the most probable model is chosen instead if its ln evidence is at most so much lower: an odds ratio of
+    20, "strong" (Kass and Raftery), is asked of every effect that is named."""
+    shortlist: int = 8
+    """Replacements of an effect that are fitted in full.  Choice, for time."""
+    shortlist_share: float = 0.5
+    """Share of what an effect gains that a replacement must promise.  Choice."""
+    costly_share: float = 0.7
+    """Share of the best promise from which on a replacement is fitted that makes every prediction slow.  Choice."""
+    renewals: int = 4
+    """How often the noise is estimated anew from what the best model leaves.  Choice."""
+    kept_models: int = 12
+    """Models that are refitted under a new covariance.  Choice, for time."""
+    most_alike: float = 0.9
+    """Correlation of neighbouring residuals beyond which what is left tells no less: of 19 readings one.  Choice."""
+    certain: float = 0.95
+    """Probability from which on an effect is called certain.  Choice."""
+    most_models: int = 12
+    """Surviving models that are listed.  Choice, for the reader."""
+    survival_odds: float = 150.0
+    """A model survives while the best is at most so many times as probable: beyond, evidence against it is decisive
+    (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
+    assumed_presence: float = 0.9
+    """Prior probability of an effect that was found before.  Choice: found wrongly, or gone, once in ten."""
+    parting_presence: float = 0.1
+    """Prior probability that a rig which is said to share something has its own after all.  Choice."""
+    most_rivals: int = 4
+    """Rivals of an effect that experiments are sought for.  Choice, for the reader."""

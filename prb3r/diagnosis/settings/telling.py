@@ -1,0 +1,35 @@
+"""Location of a mismatch, empirical laws, the next experiment."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LocationSettings:
+    """Where a mismatch is, and what it goes with."""
+
+    alike_plates: float = 2.0
+    """Missing moments are alike over so many plates.  Choice."""
+    own_share: float = 0.1
+    """But for this share of their variance.  Choice."""
+    moment_sizes: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+    """Sizes of missing moments that are considered, in shares of the largest cable moment."""
+    near_largest: float = 0.7
+    """Laws whose score is at least this share of the largest are said to be what the mismatch goes with.  Choice."""
+    loud_sd: float = 3.0
+    """A sequence is said to show the mismatch where its mean square is so many sd above one.  Choice."""
+    part_sd: float = 0.5
+    """A part of the recording tells a constant if it leaves a smaller relative sd than this.  Choice."""
+
+
+@dataclass(frozen=True)
+class LawsSettings:
+    """Empirical laws and the next experiment."""
+
+    most_terms: int = 3
+    """Terms of an empirical law.  Choice, for the reader."""
+    term_share: float = 0.1
+    """Scale of a term: the moment that is this share of the largest cable moment."""
+    farthest_term: float = 30.0
+    """Bound of a term in that scale: three times the largest cable moment."""
+    harder: float = 1.25
+    """Proposed programs pull up to so many times the largest recorded tension.  Choice."""
