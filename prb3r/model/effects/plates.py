@@ -141,14 +141,14 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
 
 
 class ClampCompliance(Effect):
-    """A hinge at each end of the arc of every plate; one that is there already gives way to both."""
+    """A hinge at each end of the arc of every plate."""
 
     kind: Literal["clamp_compliance"]
     late: ClassVar[int] = 3
     compliance_rad_per_n_m: Positive
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        if np.isnan(chain.plate.stiffness[0]):
+        if np.isnan(chain.plate.stiffness[0]):  # of another one, with which it is in series
             stiffness = chain.stiffness.copy()
             stiffness[:, [0, -1]] = 1 / (1 / stiffness[:, [0, -1]] + self.compliance_rad_per_n_m)
             return chain._replace(stiffness=stiffness)
