@@ -153,7 +153,7 @@ def _kind(field: dict[str, Any]) -> str:
 
 def _default(field: dict[str, Any]) -> str:
     value = field.get("default")
-    return "" if value is None or isinstance(value, (list, dict)) else f"`{value}`"
+    return "" if value in (None, "") or isinstance(value, (list, dict)) else f"`{value}`"
 
 
 def _cell(text: str) -> str:

@@ -11,7 +11,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
-from prb3r.present import style
+from prb3r.present import rc
 from prb3r.runs.files import write_whole
 
 DPI = 200
@@ -114,7 +114,7 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     paths, layout = [], figure.get_layout_engine()
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
         content = io.BytesIO()
-        with style.in_use():
+        with rc.in_use():
             figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
         figure.set_layout_engine("none")  # what stands where in one file, stands there in the other
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))

@@ -1,8 +1,7 @@
 """How figures and numbers look: sizes, type, colours that survive grey print, units people read, panels and legends."""
 
-import contextlib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -21,45 +20,6 @@ SINGLE, DOUBLE = 88.0, 180.0
 
 INK, QUIET, PALE = "#1a1a1a", "#6e6e6e", "#c4c4c4"
 ALARM = "#b00020"
-
-RC = {
-    "font.family": "DejaVu Sans",
-    "font.size": 7.5,
-    "axes.titlesize": 7.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 7.5,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.useoffset": False,
-    "axes.unicode_minus": True,
-    "grid.color": "#e2e2e2",
-    "grid.linewidth": 0.45,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.major.size": 2.5,
-    "lines.linewidth": 1.3,
-    "lines.markersize": 4.2,
-    "hatch.linewidth": 0.5,
-    "legend.fontsize": 7,
-    "legend.frameon": False,
-    "legend.handlelength": 3.4,
-    "legend.columnspacing": 1.4,
-    "legend.handletextpad": 0.6,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "svg.fonttype": "path",
-    "svg.hashsalt": "prb3r",
-}
-
-FONT_SIZES = tuple(name for name in RC if name.endswith(("labelsize", "titlesize", "fontsize")))
-"""What goes with `font.size`: who sets that one sets all of them."""
 
 PALETTE = ("#004488", "#DDAA33", "#BB5566", "#222222", "#6699CC", "#997700", "#EE99AA", "#117733")
 """Paul Tol's high and medium contrast sets, so ordered that neighbours differ in lightness as well as in hue."""
@@ -112,19 +72,6 @@ class Shown:
     label: str
     factor: float
     unit: str
-
-
-@contextlib.contextmanager
-def in_use() -> Iterator[None]:
-    """This style within a block, except for what the user's own style of matplotlib says.
-
-    What a `matplotlibrc` file, `matplotlib.style.use` or `matplotlib.rcParams` set to other than the defaults stands.
-    """
-    theirs = {name for name in RC if matplotlib.rcParams[name] != matplotlib.rcParamsDefault[name]}
-    if "font.size" in theirs:
-        theirs |= set(FONT_SIZES)
-    with matplotlib.rc_context({name: value for name, value in RC.items() if name not in theirs}):
-        yield
 
 
 def palette() -> Sequence[str]:

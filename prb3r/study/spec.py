@@ -12,7 +12,8 @@ from prb3r.model.manipulator import ModelName, Strict
 from prb3r.study.factors import LOADS, DesignSearch, Factor, Name, Sampling
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
-from prb3r.study.plots import AnyPlot, KeptTables
+from prb3r.study.plots import AnyPlot
+from prb3r.study.plots.base import KeptTables
 from prb3r.study.wishes import Designs, Preference, Requirement, Scalar, Wishes
 
 

@@ -15,7 +15,7 @@ from prb3r.diagnosis.confidence import INTERVAL_RISE
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.front import DiagnosisReport
-from prb3r.present import style
+from prb3r.present import rc
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
@@ -29,7 +29,7 @@ ANGLES = Case(read=("angle_rad",))
 
 @pytest.fixture(autouse=True)
 def look():
-    with style.in_use():
+    with rc.in_use():
         yield
 
 

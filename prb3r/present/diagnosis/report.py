@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from prb3r import __version__
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import proposed
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.diagnosis import belief
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking, short_place
@@ -71,7 +71,7 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
 def figure_of(diagnosis: Diagnosis, kind: str) -> Figure | None:
     """The figure of that name in `FIGURES`; None where the diagnosis has nothing to show in it."""
     drawing, _ = FIGURES[kind]
-    with style.in_use():
+    with rc.in_use():
         return drawing(diagnosis)
 
 

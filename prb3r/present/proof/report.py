@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.page import save_figure
 from prb3r.present.proof.cases import case_columns, concealed_text
 from prb3r.present.proof.real import real_section
@@ -27,7 +27,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
     """Write `proof.md`, `proof.json`, `cases.parquet`, the same as `recordings.csv`, and the confusion matrix."""
     folder.mkdir(parents=True, exist_ok=True)
     singles = bool(confusion(proof.main)[0])
-    with style.in_use():
+    with rc.in_use():
         figures = save_figure(confusion_figure(proof), folder, "confusion") if singles else []
     text = write_whole(folder / "proof.md", proof_page(proof).encode())
     write_whole(folder / "recordings.csv", pd.DataFrame(case_columns(proof)).to_csv(index=False).encode())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.page import Cell, Table, picture, save_figure, templates
 from prb3r.present.spots import spots_of
 from prb3r.present.study.front import decision_figure, front_figure
@@ -213,7 +213,7 @@ def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") 
 def decision_pictures(decision: Decision, folder: Path, name: str) -> dict[str, tuple[list[Path], dict | None]]:
     """Draw the figures of a decision, `name` and `name-front`; of each the files written and its spots."""
     drawn = {}
-    with style.in_use():
+    with rc.in_use():
         if decision.requirements or sum(decision.front) > 1:
             figure = decision_figure(decision)
             drawn[name] = save_figure(figure, folder, name), spots_of(figure)

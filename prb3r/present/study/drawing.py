@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.solve import solve
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.study.shapes import GHOST, body, draw_body, draw_ghost, straight
 
@@ -51,7 +51,7 @@ def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, 
     looks = style.looks(list(bodies))
     corners = np.concatenate([part.disks.reshape(-1, 2) for part in (rest, *bodies.values())])
     strongest = max((tension.max() for part in bodies.values() for tension in part.tensions), default=0.0)
-    with style.in_use():
+    with rc.in_use():
         if axes is None:
             (axes,) = style.panels([""], [], view_of(corners)[2])[1]
         if drawn:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import pandas as pd
 from matplotlib.figure import Figure
 
-from prb3r.present import style
+from prb3r.present import rc
 from prb3r.present.study.bars import bars_figure
 from prb3r.present.study.lines import lines_figure
 from prb3r.present.study.loops import loops_figure
@@ -13,7 +13,8 @@ from prb3r.present.study.paths import paths_figure
 from prb3r.present.study.shapes import shapes_figure
 from prb3r.present.study.sheet import Scene, Sheet
 from prb3r.present.study.workspace import workspace_figure
-from prb3r.study.plots import BarsPlot, LinesPlot, LoopsPlot, PathPlot, Plot, ShapesPlot, WorkspacePlot
+from prb3r.study.plots.base import Plot
+from prb3r.study.plots.kinds import BarsPlot, LinesPlot, LoopsPlot, PathPlot, ShapesPlot, WorkspacePlot
 
 DRAWN_BY: Mapping[type[Plot], Callable[[Sheet], Figure]] = {
     LinesPlot: lines_figure,
@@ -34,5 +35,5 @@ def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, s
     ValueError
         If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
     """
-    with style.in_use():
+    with rc.in_use():
         return DRAWN_BY[type(plot)](Sheet(plot, cases, states, scene))

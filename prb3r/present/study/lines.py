@@ -16,7 +16,8 @@ from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, 
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
-from prb3r.study.plots import COLUMN, LinesPlot
+from prb3r.study.plots.base import COLUMN
+from prb3r.study.plots.kinds import LinesPlot
 
 
 def lines_figure(sheet: Sheet) -> Figure:

@@ -11,7 +11,7 @@ from prb3r.present import style
 from prb3r.present.spots import point_at
 from prb3r.present.study.sheet import Sheet, begin_at_zero, entry, failures
 from prb3r.study.metrics.response import last_loop
-from prb3r.study.plots import disk_of
+from prb3r.study.plots.kinds import disk_of
 
 ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.page import Table, save_figure
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
@@ -156,7 +156,7 @@ def _index_table(study: Study, rigs: Rigs) -> Table:
 def rigs_pictures(result: Result) -> list[Path]:
     """Draw the figures `rigs` and, with indices, `indices`; the files written."""
     assert result.rigs is not None
-    with style.in_use():
+    with rc.in_use():
         files = save_figure(spread_figure(result.plan.study, result.cases), result.folder, "rigs")
         if not result.rigs.indices.empty:
             files += save_figure(indices_figure(result.plan.study, result.rigs), result.folder, "indices")

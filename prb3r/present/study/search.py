@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from prb3r.present import style
+from prb3r.present import rc, style
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.study.advice import LEVEL
@@ -68,7 +68,7 @@ def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[
 
 def search_picture(decision: Decision) -> Figure:
     """The score of every design in the order in which they were tried, and the best so far."""
-    with style.in_use():
+    with rc.in_use():
         return _search_figure(decision)
 
 

@@ -15,7 +15,7 @@ from prb3r.present import style
 from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
-from prb3r.study.plots import COLUMN, Plot
+from prb3r.study.plots.base import COLUMN, Plot
 
 FAILED_MARK = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 
