@@ -72,8 +72,8 @@ def test_where_others_could_stand_in_its_place_nothing_is_said_to_be_in_all_sets
     ("common", "reach", "said"),
     [
         (0.0, np.inf, ""),
-        (0.2, np.inf, " Of its variance the whole photograph has 20 % in common."),
-        (0.2, 3.2, " Of its variance disks less than about 3 apart have 20 % in common."),
+        (0.2, np.inf, " Of the variance of the readings the whole photograph has 20 % in common."),
+        (0.2, 3.2, " Of the variance of the readings disks less than about 3 apart have 20 % in common."),
     ],
 )
 def test_noise_is_told_with_its_interval_and_what_disks_share(common, reach, said):
