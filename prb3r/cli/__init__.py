@@ -12,12 +12,14 @@ from prb3r.cli.group import Commands
 from prb3r.cli.manipulators import reach_command, solve_command
 from prb3r.cli.measurements import bench_command, prove_command
 from prb3r.cli.studies import compare_command, report_command, run_command
+from prb3r.runs.threads import one_thread_unless_asked
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 def main() -> None:
     """Design studies for cable-driven continuum manipulators."""
+    one_thread_unless_asked()
 
 
 for _command in (

@@ -18,10 +18,11 @@ from typing import Any
 
 from prb3r.runs.backends.shield import reason_of, shielded
 from prb3r.runs.tasks import Fate, Job, Workers
+from prb3r.runs.threads import LINEAR_ALGEBRA
 
-ENVIRONMENT = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-) | {"PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", "")}
+ENVIRONMENT = dict.fromkeys((*LINEAR_ALGEBRA, "NUMBA_NUM_THREADS"), "1") | {
+    "PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", "")
+}
 """Of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless asked for."""
 
 
