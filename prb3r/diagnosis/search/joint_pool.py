@@ -1,7 +1,7 @@
 """Sets of effects on several rigs together: what may be shared, what each rig may have, and the models that were
 fitted."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -49,15 +49,15 @@ def joint_search(
         known = [search.log_odds[own] for search in alone for own in search.assumed.values if _same(own, joint)]
         odds[joint] = max([odds[joint], *known])
     for rig, search in enumerate(alone):
-        shared_here = {(joint.kind, part.place) for joint in common if (part := joint.parts[rig]) is not None}
+        could = {(each.kind, part.place): len(each.rigs) for each in common if (part := each.parts[rig]) is not None}
         for own in search.library:
-            less = parting if (own.kind, own.place) in shared_here else 0.0
-            odds[alone_on(rig, own, count)] = search.log_odds[own] + less
-    for name, rigs in shared.items():
+            rigs = could.get((own.kind, own.place))  # all of them together are less likely by that much
+            odds[alone_on(rig, own, count)] = search.log_odds[own] + (parting / rigs if rigs else 0.0)
+    for name, sharing in shared.items():
         sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
-        for rig in rigs if len(rigs) > 2 else rigs[1:]:  # of two it is the same whose the other value is
+        for rig in sharing if len(sharing) > 2 else sharing[1:]:  # of two it is the same whose the other value is
             apart = Free(name, 0.0, -settings.farthest, settings.farthest, sd=sd)
-            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(rigs) - 1)
+            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(sharing) - 1)
     return JointSearch(tuple(odds), odds, alone[0].apply)
 
 
@@ -99,18 +99,26 @@ def fit_joint(task: tuple[JointModel, np.ndarray]) -> Any:
 
 
 def start_set(
-    model: JointModel, library: Sequence[JointHypothesis], chosen: Sequence[Any], first: int
+    model: JointModel,
+    library: Sequence[JointHypothesis],
+    chosen: Sequence[Any],
+    first: int,
+    apart: Collection[str] = (),
 ) -> tuple[JointModel, np.ndarray]:
-    """The union of what was found on each rig alone, shared kinds and shared constants as on rig `first`; and a start.
+    """The union of what was found on each rig alone; and a start.
 
-    `chosen`: a fit of every rig alone.
+    Parameters
+    ----------
+    chosen : a fit of every rig alone.
+    first : the rig of which shared kinds and constants are taken.
+    apart : kinds of effects, and constants by name, that each rig has for itself although they might share them.
     """
     effects: dict[JointHypothesis, np.ndarray] = {}
     for rig in (first, *(k for k in range(len(chosen)) if k != first)):
         fitted = chosen[rig]
         friction, shares = fitted.model.friction(fitted.p), fitted.model.shares(fitted.p)
         for own, u in zip(fitted.model.hypotheses, shares, strict=True):
-            joint = _in_library(own, rig, library)
+            joint = _in_library(own, rig, library, apart)
             part = joint.parts[rig] if joint else None
             if joint is None or part is None or (rig != first and joint not in effects and len(joint.rigs) > 1):
                 continue
@@ -119,22 +127,28 @@ def start_set(
             for place, free, value in zip(joint.places(rig), part.free, values, strict=True):
                 if rig == first or joint.slots[place].rig == rig:
                     at[place] = free.at(value, friction)
-    whole = replace(model, hypotheses=tuple(effects))
-    constants = [
-        chosen[owner].p[chosen[owner].model.varied.index(name)]
-        for name, rigs in model.varied
-        for owner in [first if first in rigs else rigs[0]]
-    ]
-    return whole, np.concatenate([constants, *effects.values()])
+
+    def constant(name: str, rig: int) -> float:
+        return float(chosen[rig].p[chosen[rig].model.varied.index(name)])
+
+    for joint in library:
+        if joint.parting is not None and joint.parted not in (None, first) and joint.parting.name in apart:
+            name = joint.parting.name
+            effects[joint] = np.array([constant(name, joint.parted) - constant(name, first)])
+    constants = [constant(name, first if first in rigs else rigs[0]) for name, rigs in model.varied]
+    return replace(model, hypotheses=tuple(effects)), np.concatenate([constants, *effects.values()])
 
 
-def _in_library(own: Hypothesis, rig: int, library: Sequence[JointHypothesis]) -> JointHypothesis | None:
-    """What an effect of one rig is among joint ones: in common if it can be, else its own."""
+def _in_library(
+    own: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str]
+) -> JointHypothesis | None:
+    """What an effect of one rig is among joint ones: in common if it can be and is not kept `apart`, else its own."""
     alike = [
         joint
         for joint in library
         if (part := joint.parts[rig]) is not None
         and (part.kind, part.place) == (own.kind, own.place)
         and [free.name for free in part.free] == [free.name for free in own.free]
+        and (len(joint.rigs) == 1 or joint.kind not in apart)
     ]
     return max(alike, key=lambda joint: len(joint.rigs), default=None)
