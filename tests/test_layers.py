@@ -16,7 +16,7 @@ ORDER = {
     "mechanics": "kernel angle plate chain records accepted state cable balance variation stability march newton "
     "tangent complementarity stick_slip turning attempt history_path path_output path equilibrium strain limit "
     "derivatives",
-    "mechanics.derivatives": "response feedback partials differentiate solved_path sensitivity",
+    "mechanics.derivatives": "response feedback partials loops differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull search reach",
     "runs": "threads files secret store sealed states parts provenance tasks backends engine journal",

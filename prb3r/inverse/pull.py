@@ -31,7 +31,7 @@ class Pull:
 
     chain: Chain
     before: Loads
-    """Steps that are applied first; they matter where friction follows the cables' travel, and to the travel."""
+    """Steps that are applied first; they matter where states depend on those before, and to the travel."""
     slip: np.ndarray
     """(m,) declared slip of the step."""
     target: Target
@@ -41,7 +41,7 @@ class Pull:
     def path(self, tension: np.ndarray) -> Loads:
         """All steps, the last with tensions (m,)."""
         last = loads(self.chain, tension[None], self.slip[None])
-        if self.chain.presliding == 0 and not self.chain.closure:
+        if not self.chain.remembers and not self.chain.closure:
             return last
         return Loads(*(np.concatenate(pair) for pair in zip(self.before, last, strict=True)))
 

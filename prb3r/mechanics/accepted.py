@@ -9,7 +9,7 @@ from prb3r.mechanics.kernel import kernel
 
 
 class AcceptedStates(NamedTuple):
-    """States of a chain of `n` plates and `m` cables where friction follows the travel: rest, then each sub-step."""
+    """States of a chain of `n` plates and `m` cables that depend on those before: rest, then each sub-step."""
 
     noted: np.ndarray
     """(1,) states that were to be kept; more than there is room for are only counted."""

@@ -74,6 +74,24 @@ def bending_law(model, knees, angle, curvature):
 
 
 @kernel
+def slipping_law(model, plate, k, angle):
+    """Node angle that a linear plate would need for the moment of the Jenkin elements, and its slope.
+
+    `angle` is that beyond the stress-free one.  See :class:`prb3r.mechanics.chain.Hysteresis`.
+    """
+    total, slope, count = 0.0, 0.0, model.elements
+    weight = model.share / max(count, 1)
+    for e in range(count):
+        bound, spring = plate.yields[k] * (2 * e + 1) / count, angle - plate.slider[k, e]
+        if abs(spring) < bound:
+            total += spring
+            slope += 1.0
+        else:
+            total += copysign(bound, spring)
+    return weight * total, weight * slope
+
+
+@kernel
 def contact(plate):
     """Moment that touching disks carry beside a bent plate, N m, and its slope by the bend."""
     side = 1 if plate.bend > 0.0 else 0
@@ -102,7 +120,12 @@ def balance_plate(model, plate, span, cable):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
         elastic, slope = plate.q[k] - plate.rest[k], 1.0
         if not model.linear:
-            elastic, slope = bending_law(model, plate.knee, elastic, plate.curvature[k])
+            angle = elastic
+            elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
+            if model.share > 0.0:
+                slipping, follows = slipping_law(model, plate, k, angle)
+                elastic = (1.0 - model.share) * elastic + slipping
+                slope = (1.0 - model.share) * slope + follows
         residual = stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness

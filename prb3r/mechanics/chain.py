@@ -31,6 +31,32 @@ class Law(NamedTuple):
         return self.cubic == 0 and (self.ratio == 1 or bool(np.all(np.isinf(self.knee))))
 
 
+MOST_ELEMENTS = 3
+"""Jenkin elements of a plate's hysteresis for which records have room."""
+
+
+class Hysteresis(NamedTuple):
+    """A `share` of the plates' stiffness slips, as `elements` Jenkin elements side by side do: a spring each, of equal
+    stiffness, behind a slider (Prandtl and Ishlinskii; Iwan, J. Appl. Mech. 33 (1966) 893).  With `m` of them
+
+        M = EI [(1 - share) f(k) + share / m sum_e clip(k - p_e, -y_e, y_e)],    y_e = (2 e - 1) / m curvature
+
+    for the law `f`; e = 1 .. m.  The curvature `p_e` where a slider stands moves when its spring is at its bound:
+    p_e <- clip(p_e, k - y_e, k + y_e).  All stand at 0 in virgin plates.  Where `k` never turns back, one element is
+    the bilinear law with its knee at `curvature` and the ratio 1 - share; unloading is twice as long (Masing).
+    """
+
+    share: float = 0.0
+    curvature: np.ndarray | float = np.inf
+    """(n,) from which the elements slip, on average, or one for all, 1/m."""
+    elements: int = 1
+
+    @property
+    def present(self) -> bool:
+        """Whether any stiffness slips, so that plates remember how they were bent."""
+        return self.share > 0
+
+
 class Contact(NamedTuple):
     """A plate whose bend exceeds `angle` (rad) is helped by its disks with `stiffness` (N m/rad) times the excess.
 
@@ -85,6 +111,8 @@ class Chain(NamedTuple):
     """(m,) efficiency of the pulley before the base hole."""
     law: Law = Law()
     """Bending law of the plates."""
+    hysteresis: Hysteresis = Hysteresis()
+    """What of their stiffness slips."""
     curvature: np.ndarray | None = None
     """(nodes,) curvature times arc length per node angle, 0 where a node is a hinge; None: all are part of the arc."""
     contact: Contact = Contact()
@@ -109,6 +137,11 @@ class Chain(NamedTuple):
     @property
     def plates(self) -> int:
         return len(self.arc)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether states depend on those before: by the slip at holes or in the plates."""
+        return self.presliding > 0 or self.hysteresis.present
 
     @property
     def length(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED
-from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
+from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Loads, acting, no_loads
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
@@ -88,14 +88,20 @@ class Equilibria:
 LIMIT = 0.05
 """Lowest eigenvalue, of that at rest, below which a branch that leads no further ends at a limit point."""
 
+SLIPS_ON = 1e-9
+"""Of the springs in the plates, by which sliders are held back so that those that slip do so without doubt."""
+
 
 def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.ndarray) -> float:
     """Lowest eigenvalue of the whole tangent in `modes` at node angles `q`, under one step of loads, N m/rad.
 
-    Slip and cable lengths of the state are in `packed`, where friction follows the cables' travel.
+    Slip and cable lengths of the state are in `packed`, where friction follows the cables' travel, and sliders, where
+    plates remember; what slips in them is taken to slip on.
     """
     work = scratch(packed, modes.shape[2])
     packed.plate["q"][:-1] = q
+    springs = packed.plate["q"] - packed.plate["rest"]
+    packed.plate["slider"] -= SLIPS_ON * (springs[..., None] - packed.plate["slider"])
     chain_tangent(packed, loads.tension, loads.slip, loads.force, loads.tip, modes, work)
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
@@ -132,7 +138,7 @@ def solve_chain(
     from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
     detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
-    accepted : where accepted sub-steps are kept, if friction follows the cables' travel.
+    accepted : where accepted sub-steps are kept, if states depend on those before.
     smallest_step : part of a load step to which it is found how far a step leads that has no equilibrium (`reached`),
         unless friction follows the cables' travel.
     """
@@ -154,11 +160,12 @@ def solve_chain(
         moment=np.full((kept, plates, n + 2), np.nan),
         slip=np.full((kept if history else 0, plates, cables), np.nan),
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
+        slider=np.full((kept if chain.hysteresis.present else 0, plates, n, MOST_ELEMENTS), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
     )
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    space = path_space(chain, smallest_step)
-    memory = history_space(chain, packed, space, accepted or room_for_states(chain)) if history else None
+    space = path_space(chain, accepted or room_for_states(chain), smallest_step)
+    memory = history_space(chain, packed, space) if history else None
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
     follow(packed, onset, rows, dead, anew, modes, space, memory, work, path)
     failed = path.status[:, 0] < 0
@@ -173,6 +180,8 @@ def solve_chain(
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
+            if len(path.slider):
+                packed.plate["slider"][:-1] = path.slider[s]
             share = path.reached[s] if failed[s] else 1.0
             step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
             slip = step.slip if starts[s] else rows.slip[s + 1]
@@ -180,7 +189,7 @@ def solve_chain(
             path.lowest[s] = lowest_under_load(packed, modes, step, path.q[s])
         outcome[~failed & (path.lowest <= 0)] = Outcome.UNSTABLE
         if failed.any():
-            packed.span["sticks"] = False
+            packed.span["sticks"], packed.plate["slider"] = False, 0.0
             at_rest = lowest_under_load(packed, modes, Loads(*(field[0] for field in no_loads(chain))), chain.rest)
             outcome[failed & (path.lowest <= LIMIT * at_rest)] = Outcome.LIMIT_POINT
             for field in (path.lowest, path.q, path.slip, path.beyond):

@@ -13,9 +13,9 @@ from prb3r.mechanics.attempt import JUMPED, put_on
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.newton import balance_chain, newton_march
-from prb3r.mechanics.state import restore, save, settle, turned_too_far
+from prb3r.mechanics.state import restore, save, settle, slide, turned_too_far
 from prb3r.mechanics.stick_slip import balance_stick_slip
-from prb3r.mechanics.turning import clip, missed_slip
+from prb3r.mechanics.turning import clip, missed_slide, missed_slip
 
 SHORT_STEP = 1.0 / 64
 """First sub-step of a load step.  The rates at its end show which holes have turned with the loads and which slip on;
@@ -147,6 +147,10 @@ def ramp_with_history(packed, way, loaded, space, work):
             find_rates(packed, way, share, SIDESTEP * step, space.now, work, after)
             if step > SHORT_STEP:
                 missed, where = missed_slip(packed, step, before, after)
+                if packed.model[0].elements > 0:
+                    slide_missed, slide_where = missed_slide(packed, step, start, before, after)
+                    if slide_missed > missed:
+                        missed, where = slide_missed, slide_where
         if good and missed <= TURN_ERROR and share == 1.0:
             final = newton(packed, way, share, 0.0, space.now, work)
             good, taken = final != FAILED, taken + final
@@ -159,6 +163,8 @@ def ramp_with_history(packed, way, loaded, space, work):
                 careful = step < CAREFUL_STEP
             continue
         settle(packed)
+        if packed.model[0].elements > 0:
+            slide(packed)
         save(packed, work, start)
         copy_rates(after, before)
         done, iterations, careful = share, iterations + taken, False

@@ -17,7 +17,7 @@ from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.stability import lowest_of_plates
-from prb3r.mechanics.state import Rates, State, rates, restore, save, state, turned_by_surprise, turned_too_far
+from prb3r.mechanics.state import Rates, State, rates, restore, save, slide, state, turned_by_surprise, turned_too_far
 from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
 SMALLEST_CROSSING = 1.0 / 1024
@@ -26,6 +26,11 @@ SAME_LOAD = 1e-12
 """Difference of two loads, relative, that is rounding."""
 SMALLEST_STEP = 1.0 / 2**20
 """Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
+
+SLIDING_STEP = 1.0 / 8
+"""Longest part of a load step where plates remember but slip at holes is declared.  Over a sub-step of any length what
+slips is exact as long as no node that slips turns back within it; of one that does, what is missed falls with the
+square of this."""
 
 
 class PathSpace(NamedTuple):
@@ -42,6 +47,8 @@ class PathSpace(NamedTuple):
     rest: State
     smallest: np.ndarray
     """(1,) part of what is reached of a load step, or of the step where that is more, below which the path ends."""
+    accepted: AcceptedStates
+    """Sub-steps where plates remember."""
 
 
 class HistorySpace(NamedTuple):
@@ -60,8 +67,11 @@ class HistorySpace(NamedTuple):
     accepted: AcceptedStates
 
 
-def path_space(chain: Chain, smallest: float = SMALLEST_STEP) -> PathSpace:
-    """Working space for the load paths of `chain`, whose ends are found to the part `smallest` of a load step."""
+def path_space(chain: Chain, accepted: AcceptedStates, smallest: float = SMALLEST_STEP) -> PathSpace:
+    """Working space for the load paths of `chain`, whose ends are found to the part `smallest` of a load step.
+
+    Where states depend on those before, what is accepted on the way is kept in `accepted`.
+    """
     return PathSpace(
         now=Loads(*(np.zeros_like(field[0]) for field in no_loads(chain))),
         reached=np.zeros(1),
@@ -69,11 +79,12 @@ def path_space(chain: Chain, smallest: float = SMALLEST_STEP) -> PathSpace:
         good=state(chain),
         rest=state(chain),
         smallest=np.array([smallest]),
+        accepted=accepted,
     )
 
 
-def history_space(chain: Chain, packed: Packed, space: PathSpace, accepted: AcceptedStates) -> HistorySpace:
-    """The same where friction follows the travel, sharing `space`; accepted sub-steps are kept in `accepted`."""
+def history_space(chain: Chain, packed: Packed, space: PathSpace) -> HistorySpace:
+    """The same where friction follows the travel, sharing `space`."""
     return HistorySpace(
         now=space.now,
         reached=space.reached,
@@ -82,7 +93,7 @@ def history_space(chain: Chain, packed: Packed, space: PathSpace, accepted: Acce
         start=state(chain),
         before=rates(chain),
         after=rates(chain),
-        accepted=accepted,
+        accepted=space.accepted,
     )
 
 
@@ -93,8 +104,9 @@ def ramp(packed, way, loaded, modes, space, work):
     Its state is in `space.kept`.  Leaves the last accepted state there, the part of the way to it in `space.reached`,
     and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further.
     """
-    kept, reached = space.kept, space.reached
-    done, step, iterations = 0.0, 1.0, 0
+    kept, reached, slides = space.kept, space.reached, packed.model[0].elements > 0
+    longest = SLIDING_STEP if slides else 1.0
+    done, step, iterations = 0.0, longest, 0
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
@@ -104,7 +116,8 @@ def ramp(packed, way, loaded, modes, space, work):
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
-            far = crossed or turned_by_surprise(packed, kept, work)
+            # at first a spring right at its bound may slip on or follow: what Newton's first step foresees is not told
+            far = crossed or (not slides and turned_by_surprise(packed, kept, work))
         if taken == FAILED or far:
             why = FAILED if taken == FAILED else JUMPED
             restore(packed, work, kept)
@@ -113,8 +126,12 @@ def ramp(packed, way, loaded, modes, space, work):
         done += step
         reached[0] = done
         iterations += taken
+        if slides:
+            slide(packed)
         save(packed, work, kept)
-        step = min(2 * step, 1.0 - done)
+        if slides:
+            keep_state(space.accepted, way.step, done, kept)
+        step = min(2 * step, longest, 1.0 - done)
     return iterations
 
 
@@ -129,11 +146,14 @@ def come_to_rest(packed, onset, dead, modes, space, work):
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
+            for e in range(packed.model[0].elements):
+                packed.plate[i].slider[k, e] = 0.0
     save(packed, work, kept)
     nothing: Any = np.int64(0)
     rest: Any = np.int64(1)
     taken = ramp(packed, Way(onset, nothing, rest), dead, modes, space, work)
     packed.model[0].presliding = presliding
+    space.accepted.noted[0] = 0
     if presliding != 0.0:
         for j in range(len(packed.cable)):
             length = 0.0
@@ -202,8 +222,8 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
-    if history is not None:
-        keep_state(history.accepted, last, 1.0, space.rest)
+    if history is not None or packed.model[0].elements > 0:
+        keep_state(space.accepted, last, 1.0, space.rest)
     lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
 
 
 class Packed(NamedTuple):
@@ -53,6 +53,8 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("load", float, (3,)),  # the same of the dead loads further out
         ("extra", float),  # extra bending moment all along the arc
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
+        ("yields", float, (n,)),  # hysteresis: node angle from which Jenkin elements slip, on average
+        ("slider", float, (n, MOST_ELEMENTS)),  # node angle where the slider of each stood in the last accepted state
     ]
 
 
@@ -96,6 +98,8 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("ratio", float),
         ("sharpness", float),
         ("extra", bool),  # whether any plate ever has an extra moment
+        ("share", float),  # of the stiffness that slips
+        ("elements", np.int64),  # in which it does; 0 where nothing slips, or where the shape is held
     ]
 
 
@@ -119,7 +123,10 @@ def record_types(n: int, links: int, by: int) -> tuple[np.dtype, ...]:
 
 
 def pack(chain: Chain, held: bool = False) -> Packed:
-    """Records of `chain` at rest; without derivatives by the node angles where its shape is `held`."""
+    """Records of `chain` at rest; without derivatives by the node angles where its shape is `held`.
+
+    A held shape is without the moments of what slips in the plates too; see `derivatives/loops.py`.
+    """
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
     of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n)
@@ -129,6 +136,9 @@ def pack(chain: Chain, held: bool = False) -> Packed:
         model[name] = getattr(chain, name)
     for name in ("linear", "cubic", "ratio", "sharpness"):
         model[name] = getattr(chain.law, name)
+    slips = chain.hysteresis
+    if slips.present:
+        model["linear"], model["share"], model["elements"] = False, slips.share, 0 if held else slips.elements
     plate = np.zeros(plates + 1, of_plate)
     for name in ("arc", "clamp", "stiffness", "rest"):
         plate[name][:-1] = getattr(chain, name)
@@ -142,6 +152,8 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     plate["frame"][0] = 0, 0, 0, 1, 0
     per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
     plate["curvature"][:-1] = per_angle / chain.arc[:, None]
+    with np.errstate(divide="ignore"):  # hinges do not slip
+        plate["yields"][:-1] = np.broadcast_to(slips.curvature, plates)[:, None] / plate["curvature"][:-1]
     cable = np.zeros(cables, of_cable)
     cable["pulley"] = np.log(chain.pulley)
     return Packed(model, plate, span, cable)

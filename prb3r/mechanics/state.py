@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
 from prb3r.mechanics.kernel import kernel
 
 PLATE_TURN = 0.35
@@ -30,6 +30,8 @@ class State(NamedTuple):
     """(n, m) cable length beyond the holes."""
     sign: np.ndarray
     """(1,) sign of the determinant of the tangent."""
+    slider: np.ndarray
+    """(n, nodes, elements) where the sliders of the plates stand, rad."""
 
 
 class Rates(NamedTuple):
@@ -46,7 +48,14 @@ class Rates(NamedTuple):
 def state(chain: Chain) -> State:
     """Room for a state of `chain`."""
     shape = chain.offset.shape
-    return State(np.zeros_like(chain.stiffness), np.zeros(1 + shape[1]), np.zeros(shape), np.zeros(shape), np.ones(1))
+    return State(
+        q=np.zeros_like(chain.stiffness),
+        handed=np.zeros(1 + shape[1]),
+        slip=np.zeros(shape),
+        beyond=np.zeros(shape),
+        sign=np.ones(1),
+        slider=np.zeros((*chain.stiffness.shape, MOST_ELEMENTS)),
+    )
 
 
 def rates(chain: Chain) -> Rates:
@@ -63,6 +72,8 @@ def save(packed, work, into):
     for i in range(len(packed.span)):
         for k in range(into.q.shape[1]):
             into.q[i, k] = packed.plate[i].q[k]
+            for e in range(packed.model[0].elements):
+                into.slider[i, k, e] = packed.plate[i].slider[k, e]
         if packed.model[0].presliding != 0.0:
             for j in range(into.slip.shape[1]):
                 into.slip[i, j], into.beyond[i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
@@ -77,6 +88,8 @@ def restore(packed, work, kept):
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = kept.q[i, k]
+            for e in range(packed.model[0].elements):
+                packed.plate[i].slider[k, e] = kept.slider[i, k, e]
         if packed.model[0].presliding != 0.0:
             for j in range(kept.slip.shape[1]):
                 hole = packed.span[i, j]
@@ -92,6 +105,19 @@ def settle(packed):
             hole = packed.span[i, j]
             hole.slip, hole.beyond = hole.new_slip, hole.new_beyond
             hole.sticks = -1.0 < hole.slip < 1.0
+
+
+@kernel
+def slide(packed):
+    """Let the sliders of the plates go where the state just found has dragged them."""
+    count = packed.model[0].elements
+    for i in range(len(packed.span)):
+        plate = packed.plate[i]
+        for k in range(plate.q.shape[0]):
+            angle = plate.q[k] - plate.rest[k]
+            for e in range(count):
+                bound = plate.yields[k] * (2 * e + 1) / count
+                plate.slider[k, e] = min(max(plate.slider[k, e], angle - bound), angle + bound)
 
 
 @kernel

@@ -88,3 +88,26 @@ def missed_slip(packed, step, before, after):
             if missed > worst:
                 worst, where = missed, turned
     return worst, where
+
+
+@kernel
+def missed_slide(packed, step, start, before, after):
+    """The same of the springs in the plates that slip, in parts of their bounds: what a hole is to its cable's travel a
+    Jenkin element is to bending, with its bound in the place of the presliding length.  `start` is the state before.
+    """
+    worst, where, count = 0.0, 1.0, packed.model[0].elements
+    for i in range(len(packed.span)):
+        plate = packed.plate[i]
+        for k in range(plate.q.shape[0]):
+            travel, begin, end = plate.q[k] - start.q[i, k], before.q[i, k] * step, after.q[i, k] * step
+            if travel * end >= 0.0 and begin * end >= 0.0:
+                continue
+            turned, to_first, to_last = turning_lengths(travel, begin, end)
+            for e in range(count):
+                per_angle = count / (plate.yields[k] * (2 * e + 1))
+                old = clip((start.q[i, k] - plate.rest[k] - plate.slider[k, e]) * per_angle)
+                slip = clip(clip(old + to_first * per_angle) + (to_last - to_first) * per_angle)
+                missed = abs(clip(slip + (travel - to_last) * per_angle) - clip(old + travel * per_angle))
+                if missed > worst:
+                    worst, where = missed, turned
+    return worst, where

@@ -89,13 +89,13 @@ def seen_change(predict: Predictor, solved: Solution, found: Sensitivities) -> n
 def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
     """(r, s, m) change of every reading by the relative change of every tension of every step.
 
-    Under a declared slip direction a step's tension moves that step alone; where friction follows the load path it
+    Under a declared slip direction a step's tension moves that step alone; where states depend on those before it
     moves all later steps of its sequence too, so steps of equal place in their sequences are changed together.
     """
     recording, tension = predict.recording, solved.loads.tension
     begins, step = recording.begins, recording.readings.step
     place = np.arange(len(begins)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
-    history = solved.chain.presliding > 0
+    history = solved.chain.remembers
     together = [place == k for k in range(place.max() + 1)] if history else [np.ones(len(place), bool)]
     changes = [(steps, j) for steps in together for j in np.flatnonzero((tension[steps] > 0).any(0)).tolist()]
 

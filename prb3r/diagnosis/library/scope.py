@@ -114,6 +114,21 @@ class Scope(NamedTuple):
         return [side for side, bend in most.items() if bend > SIDE_SHARE * self.largest_bend]
 
     @property
+    def unloads(self) -> bool:
+        """Whether some plate bends back within a sequence, by a tenth of the largest bend at least.
+
+        What leads away from the straight plate that a sequence begins with is loading, to either side.
+        """
+        least = SIDE_SHARE * self.largest_bend
+        for rows in np.split(self.bend, np.flatnonzero(self.recording.begins)[1:]):
+            known = rows[np.isfinite(rows).all(1)]
+            for bend in (known, -known):
+                farthest = np.maximum.accumulate(bend, axis=0)
+                if ((farthest > least) & (farthest - bend > least)).any():
+                    return True
+        return False
+
+    @property
     def node_rigidity(self) -> np.ndarray:
         """(n,) mean stiffness of each plate's nodes times its arc, N m^2: 4.4 EI on the elastica with its four."""
         return (self.chain.stiffness * self.chain.arc[:, None]).mean(1)
@@ -143,4 +158,5 @@ def together_and_alone(scope: Scope) -> Iterator[Place]:
 
 def structure(chain: Chain) -> tuple[Any, ...]:
     """What two chains share if one is a small change of the other: nodes, routing, rules of friction and of slip."""
-    return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0
+    slips = chain.hysteresis.elements if chain.hysteresis.present else 0
+    return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0, slips

@@ -9,6 +9,7 @@ import numpy as np
 
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.derivatives.feedback import Sweep, sweep
+from prb3r.mechanics.derivatives.loops import Sliders, drag_sliders, recall_sliders
 from prb3r.mechanics.derivatives.partials import difference, hand_back, place_chain, put_loads, put_state
 from prb3r.mechanics.derivatives.response import Room, respond, unbalance
 from prb3r.mechanics.kernel import entrance, kernel
@@ -18,7 +19,7 @@ from prb3r.mechanics.variation import Scratch
 
 
 class Memory(NamedTuple):
-    """What holes remember of the last accepted state, and its derivatives."""
+    """What holes and plates remember of the last accepted state, and its derivatives."""
 
     slip: np.ndarray
     """(n, m)."""
@@ -26,6 +27,7 @@ class Memory(NamedTuple):
     """(n, m, p)."""
     dbeyond: np.ndarray
     """(n, m, p) of the cable lengths beyond the holes."""
+    sliders: Sliders
 
 
 class DerivativeSpace(NamedTuple):
@@ -78,6 +80,7 @@ def remember(packed, partial, memory):
 def copy_memory(source, into):
     into.slip[:] = source.slip
     into.dslip[:], into.dbeyond[:] = source.dslip, source.dbeyond
+    into.sliders.at[:], into.sliders.change[:] = source.sliders.at, source.sliders.change
 
 
 @kernel
@@ -110,7 +113,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
     `held` is the chain once more, as records of a held shape.
     """
     now, handed, partial, left, outer = space.now, space.handed, space.partial, space.left, space.room.outer
-    history = packed.model[0].presliding != 0.0
+    history, slides, tied = packed.model[0].presliding != 0.0, packed.model[0].elements > 0, modes is not None
     for e in range(len(steps.row)):
         put_loads(rows, steps, e, len(handed) > 0, packed.model[0].extra, now)
         put_state(held, steps, e, now.moment, None)
@@ -123,19 +126,23 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
         for j in range(len(now.tension)):
             now.tension[j] = max(now.tension[j], 0.0)
         put_state(packed, steps, e, now.moment, None)
+        if (history or slides) and steps.fresh[e]:
+            copy_memory(space.at_rest, space.memory)
+        if slides:
+            recall_sliders(packed, sides, space.memory.sliders, tied, partial)
         if modes is not None:
             tie(packed, now, modes, space.work, partial)
         if history:
-            if steps.fresh[e]:
-                copy_memory(space.at_rest, space.memory)
             place_chain(packed)
             unbalance(packed, now, handed, outer, sides.out[0])
             recall(packed, sides, space.memory, partial)
             sweep(packed, now, partial, left, space.room.gain, space.sweep)
-        respond(packed, now, handed, partial, left, modes is not None, space.room)
+        respond(packed, now, handed, partial, left, tied, space.room)
         if history:
             remember(packed, partial, space.memory)
-            if steps.row[e] == 0:
-                copy_memory(space.memory, space.at_rest)
+        if slides:
+            drag_sliders(packed, sides, space.memory.sliders, tied, partial)
+        if (history or slides) and steps.row[e] == 0:
+            copy_memory(space.memory, space.at_rest)
         if steps.write[e] >= 0:
             out[steps.write[e]] = partial

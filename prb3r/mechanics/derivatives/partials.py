@@ -60,7 +60,7 @@ def put_loads(rows, steps, e, dead, extra, now):
     """Loads of state `e`, tensions below zero included; those that are `dead` and `extra` moments where any are."""
     last, row, share = steps.last[e], steps.row[e], steps.share[e]
     blend(rows.tension, last, row, share, now.tension)
-    blend(rows.slip, row, row, 1.0, now.slip)
+    blend(rows.slip, last if last > 0 else row, row, share, now.slip)
     if dead:
         blend(rows.force, last, row, share, now.force)
         blend(rows.tip, last, row, share, now.tip)

@@ -4,8 +4,9 @@ A parameter is anything that changes the chain or the loads smoothly; it is give
 little behind.  Only what is known without solving is differenced: unbalanced moments with the shape held.  So the
 error is that of a central difference of smooth elementary functions, about 1e-9.
 
-Where friction follows the cables' travel the state remembers, and so do the derivatives: those of slip and cable
-lengths are carried from each accepted sub-step to the next, from rest on.  A hole that slips has forgotten.
+Where friction follows the cables' travel, or part of the plates' stiffness slips, the state remembers, and so do the
+derivatives: those of slip, cable lengths and sliders are carried from each accepted sub-step to the next, from rest on.
+What slips has forgotten.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,6 +18,7 @@ import numpy as np
 from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, differentiate
 from prb3r.mechanics.derivatives.feedback import sweep_room
+from prb3r.mechanics.derivatives.loops import sliders_at_zero
 from prb3r.mechanics.derivatives.partials import PathStates, Sides
 from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
@@ -80,8 +82,8 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     Raises
     ------
     ValueError
-        Without a direction, where one changes more than numbers (plates, cables, model or kind of friction), or with
-        moments that follow the state: `prb3r.model.laws.derivatives` has these.
+        Without a direction, where one changes more than numbers (plates, cables, model, kind of friction or whether
+        stiffness slips), or with moments that follow the state: `prb3r.model.laws.derivatives` has these.
     """
     chain, loads, equilibria, steps = solved.chain, solved.loads, solved.equilibria, solved.states
     _check(solved, directions)
@@ -119,18 +121,23 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
+    elements = chain.hysteresis.elements if chain.hysteresis.present else 0
     packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
     height = n + 3 + (3 if history else 1) * cables
     sides = _sides(problem, rows, held, directions, np.zeros((2, plates, height)))
     packed.model["extra"] = held.model["extra"] = rows.moment.any() or sides.rows.moment.any()
     dead = any(field.any() for field in (rows.force, rows.tip, sides.rows.force, sides.rows.tip))
     shape = (plates, cables, count)
+    memories = (
+        Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape), sliders_at_zero((plates, n), elements, count))
+        for _ in range(2)
+    )
     modes = segment_modes(chain) if chain.tied else None
     space = DerivativeSpace(
         now=Loads(*(np.zeros_like(field[0]) for field in rows)),
         handed=np.zeros(int(dead)),
-        memory=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
-        at_rest=Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape)),
+        memory=next(memories),
+        at_rest=next(memories),
         partial=np.zeros((plates, height, count)),
         left=np.zeros(count),
         room=room(packed, int(dead and not chain.tied), count, history),
@@ -183,4 +190,5 @@ def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
 def _kind(chain: Chain, loads: Loads) -> tuple:
     """What a parameter cannot change."""
     shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
-    return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0
+    slips = chain.hysteresis.present, chain.hysteresis.elements
+    return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0, slips

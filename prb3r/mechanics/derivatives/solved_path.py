@@ -11,7 +11,7 @@ from prb3r.mechanics.equilibrium import Equilibria, solve_chain
 from prb3r.mechanics.path import SMALLEST_STEP
 
 SUBSTEPS = 64
-"""Accepted sub-steps per load step for which there is room at first, where friction follows the travel."""
+"""Accepted sub-steps per load step for which there is room at first, where states depend on those before."""
 FOLLOWS_STATE = "moments that follow the state are not differentiated"
 
 
@@ -23,8 +23,8 @@ class SolvedPath:
     loads: Loads
     equilibria: Equilibria
     states: PathStates
-    """The states that lead to the equilibria: one a solved step, or where friction follows the cables' travel rest and
-    all accepted sub-steps of the solved steps."""
+    """The states that lead to the equilibria: one a solved step, or where they depend on those before rest and all
+    accepted sub-steps of the solved steps."""
 
 
 def solve_path(
@@ -45,14 +45,14 @@ def solve_path(
         raise ValueError(FOLLOWS_STATE)
     anew = np.array(np.broadcast_to(from_rest, loads.steps), bool)
     kept = room_for_states(chain)
-    if chain.presliding > 0:
+    if chain.remembers:
         kept = room_for_states(chain, 1 + SUBSTEPS * loads.steps)
     equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept, smallest_step=smallest_step)
     if kept.noted[0] > len(kept.row) > 0:
         kept = room_for_states(chain, int(kept.noted[0]))
-        equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept)
+        equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept, smallest_step=smallest_step)
     good = ~np.isnan(equilibria.angle[:, -1])
-    if chain.presliding > 0:
+    if chain.remembers:
         return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))
     row = 1 + np.flatnonzero(good)
     nothing = np.zeros((len(row), *chain.offset.shape))

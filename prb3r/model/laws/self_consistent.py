@@ -70,7 +70,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
     if eigenvalue:
         states = solve_chain(*along.under(moment), from_rest=along.begins, eigenvalue=True)
-    if chain.presliding:  # what follows an unclosed step is another path
+    if chain.remembers:  # what follows an unclosed step is another path
         for first in np.flatnonzero(~closed):
             end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
             closed[first:end] = False
