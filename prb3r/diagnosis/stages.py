@@ -24,6 +24,7 @@ from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     found_before,
+    never_unloaded,
     noisy,
     not_predicted,
     scattered,
@@ -198,6 +199,7 @@ def check(searched: Searched) -> Investigation:
             *doubted.recording.remarks,
             *strained(choice.fitted),
             *found_before(doubted.search.assumed, choice),
+            *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
             *wrong_weights(training, choice.doubts.weights),

@@ -77,10 +77,12 @@ def steps_of(name: str) -> list[dict]:
     return rows
 
 
-def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad")) -> Path:
+def write_recording(
+    folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad"), friction: float = MU
+) -> Path:
     """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers."""
     rng = np.random.default_rng(seed)
-    true = manipulator(E * 1.05, MU * 0.9, hidden)
+    true = manipulator(E * 1.05, friction * 0.9, hidden)
     frame = (rng.normal(0, 0.005), *rng.normal(0, 0.002, 2))
     noise = {"x_m": 3e-4, "y_m": 3e-4, "angle_rad": 0.005, "bend_rad": 0.005}
     steps, markers = [], []
@@ -106,7 +108,7 @@ def write_recording(folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
     described |= {"tolerance": EXACT}
     (folder / "recording.toml").write_text(toml_text(described))
-    (folder / "manipulator.toml").write_text(toml_text(manipulator()))
+    (folder / "manipulator.toml").write_text(toml_text(manipulator(friction=friction)))
     pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
     pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
     return folder
@@ -120,6 +122,7 @@ class Case:
     read: tuple[str, ...] = ("x_m", "y_m", "angle_rad")
     without: frozenset[str] = frozenset()
     seed: int = 0
+    friction: float = MU
 
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
@@ -134,7 +137,7 @@ UNEXPLAINED = Case(
 def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
-        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read))
+        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read, case.friction))
 
 
 def rival_of(found: Investigation) -> Fit:
@@ -155,7 +158,7 @@ def diagnosed(case: Case = Case()) -> Diagnosis:
     """Computed by one of the processes that test side by side, for all of them."""
     if SHARED not in os.environ:
         return tell(investigated(case))
-    content = repr((case.hidden, case.read, sorted(case.without), case.seed))
+    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction))
     path = Path(os.environ[SHARED]) / hashlib.sha256(content.encode()).hexdigest()
     with once_at_a_time(path.with_suffix(".lock")):
         if not path.exists():

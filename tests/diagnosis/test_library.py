@@ -132,6 +132,25 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     )
 
 
+def test_loops_are_suspected_where_a_plate_is_bent_back(rubbing):
+    """Loading to either side is no unloading, however the steps of sequences lie side by side."""
+    begins, count = rubbing.recording.begins, rubbing.recording.loads.steps
+    number = np.arange(count) - np.maximum.accumulate(np.where(begins, np.arange(count), 0)) + 1
+    side = np.where(np.cumsum(begins) % 2, 1.0, -1.0)
+    grows = (side * number)[:, None] * np.array([0.02, 0.01, 0.01, -0.01, 0.0, 0.03])
+    assert names(rubbing, "hysteretic_plate") == ["hysteretic_plate"]
+    assert not names(rubbing._replace(bend=grows), "hysteretic_plate")
+    back = grows.copy()
+    back[3, 5] = grows[1, 5]
+    assert number[3] == 4
+    assert names(rubbing._replace(bend=back), "hysteretic_plate") == ["hysteretic_plate"]
+    lost = back.copy()
+    lost[3] = np.nan
+    assert not names(rubbing._replace(bend=lost), "hysteretic_plate")
+    assert freed(rubbing, "hysteretic_plate")[()] == ["yield_strain", "slipping_share"]
+    assert freed(scope(segment=bare_sections()), "hysteretic_plate")[()] == ["yield_per_m", "slipping_share"]
+
+
 def test_what_a_rig_has_once_is_not_suspected_where_it_is_known(rubbing):
     known = [
         {"kind": "nonlinear_plate", "law": "cubic", "cubic_m2": 1e-3},

@@ -10,9 +10,10 @@ from prb3r.diagnosis.library.suspect import Estimate, Occurrence
 
 
 def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
-    """Hinges at the clamps are nodes more, a dead cable is another routing, the others are rules of friction."""
+    """Hinges at the clamps are nodes more, a dead cable is another routing; the others are rules of friction, or plates
+    that remember."""
     structural = {hypothesis.kind for hypothesis, _ in library if hypothesis.structural}
-    assert structural == {"clamp_compliance", "dead_cable", "slip_history", "edge_wrap"}
+    assert structural == {"clamp_compliance", "dead_cable", "slip_history", "edge_wrap", "hysteretic_plate"}
     assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
     assert {h.kind for h, _ in library if not h.mechanical} == {"camera_scale", "lens_distortion"}
 
@@ -42,6 +43,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"law": "smooth", "side": "negative"},
             {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
             "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",
+        ),
+        (
+            "hysteretic_plate",
+            {},
+            {"yield_strain": (0.006, 0.005, 0.007), "slipping_share": (0.3, 0.2, 0.4)},
+            "beyond a strain of 0.6 (0.5 to 0.7) % a share of 0.3 (0.2 to 0.4) of their stiffness slips",
         ),
         (
             "notch_closing",

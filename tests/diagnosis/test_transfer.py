@@ -39,6 +39,19 @@ def test_a_bending_law_carries_over_as_strain(law):
     assert SUSPECTS["nonlinear_plate"].transfer(moved, there, here) == effect
 
 
+def test_loops_carry_over_as_strain():
+    here, there = recorded(Case(hidden=())).manipulator, other_design(2.0)
+    curved = EFFECT_KINDS["hysteretic_plate"](kind="hysteretic_plate", slipping_share=0.4, yield_per_m=2.0)
+    transfer = SUSPECTS["hysteretic_plate"].transfer
+    moved = transfer(curved, here, there)
+    assert moved.yield_per_m * there.outer_fibre[0] == pytest.approx(curved.yield_per_m * here.outer_fibre[0])
+    assert transfer(curved, here, here) == curved
+    strained = EFFECT_KINDS["hysteretic_plate"](kind="hysteretic_plate", slipping_share=0.4, yield_strain=1e-3)
+    assert transfer(strained, here, there) == strained
+    unknown = Manipulator.model_validate(here.model_dump(exclude_none=True) | {"segment": bare_sections()})
+    assert "needs outer_fibre_m" in transfer(curved, here, unknown)
+
+
 def test_a_bending_law_stays_where_no_fibre_is_known():
     here, there = recorded(Case(hidden=())).manipulator, other_design()
     unknown = there.model_dump(exclude_none=True)

@@ -64,6 +64,36 @@ def test_a_knee_in_strain_is_one_of_the_material_whatever_the_section(law):
             assert found[plates] == pytest.approx(np.sign(moment) * np.full(2, curvature), rel=1e-9)
 
 
+@pytest.mark.parametrize("given", ["curvature", "strain"])
+def test_slip_in_plates_begins_at_a_curvature_or_at_a_strain_of_the_outermost_fibre(given):
+    """One element under a moment that only grows: EI up to there, 1 - share of it beyond, whatever the section."""
+    share, strain, curvature = 0.7, 1.2e-3, 3.0
+    begins = {"yield_per_m": curvature} if given == "curvature" else {"yield_strain": strain}
+    rig = manipulator(
+        {"kind": "hysteretic_plate", "slipping_share": share} | begins, segment=TWO_SECTIONS, model="elastica"
+    )
+    for moment in (0.5, -1.0):
+        found = bent(rig, moment)
+        for plates, rigidity, fibre in ((slice(0, 2), 0.24, 4e-4), (slice(2, 4), 0.1, 2.5e-4)):
+            knee, bare = (curvature if given == "curvature" else strain / fibre), abs(moment) / rigidity
+            expected = bare + max(bare - knee, 0) * (1 / (1 - share) - 1)
+            assert found[plates] == pytest.approx(np.sign(moment) * np.full(2, expected), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({}, "either yield_per_m or yield_strain"),
+        ({"yield_per_m": 1.0, "yield_strain": 1e-3}, "either yield_per_m or yield_strain"),
+        ({"yield_strain": 1e-3}, "outer_fibre_m"),
+        ({"yield_per_m": 1.0, "elements": 4}, "less than or equal to 3"),
+    ],
+)
+def test_hysteresis_that_says_too_little_or_too_much_is_refused(wrong, says):
+    with pytest.raises(ValueError, match=says):
+        manipulator({"kind": "hysteretic_plate", "slipping_share": 0.5} | wrong)
+
+
 def test_a_knee_of_one_side_is_passed_by_bending_to_that_side_alone():
     yields = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 2.0, "ratio": 0.5, "side": "negative"}
     bow = {"kind": "precurvature", "curvature_per_m": 1.0}  # beyond the stress-free curvature counts

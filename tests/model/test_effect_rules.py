@@ -24,6 +24,8 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 1.0},
         {"kind": "nonlinear_plate", "law": "smooth", "knee_per_m": 1.0, "ratio": 1.0, "sharpness": 2.0},
         {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5, "side": "negative"},
+        {"kind": "hysteretic_plate", "slipping_share": 0.0, "yield_per_m": 1.0},
+        {"kind": "hysteretic_plate", "slipping_share": 0.9, "yield_per_m": 50.0, "elements": 2},
         {"kind": "precurvature", "curvature_per_m": 0.0},
         {"kind": "disk_contact", "angle_rad": 1.0, "stiffness_n_m_per_rad": 50.0},
         {"kind": "notch_closing", "factor": 2.0, "stiffness_n_m_per_rad": 50.0},
@@ -73,6 +75,7 @@ def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
         ("edge_wrap", {}, {}),
         ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "cubic", "cubic_m2": 0.002}),
         ("nonlinear_plate", *({"law": "bilinear", "knee_per_m": 1.0, "ratio": ratio} for ratio in (0.5, 2.0))),
+        ("hysteretic_plate", *({"slipping_share": share, "yield_per_m": 1.0} for share in (0.3, 0.5))),
         ("disk_contact", *({"angle_rad": angle, "stiffness_n_m_per_rad": 50.0} for angle in (0.01, 0.03))),
     ],
 )

@@ -163,7 +163,7 @@ class JointFit:
     @property
     def costly(self) -> bool:
         """Whether a prediction is slow, as states follow the load path."""
-        return any(solved.chain.remembers for solved in self.solved)
+        return any(solved.chain.presliding > 0 for solved in self.solved)
 
     @property
     def covariance(self) -> np.ndarray:

@@ -212,7 +212,7 @@ class Fit:
     @property
     def costly(self) -> bool:
         """Whether a prediction is slow, as states follow the load path where else each stands alone."""
-        return self.solved.chain.remembers
+        return self.solved.chain.presliding > 0
 
     @property
     def balanced(self) -> bool:

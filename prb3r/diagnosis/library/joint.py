@@ -18,6 +18,7 @@ Group = Literal["material", "friction"]
 IN_COMMON: Mapping[str, tuple[Group, tuple[str, ...] | None]] = MappingProxyType(
     {
         "nonlinear_plate": ("material", None),
+        "hysteretic_plate": ("material", None),
         "notch_closing": ("material", ("factor",)),  # how hard edges touch depends on their place
         "cable_friction": ("friction", None),
         "slip_history": ("friction", None),
@@ -27,7 +28,7 @@ IN_COMMON: Mapping[str, tuple[Group, tuple[str, ...] | None]] = MappingProxyType
 """Kinds that rigs may share, with what makes them do so and which parameters; None: all."""
 CONSTANT_GROUPS: Mapping[str, Group] = MappingProxyType({"log_stiffness": "material", "log_friction": "friction"})
 """Constants that rigs may share."""
-IN_CURVATURE = frozenset({"knee_per_m", "cubic_m2"})
+IN_CURVATURE = frozenset({"knee_per_m", "cubic_m2", "yield_per_m"})
 """Parameters of bending laws that mean the same on equal sections only."""
 
 

@@ -4,11 +4,23 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.bending import (
+    as_strain,
+    law_free,
+    law_places,
+    law_probes,
+    loop_free,
+    loop_probes,
+    loops_as_strain,
+    said_of_law,
+    said_of_loops,
+    toward,
+)
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_A_PART, Occurrence, Suspect, as_it_is, left_behind, with_the_same
-from prb3r.model.effects.base import SIDES, Effect
-from prb3r.model.effects.plates import NonlinearPlate, closing_angles
+from prb3r.model.effects.base import SIDES
+from prb3r.model.effects.plates import closing_angles
 from prb3r.model.manipulator import Manipulator
 
 OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
@@ -19,79 +31,6 @@ CLOSING_FACTOR = 0.5, 2.0
 def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
     """From a twentieth, a plate cracked nearly through, to twentyfold, one 2.7 times as thick; mostly within 1.7."""
     return (Free("factor", 1.0, 0.05, 20.0, log=True, sd=0.5),)
-
-
-def _laws(scope: Scope) -> Iterator[Place]:
-    """Both sides alike, and where plates bend to both, one side alone."""
-    yield {"law": "cubic"}
-    for law in ("bilinear", "smooth"):
-        yield {"law": law}
-        if len(scope.sides) == 2:
-            yield from ({"law": law, "side": side} for side in scope.sides)
-
-
-def _law(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """In units of the largest curvature K, or of the largest strain where every plate's outer fibre is known: a law is
-    felt within it.
-
-    The cubic term reaches 100 times the linear one at K; a knee lies between K / 50, where the law is linear in all but
-    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.  A sharpness of 1
-    has no knee to speak of; beyond 20 it is one with corners.
-    """
-    k = scope.curvature
-    if place["law"] == "cubic":
-        return (Free("cubic_m2", 0.0, 0.0, 100 / k**2, scale=1 / k**2),)
-    name, most = ("knee_strain", scope.strain) if scope.in_strain else ("knee_per_m", k)
-    bilinear = Free(name, most / 2, most / 50, most, log=True), Free("ratio", 1.0, 0.02, 10.0, log=True)
-    return bilinear if place["law"] == "bilinear" else (*bilinear, Free("sharpness", 3.0, 1.0, 20.0, log=True))
-
-
-def _law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there."""
-    if place["law"] == "cubic":
-        return ()
-    most = scope.strain if scope.in_strain else scope.curvature
-    rest = (3.0,) if place["law"] == "smooth" else ()
-    return tuple((share * most, ratio, *rest) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
-
-
-def _law_sentence(fitted: Occurrence) -> str:
-    if fitted.place["law"] == "cubic":
-        return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {fitted.size} m^2."
-    ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
-    how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
-    knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
-    smooth = fitted.estimates.get("sharpness")
-    gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
-    return f"The plates {how} beyond {knee}{_toward(fitted)}, to {ratio} of their stiffness{gently}."
-
-
-def _toward(fitted: Occurrence) -> str:
-    side = fitted.place.get("side")
-    return f" where they bend toward {side} offsets" if side else ""
-
-
-def _as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is."""
-    assert isinstance(effect, NonlinearPlate)
-    if _sections(here) == _sections(there):
-        return effect
-    fibre, other = here.outer_fibre, there.outer_fibre
-    known = np.isfinite(other).all() and (effect.knee_strain is not None or np.isfinite(fibre).all())
-    if not known:
-        return f"{effect.kind}: carries over as strain, which needs outer_fibre_m in both manipulator files"
-    if effect.knee_strain is not None:
-        return effect
-    ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
-    if effect.law == "cubic":
-        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
-    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
-
-
-def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:
-    """What bends in each segment: dimensions, or stiffness and outer fibre."""
-    names = "width_m", "thickness_m", "bending_stiffness_n_m2", "outer_fibre_m"
-    return {tuple(getattr(segment, name) for name in names) for segment in manipulator.segment}
 
 
 def _bent_plates(scope: Scope) -> Iterator[Place]:
@@ -165,7 +104,7 @@ def _closing_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]
 def _closing_sentence(fitted: Occurrence) -> str:
     factor, stiffness = fitted.estimates["factor"], fitted.estimates["stiffness_n_m_per_rad"]
     return (
-        f"The notches close{_toward(fitted)} at {factor} times the bend that length, cable arm and outer fibre give, "
+        f"The notches close{toward(fitted)} at {factor} times the bend that length, cable arm and outer fibre give, "
         f"and their edges then add {stiffness} N m/rad."
     )
 
@@ -216,11 +155,20 @@ PLATE_SUSPECTS = (
     ),
     Suspect(
         "nonlinear_plate",
-        _law_sentence,
-        _as_strain,
-        places=_laws,
-        free=_law,
-        probes=_law_probes,
+        said_of_law,
+        as_strain,
+        places=law_places,
+        free=law_free,
+        probes=law_probes,
+    ),
+    Suspect(
+        "hysteretic_plate",
+        said_of_loops,
+        loops_as_strain,
+        places=lambda scope: whole_rig_if(scope.unloads),  # while plates only load they are as those that soften
+        free=loop_free,
+        probes=loop_probes,
+        presence=0.05,  # plates of spring steel, as most are, do not
     ),
     Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
     Suspect(

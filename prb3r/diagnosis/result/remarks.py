@@ -10,9 +10,11 @@ from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Recording
 
 NEIGHBOURHOOD = 10.0
@@ -67,6 +69,19 @@ def found_before(assumed: Assumed, choice: Choice) -> list[str]:
             how = "these data contradict it" if contradicted else f"these data do not tell it (probability {share:.2g})"
             remarks.append(f"assumed, but not found again: {hypothesis.name}: {how}")
     return remarks
+
+
+def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
+    """That plates which soften may as well dissipate, where no sequence unloads and could tell; nothing elsewhere."""
+    suspected = any(hypothesis.kind == "hysteretic_plate" for hypothesis in library)
+    bilinear = [effect.ratio for effect in choice.fitted.effects if isinstance(effect, NonlinearPlate)]
+    softens = any(ratio is not None and ratio < 1 for ratio in bilinear)
+    if suspected or not softens:
+        return []
+    return [
+        "plates that soften (nonlinear_plate) and plates that dissipate (hysteretic_plate) are alike here, as no "
+        "sequence bends a plate back: unload in steps to tell them apart"
+    ]
 
 
 CONSTANT_NAMES = {

@@ -46,7 +46,7 @@ class Search:
 def examine(fitted: Fit, search: Search) -> Scores:
     """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
     rest = [hypothesis for hypothesis in search.library if hypothesis not in fitted.model.hypotheses]
-    history = fitted.solved.chain.remembers
+    history = fitted.solved.chain.presliding > 0
     share = TESTED_TOGETHER if history else max(len(rest), 1)
     tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]
     parts = (search.apply if history else serially)(_alternatives, tasks)

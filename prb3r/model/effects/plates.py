@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from prb3r.mechanics.chain import Chain, Contact, Law
+from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Contact, Hysteresis, Law
 from prb3r.mechanics.plate import with_end_hinges
 from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side
 from prb3r.model.files.numbers import NonNegative, Positive
@@ -78,6 +78,38 @@ class NonlinearPlate(Effect):
         """A strain needs to know where it is."""
         if self.knee_strain is not None and np.isnan(manipulator.outer_fibre).any():
             yield f"effect {self.kind}: knee_strain needs outer_fibre_m (or thickness_m) of every segment"
+
+
+class HystereticPlate(Effect):
+    """The plates dissipate as they bend to and fro (superelastic, laminated or plastic ones): `slipping_share` of their
+    stiffness is carried by `elements` (1 to 3, absent: 1) equal Jenkin elements, each a spring that slips from a bend
+    of its own on: for m of them 1/m, 3/m ... (2m - 1)/m of the curvature `yield_per_m`, or of that at which the
+    outermost fibre is strained by `yield_strain`. The rest of the stiffness follows the plates' law. A sequence begins
+    with plates that were never bent. As long as they are only loaded, one element is the bilinear law with its knee
+    there and the ratio 1 - `slipping_share`."""
+
+    kind: Literal["hysteretic_plate"]
+    once: ClassVar[bool] = True
+    slipping_share: Annotated[float, Field(ge=0, le=0.95)]
+    yield_per_m: Positive | None = None
+    yield_strain: Positive | None = None
+    elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> HystereticPlate:
+        if (self.yield_per_m is None) == (self.yield_strain is None):
+            raise ValueError("hysteresis takes either yield_per_m or yield_strain")
+        return self
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        curvature = self.yield_per_m if self.yield_strain is None else self.yield_strain / manipulator.outer_fibre
+        slips = Hysteresis(self.slipping_share, np.full(chain.plates, curvature), self.elements or 1)
+        return chain._replace(hysteresis=slips)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        """A strain needs to know where it is."""
+        if self.yield_strain is not None and np.isnan(manipulator.outer_fibre).any():
+            yield f"effect {self.kind}: yield_strain needs outer_fibre_m (or thickness_m) of every segment"
 
 
 class Precurvature(Effect):

@@ -21,6 +21,9 @@ class Rig(NamedTuple):
     law_first: np.ndarray  # (n, 2) c, or the knee; bending toward negative and toward positive offsets
     law_second: float  # ratio
     law_third: float  # sharpness
+    loop_share: float  # of the stiffness that slips
+    loop_yield: np.ndarray  # (n,) curvature from which it does, on average over the springs
+    loop_springs: int  # that share it, all of one stiffness; 0: nothing slips
     compliance: float  # of the hinge at each end of each arc
     contact_angle: np.ndarray  # (n, 2) as above
     contact_stiffness: np.ndarray  # (n, 2)
@@ -40,6 +43,14 @@ class Slips(NamedTuple):
 
     state: np.ndarray  # -1 drawn in, +1 paid out
     sticking: np.ndarray  # whether the state follows the cable's length
+
+
+class Bent(NamedTuple):
+    """What plates remember at every station along their arcs, (n, stations, 2 + springs) both: moment, curvature beyond
+    the stress-free one, and the moment of each spring that may slip."""
+
+    before: np.ndarray
+    after: np.ndarray
 
 
 class Pulls(NamedTuple):

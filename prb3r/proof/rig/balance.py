@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import Forces, Rig
+from prb3r.proof.rig.arrays import Bent, Forces, Rig, Slips
 from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import imbalance, lengths_beyond
 
@@ -46,11 +46,12 @@ class LoadRamp(NamedTuple):
         return AppliedLoads(*((1 - share) * a + share * b for a, b in zip(*self, strict=True)))
 
 
-class HoleStates(NamedTuple):
-    """What the holes remember: slip state and cable length beyond each, (n, m) both."""
+class RigMemory(NamedTuple):
+    """Slip state of each hole and cable length beyond it, (n, m) both, and what the plates remember (`Bent.after`)."""
 
     slip: np.ndarray
     beyond: np.ndarray
+    bent: np.ndarray
 
     def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
         """Slip states (n, m) that follow the cables' lengths without limit."""
@@ -58,10 +59,10 @@ class HoleStates(NamedTuple):
 
 
 class RigBalance(NamedTuple):
-    """A balance: end poses of the plates (n, 3), what its holes remember, span tensions (n, m) in N."""
+    """A balance: end poses of the plates (n, 3), what the rig remembers, span tensions (n, m) in N."""
 
     ends: np.ndarray
-    holes: HoleStates
+    memory: RigMemory
     tension: np.ndarray
 
 
@@ -74,31 +75,32 @@ def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Fo
     )
 
 
-def find_balance(rig: Rig, forces: Forces, holes: HoleStates, guess: np.ndarray, elements: int) -> RigBalance | None:
-    """The balance near `guess` (n, 3) at the end of a sub-step that began with `holes`; None if there is none.
+def find_balance(rig: Rig, forces: Forces, memory: RigMemory, guess: np.ndarray, elements: int) -> RigBalance | None:
+    """The balance near `guess` (n, 3) at the end of a sub-step that began with `memory`; None if there is none.
 
     `elements` : steps along the arc of each plate.
     """
-    quick = _iterate(rig, forces, holes, guess, elements, careful=False)
+    quick = _iterate(rig, forces, memory, guess, elements, careful=False)
     if quick is not None or not np.isfinite(rig.presliding):
         return quick
-    return _iterate(rig, forces, holes, guess, elements, careful=True)
+    return _iterate(rig, forces, memory, guess, elements, careful=True)
 
 
 @np.errstate(all="ignore")
 def _iterate(
-    rig: Rig, forces: Forces, holes: HoleStates, ends: np.ndarray, elements: int, careful: bool
+    rig: Rig, forces: Forces, memory: RigMemory, ends: np.ndarray, elements: int, careful: bool
 ) -> RigBalance | None:
     """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
     lengths = rig.arc + 2 * rig.clamp
     scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
-    slip = holes.slip_at(rig, ends)
-    sticking, moved = np.abs(slip) < 1, np.inf
+    slip = memory.slip_at(rig, ends)
+    sticking, moved, bent = np.abs(slip) < 1, np.inf, Bent(memory.bent, np.empty_like(memory.bent))
     for _ in range(ITERATIONS + 2 * slip.size if careful else ITERATIONS):
-        gap, tangent, tension = imbalance(rig, forces, np.clip(slip, -1, 1), sticking, ends, elements)
+        slips = Slips(np.clip(slip, -1, 1), sticking)
+        gap, tangent, tension = imbalance(rig, forces, slips, bent, ends, elements)
         error = np.abs(gap / scale).max()
         if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
-            return RigBalance(ends, HoleStates(np.clip(slip, -1, 1), lengths_beyond(rig, ends)), tension)
+            return RigBalance(ends, RigMemory(slips.state, lengths_beyond(rig, ends), bent.after), tension)
         if not np.isfinite(error):
             return None
         try:
@@ -107,13 +109,13 @@ def _iterate(
             return None
         moved = np.abs(move / scale).max()
         move = move * min(1, LARGEST_MOVE / moved)
-        after = holes.slip_at(rig, ends + move)
+        after = memory.slip_at(rig, ends + move)
         if careful:
             part, hole = _first_change(slip, after, sticking)
             if part < 1:
                 move = move * max(part, 0)
                 sticking[hole] ^= True
-                after = holes.slip_at(rig, ends + move)
+                after = memory.slip_at(rig, ends + move)
         else:
             sticking = np.abs(after) < 1
         ends, slip = ends + move, after
@@ -130,16 +132,20 @@ def _first_change(slip: np.ndarray, after: np.ndarray, sticking: np.ndarray) -> 
 
 
 def rest(built: BuiltRig, nothing: AppliedLoads, elements: int) -> RigBalance | None:
-    """No applied load, the constant effects raised from nothing, no slip at any hole; None if that has no balance."""
+    """No applied load, the constant effects raised from nothing, no slip at any hole; None if that has no balance.
+
+    Plates have not been bent before.
+    """
     rig = built.rig._replace(presliding=np.inf)
     zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
-    holes = HoleStates(zero, zero)
-    state = RigBalance(np.stack([lengths, 0 * lengths, 0 * lengths], 1), holes, zero)
+    stations = 2 * elements + 1 if rig.loop_springs else 1
+    memory = RigMemory(zero, zero, np.zeros((len(lengths), stations, 2 + rig.loop_springs)))
+    state = RigBalance(np.stack([lengths, 0 * lengths, 0 * lengths], 1), memory, zero)
     done, share = 0.0, 1.0
     while done < 1:
         to = min(done + share, 1)
         raised = rig._replace(rest=to * rig.rest)
-        after = find_balance(raised, forces_of(built, nothing, to), holes, state.ends, elements)
+        after = find_balance(raised, forces_of(built, nothing, to), state.memory, state.ends, elements)
         if after is not None:
             done, state = to, after
         elif share < SHORTEST_SUBSTEP:

@@ -47,6 +47,11 @@ class Draft:
     """Ratio of stiffness."""
     law_third: float = np.inf
     """Sharpness of a knee."""
+    loop_share: float = 0.0
+    """Of the stiffness, that slips."""
+    loop_yield: np.ndarray | float = np.inf
+    """(n,) curvature from which it does, 1/m."""
+    loop_springs: int = 0
     compliance: float = 0.0
     """Of a hinge at each end of each arc, rad/(N m)."""
     contact_angle: np.ndarray = field(init=False)

@@ -13,62 +13,27 @@ its proximal end, answers with an end pose; equilibrium is where the answer is t
 import numpy as np
 from numba import njit
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW, Pulls, Slips
+from prb3r.proof.rig.arrays import Pulls
+from prb3r.proof.rig.bending import bent_on, curvature
 
 CLEARANCE_BEND = 0.005
 """Bend over which a cable changes over to the other side of its holes, rad."""
-SMOOTH_ITERATIONS = 60
-"""Of Newton for a curvature; a knee passed a hundredfold takes about ten."""
 
 
 @njit(cache=True)
-def smooth_curvature(bare, knee, ratio, sharpness):
-    """Curvature and its derivative where its stiffness changes smoothly, by `bare`, that of a plate which keeps it.
+def _along(plate, wrench, station, z, rate):
+    """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench.
 
-    Newton's iteration from `bare` runs to the root from one side, as the law bends one way.
+    `station` : state before and after, of a plate that remembers.
     """
-    k, slope = bare, 1.0
-    for _ in range(SMOOTH_ITERATIONS):
-        passed = (k / knee) ** sharpness
-        share = (1 - ratio) * (1 + passed) ** (-1 / sharpness)
-        slope = ratio + share / (1 + passed)
-        move = (bare - k * (ratio + share)) / slope
-        k += move
-        if abs(move) < 1e-14 * k:
-            break
-    return k, 1 / slope
-
-
-@njit(cache=True)
-def curvature(moment, rigidity, law, firsts, second, third):
-    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
-    bare = moment / rigidity
-    first = firsts[1] if bare > 0 else firsts[0]
-    if law == CUBIC_LAW and first != 0:
-        root = np.sqrt(3 * abs(first))
-        if first > 0:
-            k = 2 / root * np.sinh(np.arcsinh(1.5 * root * bare) / 3)
-        elif abs(1.5 * root * bare) < 1:
-            k = 2 / root * np.sin(np.arcsin(1.5 * root * bare) / 3)
-        else:
-            k = np.nan
-        return k, 1 / (rigidity * (1 + 3 * first * k**2))
-    excess = abs(bare) - first
-    if law == BILINEAR_LAW and excess > 0:
-        return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
-    if law == SMOOTH_LAW and bare != 0:
-        k, slope = smooth_curvature(abs(bare), first, second, third)
-        return np.sign(bare) * k, slope / rigidity
-    return bare, 1 / rigidity
-
-
-@njit(cache=True)
-def _along(plate, wrench, z, rate):
-    """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench."""
-    clamp, rest, rigidity, law, first, second, third = plate
+    clamp, rest, rigidity, law, first, second, third, loop = plate
     moment, force_x, force_y = wrench
     arm_x, arm_y = z[0] - clamp, z[1]
-    k, softness = curvature(moment - arm_x * force_y + arm_y * force_x, rigidity, law, first, second, third)
+    there = moment - arm_x * force_y + arm_y * force_x
+    if loop[2] > 0:
+        k, softness = bent_on(there, rigidity, loop, station[0], station[1])
+    else:
+        k, softness = curvature(there, rigidity, law, first, second, third)
     cos, sin = np.cos(z[2]), np.sin(z[2])
     rate[0], rate[1], rate[2] = cos, sin, rest + k
     for p in range(3):
@@ -78,27 +43,31 @@ def _along(plate, wrench, z, rate):
 
 
 @njit(cache=True)
-def shape(rig, i, wrench, elements):
+def shape(rig, i, wrench, elements, bent):
     """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent.
 
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
     law = rig.law, rig.law_first[i], rig.law_second, rig.law_third
-    plate = (rig.clamp[i], rig.rest[i], rig.rigidity[i]) + law  # noqa: RUF005 compiled code joins tuples so
+    loop = rig.loop_share, rig.loop_yield[i], rig.loop_springs
+    plate = (rig.clamp[i], rig.rest[i], rig.rigidity[i]) + law + (loop,)  # noqa: RUF005 compiled code joins tuples so
+    apart = 1 if rig.loop_springs > 0 else 0  # stations of half an element, or one for all
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
     load = moment, force_x, force_y
     clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
     z[0], z[2], z[9] = clamp, hinge * moment, hinge
-    for _ in range(elements):
-        _along(plate, load, z, rate)
+    for element in range(elements):
+        here = 2 * element * apart
+        _along(plate, load, (bent.before[i, here], bent.after[i, here]), z, rate)
         for q in range(12):
             mean[q] = rate[q] / 6
         for stage in range(3):
             ahead, weight = (h, 1 / 6) if stage == 2 else (h / 2, 1 / 3)
             for q in range(12):
                 trial[q] = z[q] + ahead * rate[q]
-            _along(plate, load, trial, rate)
+            here = (2 * element + (2 if stage == 2 else 1)) * apart
+            _along(plate, load, (bent.before[i, here], bent.after[i, here]), trial, rate)
             for q in range(12):
                 mean[q] += weight * rate[q]
         for q in range(12):
@@ -223,15 +192,16 @@ def add_dead_loads(rig, forces, ends, wrench, d_wrench):
 
 
 @njit(cache=True)
-def imbalance(rig, forces, slip, sticking, ends, elements):
+def imbalance(rig, forces, slips, bent, ends, elements):
     """Answer minus question (n, 3), its tangent (3n, 3n), and the span tensions (n, m), at given slip states (n, m).
 
-    Where `sticking`, the slip state follows the cable's length beyond the hole, and the tangent knows.
+    Where a hole sticks, its slip state follows the cable's length beyond it, and the tangent knows.  What plates
+    remember is read from `bent.before`; what they would is left in `bent.after`.
     """
     n, m = rig.offset.shape
     wrench, d_wrench, tensions = np.zeros((n, 3)), np.zeros((n, 3, n, 3)), np.zeros((n, m))
     for j in range(m):
-        pull_cable(rig, j, forces.tension[j], Slips(slip, sticking), ends, Pulls(wrench, d_wrench, tensions))
+        pull_cable(rig, j, forces.tension[j], slips, ends, Pulls(wrench, d_wrench, tensions))
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
     gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
     for i in range(n):
@@ -242,7 +212,7 @@ def imbalance(rig, forces, slip, sticking, ends, elements):
             d_wrench[i, 0, i, 2] -= rig.contact_stiffness[i, side]
         wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
         d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
-        answer, softness = shape(rig, i, wrench[i], elements)
+        answer, softness = shape(rig, i, wrench[i], elements, bent)
         gap[i] = answer - ends[i]
         tangent[3 * i : 3 * i + 3] = softness @ d_wrench[i].reshape(3, 3 * n)
     return gap, tangent - np.eye(3 * n), tensions

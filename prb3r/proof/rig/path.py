@@ -9,7 +9,6 @@ import numpy as np
 from prb3r.proof.rig.balance import (
     SHORTEST_SUBSTEP,
     AppliedLoads,
-    HoleStates,
     LoadRamp,
     RigBalance,
     find_balance,
@@ -20,6 +19,8 @@ from prb3r.proof.rig.kernels import poses
 
 LONGEST_SUBSTEP, MOST_SUBSTEPS = 1 / 32, 1500
 """With loading history, in parts of a step, and their number: beyond, the path ends at a limit load."""
+LONGEST_BEND = 1 / 16
+"""Where plates remember and slip is declared: what turns back within a sub-step shows where its halves disagree."""
 EVENT_ERROR, EVENT_TRIALS = 1e-4, 40
 """How exactly in slip state a sub-step ends where a hole begins to slip, and in how many trials."""
 TURNING = 0.1
@@ -41,7 +42,7 @@ class RigPath:
         self.built, self.elements, self.tolerance = built, elements, tolerance
         self.length = (built.rig.arc + 2 * built.rig.clamp + built.rig.disk).sum()
         self.history = np.isfinite(built.rig.presliding)
-        self.longest = LONGEST_SUBSTEP if self.history else 1.0
+        self.longest = LONGEST_SUBSTEP if self.history else LONGEST_BEND if built.rig.loop_springs else 1.0
         self.weight = TURNING * built.rig.friction
         self.weight[:1] += built.rig.pulley
 
@@ -51,11 +52,11 @@ class RigPath:
         """The balance under `loads` after one sub-step from `state`, looked for near `guess`; None if there is none."""
         if state is None:
             return None
-        holes = (
-            state.holes if self.history else HoleStates(np.tile(loads.slip, (len(state.ends), 1)), state.holes.beyond)
-        )
+        memory = state.memory
+        if not self.history:
+            memory = memory._replace(slip=np.tile(loads.slip, (len(state.ends), 1)))
         guess = state.ends if guess is None else guess
-        return find_balance(self.built.rig, forces_of(self.built, loads), holes, guess, self.elements)
+        return find_balance(self.built.rig, forces_of(self.built, loads), memory, guess, self.elements)
 
     def equal_substeps(self, state: RigBalance | None, ramp: LoadRamp, count: int) -> RigBalance | None:
         """The balance at the end of a ramp in `count` equal sub-steps."""
@@ -125,8 +126,8 @@ class RigPath:
 
     def overshoot(self, before: RigBalance, after: RigBalance) -> float:
         """How far the first hole is beyond the slip state at which it begins to slip; negative: none is."""
-        old = before.holes.slip
-        new = old + (after.holes.beyond - before.holes.beyond) / self.built.rig.presliding
+        old = before.memory.slip
+        new = old + (after.memory.beyond - before.memory.beyond) / self.built.rig.presliding
         up = np.where(old < 1 - EVENT_ERROR, new - 1, -1)
         down = np.where(old > EVENT_ERROR - 1, -1 - new, -1)
         return np.maximum(up, down)[self.weight > 0].max(initial=-1)
@@ -139,9 +140,9 @@ class RigPath:
             return 0.5
         if not self.history:
             return 1.0
-        presliding, old = self.built.rig.presliding, before.holes.slip
-        middle = (half.holes.beyond - before.holes.beyond) / presliding
-        last = (whole.holes.beyond - before.holes.beyond) / presliding
+        presliding, old = self.built.rig.presliding, before.memory.slip
+        middle = (half.memory.beyond - before.memory.beyond) / presliding
+        last = (whole.memory.beyond - before.memory.beyond) / presliding
         slope, bow = 4 * middle - last, 2 * last - 4 * middle  # of the parabola through the three
         turning = np.divide(-slope, 2 * bow, out=np.ones_like(bow), where=bow != 0)
         turning = np.where((turning > 0) & (turning < 1), turning, 1.0)
@@ -156,5 +157,5 @@ class RigPath:
     def apart(self, a: RigBalance, b: RigBalance) -> float:
         """Largest distance of two balances, in parts of the length."""
         shape = np.abs(poses(self.built.rig, a.ends) - poses(self.built.rig, b.ends))[:, :2].max() / self.length
-        slip = self.weight * np.abs(a.holes.slip - b.holes.slip)
+        slip = self.weight * np.abs(a.memory.slip - b.memory.slip)
         return max(shape, slip.max(initial=0) if self.history else 0.0)

@@ -100,7 +100,7 @@ def simulate(
         if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*ramp, strict=True))):
             state = path.equal_substeps(state, ramp, substeps) if substeps else path.adaptive(state, ramp)
         if state is not None:
-            pose[k], tension[k], slip[k] = poses(built.rig, state.ends), state.tension, state.holes.slip
+            pose[k], tension[k], slip[k] = poses(built.rig, state.ends), state.tension, state.memory.slip
     x, y, angle = np.moveaxis(pose, 2, 0)
     return RigStates(x, y, angle, np.isfinite(x[:, 0]), tension, slip)
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, LINEAR_LAW, SMOOTH_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions, RigPlace
 from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, several, size
@@ -119,6 +119,23 @@ def _follow_law(draft: Draft, law, side=None, **numbers):
     draft.law_second, draft.law_third = numbers["ratio"], numbers.get("sharpness", np.inf)
 
 
+def _few(value: object, _: Draft) -> str:
+    return "" if value in (1, 2, 3) else f"must be 1, 2 or 3, not {value!r}"
+
+
+def _dissipate(draft: Draft, slipping_share, yield_per_m=None, yield_strain=None, elements=1):
+    """A share of the stiffness in springs that slip; each begins at a curvature of its own."""
+    if (yield_per_m is None) == (yield_strain is None):
+        raise ValueError("hysteresis takes either yield_per_m or yield_strain")
+    if yield_strain is not None and np.isnan(draft.fibre).any():
+        raise ValueError("yield_strain needs the outer fibre of every plate")
+    if draft.law != LINEAR_LAW:
+        raise ValueError("the rig has no hysteretic_plate beside nonlinear_plate")
+    if slipping_share > 0:
+        draft.loop_share, draft.loop_springs = slipping_share, elements
+        draft.loop_yield = yield_per_m if yield_strain is None else yield_strain / draft.fibre
+
+
 def _nonlinear(given: Conditions) -> Iterator[Candidate]:
     cubic = lambda u: {"cubic_m2": u / given.curvature**2}  # noqa: E731
     yield Candidate((("law", "cubic"),), cubic, 0, 3.0, variant="cubic")  # four times the moment at the largest bend
@@ -212,6 +229,17 @@ PLATE_RECORDS = (
         once=True,
         reshaped=_knee_anew,
         twins=_contact_there,
+    ),
+    Record(
+        "hysteretic_plate",  # not drawn: labels stay as they were
+        _dissipate,
+        (
+            size("slipping_share", number_in(0, 0.95)),
+            size("yield_per_m", POSITIVE, Scale.LOGARITHM, optional=True),
+            size("yield_strain", POSITIVE, Scale.LOGARITHM, optional=True),
+            size("elements", _few, optional=True),
+        ),
+        once=True,
     ),
     Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9),
 )

@@ -1,0 +1,127 @@
+"""Laws of bending as suspects: plates that soften, stiffen or dissipate; where, how much, and what carries over."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope
+from prb3r.diagnosis.library.suspect import Occurrence
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
+from prb3r.model.manipulator import Manipulator
+
+NEEDS_FIBRE = "carries over as strain, which needs outer_fibre_m in both manipulator files"
+
+
+def law_places(scope: Scope) -> Iterator[Place]:
+    """Both sides alike, and where plates bend to both, one side alone."""
+    yield {"law": "cubic"}
+    for law in ("bilinear", "smooth"):
+        yield {"law": law}
+        if len(scope.sides) == 2:
+            yield from ({"law": law, "side": side} for side in scope.sides)
+
+
+def law_free(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """In units of the largest curvature K, or of the largest strain where every plate's outer fibre is known: a law is
+    felt within it.
+
+    The cubic term reaches 100 times the linear one at K; a knee lies between K / 50, where the law is linear in all but
+    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.  A sharpness of 1
+    has no knee to speak of; beyond 20 it is one with corners.
+    """
+    k = scope.curvature
+    if place["law"] == "cubic":
+        return (Free("cubic_m2", 0.0, 0.0, 100 / k**2, scale=1 / k**2),)
+    name, most = ("knee_strain", scope.strain) if scope.in_strain else ("knee_per_m", k)
+    bilinear = Free(name, most / 2, most / 50, most, log=True), Free("ratio", 1.0, 0.02, 10.0, log=True)
+    return bilinear if place["law"] == "bilinear" else (*bilinear, Free("sharpness", 3.0, 1.0, 20.0, log=True))
+
+
+def law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there."""
+    if place["law"] == "cubic":
+        return ()
+    most = scope.strain if scope.in_strain else scope.curvature
+    rest = (3.0,) if place["law"] == "smooth" else ()
+    return tuple((share * most, ratio, *rest) for share in (0.3, 0.55, 0.8) for ratio in (0.7, 1.4))
+
+
+def said_of_law(fitted: Occurrence) -> str:
+    """What a law means to who reads the diagnosis."""
+    if fitted.place["law"] == "cubic":
+        return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {fitted.size} m^2."
+    ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
+    how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
+    knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
+    smooth = fitted.estimates.get("sharpness")
+    gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
+    return f"The plates {how} beyond {knee}{toward(fitted)}, to {ratio} of their stiffness{gently}."
+
+
+def toward(fitted: Occurrence) -> str:
+    """The side to which plates bend for an effect, as part of a sentence; empty where it is of both."""
+    side = fitted.place.get("side")
+    return f" where they bend toward {side} offsets" if side else ""
+
+
+def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is."""
+    assert isinstance(effect, NonlinearPlate)
+    if _sections(here) == _sections(there):
+        return effect
+    fibre, other = here.outer_fibre, there.outer_fibre
+    known = np.isfinite(other).all() and (effect.knee_strain is not None or np.isfinite(fibre).all())
+    if not known:
+        return f"{effect.kind}: {NEEDS_FIBRE}"
+    if effect.knee_strain is not None:
+        return effect
+    ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
+    if effect.law == "cubic":
+        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
+    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
+
+
+def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:
+    """What bends in each segment: dimensions, or stiffness and outer fibre."""
+    names = "width_m", "thickness_m", "bending_stiffness_n_m2", "outer_fibre_m"
+    return {tuple(getattr(segment, name) for name in names) for segment in manipulator.segment}
+
+
+def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Slip begins as knees do, between a fiftieth of the largest curvature (or strain) and all of it; a share from a
+    fiftieth, a loop as thin, to nine tenths, where plates hardly spring back."""
+    name, most = ("yield_strain", scope.strain) if scope.in_strain else ("yield_per_m", scope.curvature)
+    share = Free("slipping_share", 0.3, 0.02, 0.9, log=True)
+    return Free(name, most / 2, most / 50, most, log=True), share
+
+
+def loop_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Slip that begins low, in the middle and high in the range of curvatures."""
+    most = scope.strain if scope.in_strain else scope.curvature
+    return tuple((part * most, 0.3) for part in (0.15, 0.4, 0.7))
+
+
+def said_of_loops(fitted: Occurrence) -> str:
+    """What loops mean to who reads the diagnosis."""
+    strain = fitted.estimates.get("yield_strain")
+    bend = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
+    return (
+        f"The plates dissipate as they bend to and fro: beyond {bend} a share of {fitted.estimates['slipping_share']} "
+        "of their stiffness slips, and unloading runs beside loading: look for superelastic, laminated or plastic "
+        "plates."
+    )
+
+
+def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """As a bending law carries over."""
+    assert isinstance(effect, HystereticPlate)
+    if _sections(here) == _sections(there):
+        return effect
+    fibre, other = here.outer_fibre, there.outer_fibre
+    if not np.isfinite(other).all() or (effect.yield_strain is None and not np.isfinite(fibre).all()):
+        return f"{effect.kind}: {NEEDS_FIBRE}"
+    if effect.yield_per_m is None:
+        return effect
+    return effect.model_copy(update={"yield_per_m": effect.yield_per_m * float(np.mean(fibre) / np.mean(other))})

@@ -1,0 +1,81 @@
+"""Compiled laws of the rig's plates: the curvature under a moment."""
+
+import numpy as np
+from numba import njit
+
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
+
+SMOOTH_ITERATIONS = 60
+"""Of Newton for a curvature; a knee passed a hundredfold takes about ten."""
+
+
+@njit(cache=True)
+def smooth_curvature(bare, knee, ratio, sharpness):
+    """Curvature and its derivative where its stiffness changes smoothly, by `bare`, that of a plate which keeps it.
+
+    Newton's iteration from `bare` runs to the root from one side, as the law bends one way.
+    """
+    k, slope = bare, 1.0
+    for _ in range(SMOOTH_ITERATIONS):
+        passed = (k / knee) ** sharpness
+        share = (1 - ratio) * (1 + passed) ** (-1 / sharpness)
+        slope = ratio + share / (1 + passed)
+        move = (bare - k * (ratio + share)) / slope
+        k += move
+        if abs(move) < 1e-14 * k:
+            break
+    return k, 1 / slope
+
+
+@njit(cache=True)
+def curvature(moment, rigidity, law, firsts, second, third):
+    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
+    bare = moment / rigidity
+    first = firsts[1] if bare > 0 else firsts[0]
+    if law == CUBIC_LAW and first != 0:
+        root = np.sqrt(3 * abs(first))
+        if first > 0:
+            k = 2 / root * np.sinh(np.arcsinh(1.5 * root * bare) / 3)
+        elif abs(1.5 * root * bare) < 1:
+            k = 2 / root * np.sin(np.arcsin(1.5 * root * bare) / 3)
+        else:
+            k = np.nan
+        return k, 1 / (rigidity * (1 + 3 * first * k**2))
+    excess = abs(bare) - first
+    if law == BILINEAR_LAW and excess > 0:
+        return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
+    if law == SMOOTH_LAW and bare != 0:
+        k, slope = smooth_curvature(abs(bare), first, second, third)
+        return np.sign(bare) * k, slope / rigidity
+    return bare, 1 / rigidity
+
+
+@njit(cache=True)
+def bent_on(moment, rigidity, loop, before, after):
+    """Curvature under a moment and its derivative where part of the stiffness slips, from the state `before`.
+
+    The moment grows or falls from that of `before`; whenever one more spring is at its limit the rest, which is softer,
+    goes on alone.  Writes the state `after`; both (2 + springs,): see `Bent`.
+    """
+    share, slips_at, springs = loop
+    own, left = share * rigidity / springs, moment - before[0]
+    way, stiffness = 1.0 if left >= 0 else -1.0, rigidity
+    after[:] = before
+    for _ in range(springs + 1):
+        stiffness, room = (1 - share) * rigidity, np.inf
+        for e in range(springs):
+            limit = own * slips_at * (2 * e + 1) / springs
+            if way * after[2 + e] < limit:
+                stiffness += own
+                room = min(room, (limit - way * after[2 + e]) / own)
+        move = min(abs(left) / stiffness, room)
+        for e in range(springs):
+            limit = own * slips_at * (2 * e + 1) / springs
+            grown = way * after[2 + e] + own * move
+            after[2 + e] = way * (limit if grown > limit * (1 - 1e-14) else grown)
+        after[1] += way * move
+        left -= way * move * stiffness
+        if move < room:
+            break
+    after[0] = moment
+    return after[1], 1 / stiffness
