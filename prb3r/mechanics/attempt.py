@@ -63,6 +63,8 @@ def put_on(packed, way, share, now):
     blend(rows.slip, last, step, share if last > 0 else 1.0, now.slip)
     blend(rows.force, last, step, share, now.force)
     blend(rows.tip, last, step, share, now.tip)
+    blend(rows.elapsed, last, step, share, now.elapsed)
+    packed.model[0].stiff = 1.0 - packed.model[0].softening * now.elapsed[0]
     if packed.model[0].extra:
         start, target = rows.moment[last], rows.moment[step]
         for i in range(len(target)):

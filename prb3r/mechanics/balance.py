@@ -126,7 +126,7 @@ def balance_plate(model, plate, span, cable):
                 slipping, follows = slipping_law(model, plate, k, angle)
                 elastic = (1.0 - model.share) * elastic + slipping
                 slope = (1.0 - model.share) * slope + follows
-        residual = stiffness * elastic - moment + (x * fy - y * fx)
+        residual = model.stiff * stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness
         if not error <= largest:  # NaN too
@@ -139,5 +139,5 @@ def balance_plate(model, plate, span, cable):
                 + help
             )
         if plate.tangent.shape[1] > 0:
-            plate.tangent[k, k] += stiffness * slope
+            plate.tangent[k, k] += model.stiff * stiffness * slope
     return largest

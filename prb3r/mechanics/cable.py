@@ -6,9 +6,10 @@ and pulls the distal part with ``T (H - Q) / |H - Q|``.  On entering the span it
     T = T_in exp(slip mu |beta - alpha|)                                                               [Eq. 6, 7]
 
 `alpha`, `beta`: directions before and after the hole, relative to the axis of the disk; at the base `alpha` is zero.
-Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  The slip is declared, or it follows from the
-cable's own travel: when the length beyond a hole shortens by the presliding length, the hole has gone from rest to
-full slip toward the base.
+Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  `mu` may fall with the tension before the hole,
+as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44 (1953) T59: friction as the power 1 - p of the force).
+The slip is declared, or it follows from the cable's own travel: when the length beyond a hole shortens by the
+presliding length, the hole has gone from rest to full slip toward the base.
 """
 
 from math import copysign, exp, sqrt, tanh
@@ -50,15 +51,18 @@ def measure_span(model, plate, out):
 @kernel
 def rub(model, out, cable):
     """Friction coefficient times turning angle at the hole before a span, and how the tension behind depends on it."""
-    after, before, slip = out.direction, cable.approach, cable.slip
+    after, before, slip, friction = out.direction, cable.approach, cable.slip, out.friction
+    if model.friction_exponent != 0.0:
+        friction *= (cable.tension / model.friction_tension) ** -model.friction_exponent
     if model.edges:
-        out.wrap = out.friction * (abs(after) + abs(before))
-        out.rate = slip * copysign(out.friction, after)
-        out.rate_in = slip * copysign(out.friction, before)
+        out.wrap = friction * (abs(after) + abs(before))
+        out.rate = slip * copysign(friction, after)
+        out.rate_in = slip * copysign(friction, before)
     else:
-        out.wrap = out.friction * abs(after - before)
-        out.rate = slip * copysign(out.friction, after - before)
+        out.wrap = friction * abs(after - before)
+        out.rate = slip * copysign(friction, after - before)
         out.rate_in = -out.rate
+    out.passes = 1.0 - model.friction_exponent * slip * out.wrap
 
 
 @kernel
@@ -75,7 +79,7 @@ def pull_cables(model, plate, span, cable):
             plate.dwrench[d, p] = 0.0
     for j in range(len(span)):
         out = span[j]
-        out.tension = 0.0
+        out.tension, out.passes = 0.0, 1.0
         pull = cable[j].tension
         if not out.present or (pull == 0.0 and model.presliding == 0.0):
             continue

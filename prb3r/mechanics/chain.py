@@ -127,10 +127,16 @@ class Chain(NamedTuple):
     """(m,) true over noted tension, as the noted one goes to zero."""
     quadratic: np.ndarray | float = 0.0
     """(m,) how that grows with the noted tension, relative, 1/N."""
+    zero_drift: np.ndarray | float = 0.0
+    """(m,) by which the tension grows from step to step beside the noted one, N."""
+    softening: float = 0.0
+    """Share of the plates' stiffness that is lost with every step."""
     friction_exponent: float = 0.0
-    """Of the tension at the base, by which declared friction falls."""
+    """Of the tension before a hole, by which friction there falls."""
     friction_tension: float = 1.0
     """Tension at which it has the coefficients of `friction`, N."""
+    umbilical: float = 0.0
+    """Couple by which the tip is turned back, of its turn, N m/rad."""
     closure: tuple[Term, ...] = ()
     """Moments on the arcs that follow the state."""
 
@@ -162,19 +168,26 @@ class Loads(NamedTuple):
     """(s, 2) dead force at the centre of the tip disk's distal face, N."""
     moment: np.ndarray
     """(s, n) extra bending moment on the arc of each plate, the same all along it, N m."""
+    elapsed: np.ndarray
+    """(s, 1) steps of the recording or the case before each."""
 
     @property
     def steps(self) -> int:
         return self.tension.shape[0]
 
 
-def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0) -> Loads:
+def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elapsed=0.0) -> Loads:
     """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`."""
     tension = np.atleast_2d(np.asarray(tension, float))
     steps, cables = tension.shape
     full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
     return Loads(
-        tension.copy(), full(slip, cables), full(force, chain.plates, 2), full(tip, 2), full(moment, chain.plates)
+        tension.copy(),
+        full(slip, cables),
+        full(force, chain.plates, 2),
+        full(tip, 2),
+        full(moment, chain.plates),
+        full(elapsed, 1),
     )
 
 
@@ -190,15 +203,12 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     """
     constant = chain.constant or no_loads(chain)
     tip, true = loads.tip * chain.tip_efficiency, loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
-    force = loads.force * chain.disk_efficiency
+    true, force = true + chain.zero_drift * loads.elapsed, loads.force * chain.disk_efficiency
     applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (true, force, tip, loads.moment)]
     always = constant.tension, constant.force, constant.tip, constant.moment
     tension, force, tip, moment = (f + c for f, c in zip(applied, always, strict=True))
-    slip = np.concatenate([np.zeros_like(loads.slip[:1]), loads.slip])
-    if chain.friction_exponent:  # the coefficients of a step's friction scale with its slip
-        pull = np.where(tension > 0, tension, chain.friction_tension) / chain.friction_tension
-        slip = slip * pull**-chain.friction_exponent
-    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip, moment)))
+    slip, elapsed = (np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.slip, loads.elapsed))
+    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip, moment, elapsed)))
 
 
 class Pose(NamedTuple):

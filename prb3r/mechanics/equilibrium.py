@@ -102,6 +102,7 @@ def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.nda
     packed.plate["q"][:-1] = q
     springs = packed.plate["q"] - packed.plate["rest"]
     packed.plate["slider"] -= SLIPS_ON * (springs[..., None] - packed.plate["slider"])
+    packed.model["stiff"] = 1 - packed.model["softening"] * loads.elapsed
     chain_tangent(packed, loads.tension, loads.slip, loads.force, loads.tip, modes, work)
     return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
@@ -147,7 +148,7 @@ def solve_chain(
     modes = segment_modes(chain) if chain.tied else None
     rows = acting(chain, loads)
     onset = Loads(*(np.concatenate([np.zeros_like(field[:1]), field[:1]]) for field in rows))
-    dead = rows.force.any((1, 2)) | rows.tip.any(1)
+    dead = rows.force.any((1, 2)) | rows.tip.any(1) | (chain.umbilical != 0)
     packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(

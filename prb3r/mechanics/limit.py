@@ -53,6 +53,7 @@ def limit_load(
             force=factors[:, None, None] * last.force,
             tip=factors[:, None] * last.tip,
             moment=factors[:, None] * last.moment,
+            elapsed=np.repeat(last.elapsed, len(factors), axis=0),
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
         return solve_chain(chain, steps, eigenvalue=True).outcome

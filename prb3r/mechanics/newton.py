@@ -6,7 +6,7 @@ angles is therefore one march: every plate's correction is found as ``dq = dq_0 
 corrections of those guesses, and the guesses close at the tip: no moment may remain, lengths must be those passed.
 """
 
-from math import exp
+from math import exp, inf
 
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.kernel import inner_loop, kernel
@@ -134,13 +134,13 @@ def correct_columns(plate, block, column):
 
 
 @kernel
-def stiffest_node(packed):
-    """Largest stiffness of a node, N m/rad: the scale of moments."""
-    stiffest = 0.0
+def softest_node(packed):
+    """Smallest stiffness of a node, N m/rad: the scale of moments, as rigid clamps may be hinges of any stiffness."""
+    softest = inf
     for i in range(len(packed.span)):
         for k in range(packed.plate[i].stiffness.shape[0]):
-            stiffest = max(stiffest, packed.plate[i].stiffness[k])
-    return stiffest
+            softest = min(softest, packed.plate[i].stiffness[k])
+    return softest
 
 
 @inner_loop
@@ -187,7 +187,8 @@ def newton_march(packed, loads, work):
         depart(plate, span, cable)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
+        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
+        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, change)
     return largest, outer[2], close_guesses(cable, change, outer[2], work)
 
 
@@ -247,14 +248,14 @@ def balance_chain(packed, loads, close, work):
     before the correction.
     """
     plates, column, handed = packed.plate, work.column, work.handed
-    n, count, stiffest = column.shape[1], column.shape[2] - 1, stiffest_node(packed)
+    n, count, softest = column.shape[1], column.shape[2] - 1, softest_node(packed)
     follows, settled = packed.model[0].presliding != 0.0, True
     for step in range(MAX_EXCHANGES if follows else MAX_ITERATIONS):
         largest, left, length_error = newton_march(packed, loads, work)
         if (
             settled
             and largest <= TOLERANCE
-            and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(handed[0])
+            and abs(left) <= TOLERANCE * softest + 1e-13 * abs(handed[0])
             and length_error <= LENGTH_TOLERANCE
             and (not follows or slips_agree(packed))
         ):

@@ -78,5 +78,5 @@ def write_tied(packed, s, work, path):
     for i in range(path.moment.shape[1]):
         for k in range(n):
             plate = packed.plate[i]
-            path.moment[s, i, k + 1] = plate.stiffness[k] * (plate.q[k] - plate.rest[k])
+            path.moment[s, i, k + 1] = packed.model[0].stiff * plate.stiffness[k] * (plate.q[k] - plate.rest[k])
         path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]

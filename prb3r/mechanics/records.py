@@ -75,6 +75,7 @@ def span_fields(by: int) -> list[tuple]:
         ("rate", float),  # d ln(tension) / d direction, signed
         ("rate_in", float),  # d ln(tension) / d approach, signed
         ("wrap", float),  # friction coefficient times turning angle
+        ("passes", float),  # d ln(tension) / d ln(tension before the hole)
         ("wrench", float, (3,)),
         ("slip", float),  # history: slip at the hole in the last accepted state, -1 drawn in to +1 paid out
         ("beyond", float),  # history: cable length beyond the hole there
@@ -101,6 +102,11 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("extra", bool),  # whether any plate ever has an extra moment
         ("share", float),  # of the stiffness that slips
         ("elements", np.int64),  # in which it does; 0 where nothing slips, or where the shape is held
+        ("softening", float),
+        ("stiff", float),  # share of the plates' stiffness that is left in the present state
+        ("friction_exponent", float),
+        ("friction_tension", float),
+        ("umbilical", float),
     ]
 
 
@@ -135,8 +141,10 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n, springs)
     model = np.zeros(1, of_model)
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
-    for name in ("disk", "presliding", "edges", "clearance"):
+    of_holes = "presliding", "edges", "clearance", "friction_exponent", "friction_tension"
+    for name in ("disk", "softening", "umbilical", *of_holes):
         model[name] = getattr(chain, name)
+    model["stiff"] = 1.0
     for name in ("linear", "cubic", "ratio", "sharpness"):
         model[name] = getattr(chain.law, name)
     if slips.present:

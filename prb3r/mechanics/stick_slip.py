@@ -18,7 +18,7 @@ from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.complementarity import solve_from_afar, solve_near
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
-from prb3r.mechanics.newton import correct_columns, slips_agree, stiffest_node
+from prb3r.mechanics.newton import correct_columns, slips_agree, softest_node
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 
@@ -100,7 +100,8 @@ def stick_slip_march(packed, tension, force, tip, holes):
         depart(plate, span, cable)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, change)
+        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
+        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, change)
     for d in range(columns):
         guess = 0.0 if d == 1 else -(change.moment[d] + (outer[2] if d == 0 else 0.0)) / change.moment[1]
         holes.guess[d] = guess
@@ -203,12 +204,12 @@ def balance_stick_slip(packed, tension, force, tip, handed, holes):
 
     `handed` as in :class:`Scratch`: where the search starts, and what it ends with.
     """
-    work, stiffest = holes.work, stiffest_node(packed)
+    work, softest = holes.work, softest_node(packed)
     work.handed[0] = handed[0]
     for step in range(MAX_STEPS):
         largest, left = stick_slip_march(packed, tension, force, tip, holes)
         linearise_slips(packed, holes)
-        balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * stiffest + 1e-13 * abs(work.handed[0])
+        balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * softest + 1e-13 * abs(work.handed[0])
         if balanced and slips_agree(packed):
             for d in range(len(handed)):
                 handed[d] = work.handed[d]

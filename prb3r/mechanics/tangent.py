@@ -55,7 +55,8 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
         transmit(model, plate, packed.span[i], modes[i], variation)
         next_frame(model, plate, after)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, variation)
+        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
+        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, variation)
     moment = -outer[2]
     for d in range(columns):
         work.column[0, 0, d] = -variation.moment[d]
@@ -95,7 +96,8 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
         transmit(model, plate, span, modes[i], variation)
         depart(plate, span, cable)
         at_tip = 1.0 if i + 1 == plates else 0.0
-        shed(model, after.frame, force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1], outer, variation)
+        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
+        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, variation)
     for c in range(columns):
         if not abs(system[c, columns]) <= largest:
             largest = abs(system[c, columns])

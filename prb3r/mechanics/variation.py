@@ -79,7 +79,11 @@ def enter(cable, span, change):
                 slip = cable[j].follows * (change.total[j, d] - change.passed[j, d])
                 if d == 0:
                     slip += cable[j].owed
-                change.log_tension[j, d] += span[j].rate_in * change.approach[j, d] + span[j].wrap * slip
+                change.log_tension[j, d] = (
+                    span[j].passes * change.log_tension[j, d]
+                    + span[j].rate_in * change.approach[j, d]
+                    + span[j].wrap * slip
+                )
 
 
 @kernel
@@ -130,29 +134,31 @@ def transmit(model, plate, span, dq, change):
 
 
 @kernel
-def unload(model, frame, fx, fy, gx, gy, sum):
-    """Take the loads of one disk, `f` at its centre and `g` at its distal face, off `sum` (force x, y, moment)."""
+def unload(model, frame, fx, fy, gx, gy, held, sum):
+    """Take the loads of one disk off `sum` (force x, y, moment): `f` at its centre, `g` at its distal face, and the
+    couple by which its turn is `held` back, N m/rad."""
     c, s = frame[3], frame[4]
     half = model.disk / 2
     x, y = frame[0] - half * c, frame[1] - half * s
     sum[0] -= fx + gx
     sum[1] -= fy + gy
-    sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx)
+    sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx) - held * frame[2]
 
 
 @kernel
-def shed(model, frame, fx, fy, gx, gy, sum, change):
+def shed(model, frame, fx, fy, gx, gy, held, sum, change):
     """The same, written out as a call here costs the solver a twentieth, and the variation of it off `change`."""
     c, s = frame[3], frame[4]
     half = model.disk / 2
     x, y = frame[0] - half * c, frame[1] - half * s
     sum[0] -= fx + gx
     sum[1] -= fy + gy
-    sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx)
+    sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx) - held * frame[2]
     for d in range(len(change.moment)):
         turned = change.frame[2, d]
         dx, dy = change.frame[0, d] + half * s * turned, change.frame[1, d] - half * c * turned
-        change.moment[d] -= (dx * fy - dy * fx) + (change.frame[0, d] * gy - change.frame[1, d] * gx)
+        couple = change.frame[0, d] * gy - change.frame[1, d] * gx - held * turned
+        change.moment[d] -= (dx * fy - dy * fx) + couple
 
 
 @kernel

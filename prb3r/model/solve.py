@@ -97,7 +97,7 @@ def stability_problem(chain: Chain, loads: Loads) -> str:
     of a full matrix.
     """
     rows = acting(chain, loads)
-    coupled = chain.presliding > 0 or rows.force.any() or rows.tip.any()
+    coupled = chain.presliding > 0 or chain.umbilical != 0 or rows.force.any() or rows.tip.any()
     if chain.tied or not coupled or chain.plates <= MOST_COUPLED_PLATES:
         return ""
     return (

@@ -25,6 +25,10 @@ def parameters(chain, steps):
         "disk": lambda v: (chain._replace(disk=chain.disk + 0.01 * (v - 1)), steps),
         "rest": lambda v: (chain._replace(rest=chain.rest + 0.01 * (v - 1)), steps),
         "pulley": lambda v: (chain._replace(pulley=pulley * v), steps),
+        "friction exponent": lambda v: (chain._replace(friction_exponent=chain.friction_exponent + (v - 1)), steps),
+        "umbilical": lambda v: (chain._replace(umbilical=chain.umbilical + (v - 1)), steps),
+        "softening": lambda v: (chain._replace(softening=chain.softening + 0.1 * (v - 1)), steps),
+        "zero drift": lambda v: (chain._replace(zero_drift=chain.zero_drift + first * (v - 1)), steps),
         "clearance": lambda v: (chain._replace(clearance=chain.clearance + 1e-3 * (v - 1)), steps),
         "law": lambda v: (chain._replace(law=chain.law._replace(cubic=chain.law.cubic + 0.1 * (v - 1))), steps),
         "tension": lambda v: (chain, steps._replace(tension=steps.tension * v)),
@@ -32,6 +36,11 @@ def parameters(chain, steps):
         "moment": lambda v: (chain, steps._replace(moment=steps.moment + 0.1 * (v - 1))),
         "tip": lambda v: (chain, steps._replace(tip=steps.tip + (v - 1))),
     }
+
+
+def aging(steps):
+    """The same steps, two steps of the recording after each other."""
+    return steps._replace(elapsed=1.0 + 2 * np.arange(steps.steps)[:, None])
 
 
 def good(chain, steps, **options):
@@ -75,4 +84,4 @@ def loop(presliding, mu=0.3):
     table[:, 0], table[3:, 2] = [100, 60, 80, 80, 30], [40, 70]
     tip = np.zeros((5, 2))
     tip[2:] = [0.5, -1.0]
-    return chain, loads(chain, table, tip=tip)
+    return chain, loads(chain, table, tip=tip, elapsed=np.arange(5.0)[:, None])

@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from mechanics.differences import STEP, derivatives, good, loop, parameters, worst_errors
+from mechanics.differences import STEP, aging, derivatives, good, loop, parameters, worst_errors
 from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
 from prb3r.mechanics.chain import Contact, Law, Term, loads
@@ -21,7 +21,7 @@ from prb3r.mechanics.equilibrium import Outcome
 def test_declared_friction(dead, seed):
     rng = np.random.default_rng([seed, 8])
     chain = random_chain(rng)
-    worst = worst_errors(chain, random_loads(rng, chain, 3, dead=dead))
+    worst = worst_errors(chain, aging(random_loads(rng, chain, 3, dead=dead)))
     assert max(worst.values()) < 1e-5, worst
 
 
@@ -38,8 +38,13 @@ def test_everything_at_once(seed):
         contact=Contact(0.05, 0.5),
         constant=random_loads(rng, chain)._replace(slip=steps.slip[:1]),
         tip_efficiency=0.8,
+        friction_exponent=0.3,
+        friction_tension=10.0,
+        umbilical=0.5,
+        softening=0.05,
+        zero_drift=0.2,
     )
-    worst = worst_errors(rich, steps)
+    worst = worst_errors(rich, aging(steps))
     assert max(worst.values()) < 1e-5, worst
 
 

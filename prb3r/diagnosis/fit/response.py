@@ -43,8 +43,9 @@ def without_slack(chain: Chain, loads: Loads) -> tuple[Chain, Loads]:
     """The same problem with no tension below zero: what slack cables would feel on one side of a kink is left out."""
     constant = chain.constant or no_loads(chain)
     always = np.maximum(constant.tension, 0.0)
-    acting = np.maximum(loads.tension + constant.tension, 0.0)
-    return chain._replace(constant=constant._replace(tension=always)), loads._replace(tension=acting - always)
+    acting = np.maximum(loads.tension + constant.tension + chain.zero_drift * loads.elapsed, 0.0)
+    steady = chain._replace(constant=constant._replace(tension=always), zero_drift=0.0)
+    return steady, loads._replace(tension=acting - always)
 
 
 def response(predict: Predictor, solved: Solution, directions: Sequence[Direction]) -> np.ndarray:

@@ -116,7 +116,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
     history, slides, tied = packed.model[0].presliding != 0.0, packed.plate[0].slider.shape[1] > 0, modes is not None
     for e in range(len(steps.row)):
         put_loads(rows, steps, e, len(handed) > 0, packed.model[0].extra, now)
-        put_state(held, steps, e, now.moment, None)
+        put_state(held, steps, e, now, None)
         place_chain(held)
         hand_back(held, now, handed, outer)
         if modes is None:
@@ -125,7 +125,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
             difference(held, sides, steps, e, now, held.plate, handed, outer, partial, left)
         for j in range(len(now.tension)):
             now.tension[j] = max(now.tension[j], 0.0)
-        put_state(packed, steps, e, now.moment, None)
+        put_state(packed, steps, e, now, None)
         if (history or slides) and steps.fresh[e]:
             copy_memory(space.at_rest, space.memory)
         if slides:

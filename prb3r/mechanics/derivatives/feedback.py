@@ -62,7 +62,7 @@ def hand_in(packed, i, partial, room):
         change.frame[k, u + 2 * m + k] = 1.0
     for j in range(m):
         hole = packed.span[i, j]
-        weight = hole.wrap - (packed.cable[j].pulley if i == 0 else 0.0)
+        weight = hole.wrap / hole.passes - (packed.cable[j].pulley if i == 0 else 0.0)  # before the hole
         change.log_tension[j, u + j] = 1.0
         change.approach[j, u + m + j] = 1.0
         if hole.sticks:
@@ -94,8 +94,8 @@ def sweep(packed, now, partial, left, gain, room):
         enter(packed.cable, span, change)
         feel(plate, span, outer, change, felt, 0)
         transmit(model, plate, span, room.column, change)
-        gx, gy = tip * now.tip[0], tip * now.tip[1]
-        shed(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, none, change)
+        gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
+        shed(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, held, none, change)
         for d in range(u + y + p):
             for k in range(n):
                 block[k, d] = felt[k, d] + (plate.tangent[k, d] if d < n else 0.0)

@@ -61,6 +61,7 @@ def put_loads(rows, steps, e, dead, extra, now):
     last, row, share = steps.last[e], steps.row[e], steps.share[e]
     blend(rows.tension, last, row, share, now.tension)
     blend(rows.slip, last if last > 0 else row, row, share, now.slip)
+    blend(rows.elapsed, last, row, share, now.elapsed)
     if dead:
         blend(rows.force, last, row, share, now.force)
         blend(rows.tip, last, row, share, now.tip)
@@ -69,14 +70,15 @@ def put_loads(rows, steps, e, dead, extra, now):
 
 
 @kernel
-def put_state(packed, steps, e, moment, rest):
-    """Shape and slip of state `e`, and extra moments.
+def put_state(packed, steps, e, now, rest):
+    """Shape and slip of state `e`, and what its loads `now` do to the plates: extra moments, stiffness that is left.
 
     Where angles are tied (`rest` is not None) those beyond the stress-free ones are held, else the angles are.
     """
     history = packed.model[0].presliding != 0.0
+    packed.model[0].stiff = 1.0 - packed.model[0].softening * now.elapsed[0]
     for i in range(len(packed.span)):
-        packed.plate[i].extra = moment[i]
+        packed.plate[i].extra = now.moment[i]
         for k in range(steps.q.shape[2]):
             packed.plate[i].q[k] = steps.q[e, i, k]
             if rest is not None:
@@ -114,11 +116,11 @@ def place_alike(packed, like):
 def hand_back(packed, now, handed, outer):
     """Moment of the dead loads about the world origin in the present shape; `outer` is working space."""
     if len(handed) > 0:
-        outer[2], last = 0.0, len(packed.span) - 1
+        outer[2], last, model = 0.0, len(packed.span) - 1, packed.model[0]
         for i in range(last + 1):
             tip = 1.0 if i == last else 0.0
-            gx, gy = tip * now.tip[0], tip * now.tip[1]
-            unload(packed.model[0], packed.plate[i + 1].frame, now.force[i, 0], now.force[i, 1], gx, gy, outer)
+            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
+            unload(model, packed.plate[i + 1].frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer)
         handed[0] = -outer[2]
 
 
@@ -134,11 +136,13 @@ def difference(held, sides, steps, e, now, rest, handed, outer, partial, left):
     for v in range(len(sides.alike)):
         d, behind = v // 2, v % 2
         side = Packed(packed.model[v], packed.plate[v], packed.span[v], packed.cable[v])
-        acting = Loads(of_all.tension[v], of_all.slip[v], of_all.force[v], of_all.tip[v], of_all.moment[v])
+        acting = Loads(
+            of_all.tension[v], of_all.slip[v], of_all.force[v], of_all.tip[v], of_all.moment[v], of_all.elapsed[v]
+        )
         for j in range(len(now.tension)):
             if now.tension[j] < 0.0:
                 acting.tension[j] = 0.0
-        put_state(side, steps, e, acting.moment, rest)
+        put_state(side, steps, e, acting, rest)
         if sides.alike[v]:
             place_alike(side, held)
         else:

@@ -112,8 +112,8 @@ def unbalance(packed, now, handed, outer, out):
         depart(plate, span, cable)
         if loaded:
             tip = 1.0 if i + 1 == plates else 0.0
-            gx, gy = tip * now.tip[0], tip * now.tip[1]
-            unload(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, outer)
+            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
+            unload(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer)
         for k in range(n):
             out[i, k] = plate.residual[k]
         out[i, n] = after.frame[0] - half * after.frame[3]
@@ -154,7 +154,7 @@ def respond(packed, now, handed, partial, left, known, room):
             follow_gain(change, room.gain[i], room.arriving, column, answer[i])
             for j in range(m):
                 follows = 1.0 / model.presliding if span[j].sticks else 0.0
-                weight = span[j].wrap - (cable[j].pulley if i == 0 else 0.0)
+                weight = span[j].wrap / span[j].passes - (cable[j].pulley if i == 0 else 0.0)
                 for d in range(p):
                     slip = follows * answer[i, n + 3 + m + j, d]
                     answer[i, n + 3 + 2 * m + j, d] = slip
@@ -180,8 +180,8 @@ def respond(packed, now, handed, partial, left, known, room):
         next_frame(model, plate, after)
         if loaded:
             tip = 1.0 if i + 1 == plates else 0.0
-            gx, gy = tip * now.tip[0], tip * now.tip[1]
-            shed(model, frame, now.force[i, 0], now.force[i, 1], gx, gy, outer, change)
+            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
+            shed(model, frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer, change)
         for d in range(columns):
             turned = half * change.frame[2, d]
             answer[i, n, d] = change.frame[0, d] + frame[4] * turned

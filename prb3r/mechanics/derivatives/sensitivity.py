@@ -127,6 +127,7 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     sides = _sides(problem, rows, held, directions, np.zeros((2, plates, height)))
     packed.model["extra"] = held.model["extra"] = rows.moment.any() or sides.rows.moment.any()
     dead = any(field.any() for field in (rows.force, rows.tip, sides.rows.force, sides.rows.tip))
+    dead |= any(model["umbilical"].any() for model in (packed.model, sides.packed.model))
     shape = (plates, cables, count)
     memories = (
         Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape), sliders_at_zero((plates, n), elements, count))
@@ -182,7 +183,7 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
 def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
     """Whether the same loads act, and not only equal ones."""
     (chain, loads), (nominal, nominal_loads) = side, problem
-    names = "tip_efficiency", "disk_efficiency", "gain", "quadratic", "friction_exponent", "friction_tension"
+    names = "tip_efficiency", "disk_efficiency", "gain", "quadratic", "zero_drift"
     same = loads is nominal_loads and chain.constant is nominal.constant
     return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)
 

@@ -54,8 +54,8 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
     """States along the path, rest first, the moments (s + 1, n) applied there, and (s + 1,) whether the law asks for
     these."""
     chain = along.chain
-    stiffest = float(chain.stiffness.max())
-    least, most = ANGLE_TOLERANCE * stiffest, LARGEST_TRIED_BEND * stiffest
+    stiff = float(np.median(chain.stiffness))  # rigid clamps may be hinges of any stiffness
+    least, most = ANGLE_TOLERANCE * stiff, LARGEST_TRIED_BEND * stiff
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     for done in range(MAX_PASSES):
         states = solve_chain(*along.under(moment), from_rest=along.begins)
