@@ -68,7 +68,10 @@ class LoadTable:
 
 
 def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
-    """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1."""
+    """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1.
+
+    The rows follow on each other in time.
+    """
     rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
 
     def column(name: str, absent: float) -> np.ndarray:
@@ -94,6 +97,7 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
         stack([column(f"slip_{name}", -1.0) for name in names]),
         force,
         np.stack([column("tip_x_n", 0.0), column("tip_y_n", 0.0)], 1),
+        elapsed=np.arange(rows)[:, None],
     )
 
 
@@ -119,12 +123,12 @@ def load_steps(
     steps = with_keys(steps)
     number, (codes, names) = steps["step"].to_numpy(), pd.factorize(steps["sequence"])
     order = np.lexsort((number, codes))
-    loads = loads_of(manipulator, manipulator.chain(), steps)
+    loads = loads_of(manipulator, manipulator.chain(), steps.iloc[order])
     return LoadTable(
         np.asarray(names, object),
         np.searchsorted(codes[order], np.arange(len(names))),
         number[order],
-        Loads(*(field[order] for field in loads)),
+        loads,
     )
 
 

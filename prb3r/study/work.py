@@ -58,6 +58,7 @@ def solve_cases(family: Family, manipulator: Manipulator, chain: Chain) -> Solve
     steps = next(iter(columns.values())).shape[1]
     path = loads_of(manipulator, chain, {name: values.ravel() for name, values in columns.items()})
     initial = bool(settings["initial"])
+    path = path._replace(elapsed=np.tile(np.arange(float(steps)), count)[:, None])
     numbers = np.tile(np.arange(steps) + (0 if initial else 1), count)
     begins = np.arange(count * steps) % steps == 0
     if problem := stability_problem(chain, path):

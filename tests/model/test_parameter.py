@@ -20,6 +20,12 @@ EFFECTS = [
     {"kind": "pulley_friction", "efficiency": 1.0},
     {"kind": "worn_hole", "disk": 2, "coefficient": 0.5},
     {"kind": "tension_offset", "offset_n": 0.5},
+    {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0},
+    {"kind": "tension_drift", "offset_n_per_step": 0.5},
+    {"kind": "plate_softening", "share_per_step": 0.01},
+    {"kind": "base_compliance", "compliance_rad_per_n_m": 0.01},
+    {"kind": "umbilical", "stiffness_n_m_per_rad": 0.0},
+    {"kind": "load_cell", "gain": 1.0, "quadratic_per_n": 0.0},
     {"kind": "hole_offset", "cable": "up", "offset_m": 0.0},
     {"kind": "hole_clearance", "clearance_m": 1e-3},
     {"kind": "weakened_plate", "plate": 3, "factor": 0.8},
@@ -91,7 +97,7 @@ def close(manipulator, path, within=1e-5, steps=STEPS):
 
 @pytest.mark.parametrize(("effect", "name"), NUMBERS, ids=[f"{e['kind']} {n}" for e, n in NUMBERS])
 def test_every_number_of_every_effect(effect, name):
-    hinged = effect["kind"] == "clamp_compliance"  # kernels of that shape are compiled for the elastica elsewhere
+    hinged = "compliance" in effect["kind"]  # kernels of that shape are compiled for the elastica elsewhere
     close(rig(effect, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
 
 

@@ -142,6 +142,32 @@ def test_engine_and_rig_agree_on_laws_that_differ_by_plate_and_side():
     assert max(away) < 1e-4
 
 
+def later_effects(rng):
+    """Effects that came later, so that the manipulators of `random_manipulator` stay those that are published."""
+    u = rng.uniform
+    return [
+        {"kind": "load_cell", "gain": u(0.8, 1.2), "quadratic_per_n": u(-2e-3, 2e-3), "cables": ["c0"]},
+        {"kind": "tension_drift", "offset_n_per_step": u(-1, 2)},
+        {"kind": "load_dependent_friction", "exponent": u(0, 0.5), "tension_n": u(10, 60)},
+        {"kind": "base_compliance", "compliance_rad_per_n_m": u(0, 0.02)},
+        {"kind": "plate_softening", "share_per_step": u(-0.03, 0.05)},
+        {"kind": "umbilical", "stiffness_n_m_per_rad": u(0, 1)},
+        {"kind": "pulley_friction", "efficiency": u(0.8, 1)},
+    ]
+
+
+@pytest.mark.parametrize(("history", "most"), [(False, 1e-4), (True, 5e-4)])
+def test_engine_and_rig_agree_on_later_effects_together(history, most):
+    """A compliant base with declared slip only, as another set of kernels takes long to compile."""
+    rng, away = np.random.default_rng(8), []
+    for _ in range(6):
+        data = random_manipulator(rng, 0, history)
+        data["effect"] = [each for each in later_effects(rng) if not history or each["kind"] != "base_compliance"]
+        away += disagreement(data, random_steps(rng, data, history))
+    assert len(away) > 6
+    assert max(away) < most
+
+
 @pytest.mark.parametrize("history", [False, True])
 def test_engine_and_rig_agree_on_a_fitted_moment_law(history):
     """The rig has the law in its tangent, the engine goes round it."""

@@ -45,7 +45,8 @@ CABLE_SUSPECTS = (
         "hole_offset",
         sentence=lambda fitted: (
             f"Cable {fitted.place['cable']} runs {fitted.size.times(1e3)} mm off its nominal offset "
-            "(added to the signed offset)."
+            "(added to the signed offset), or its load cell is wrong by as large a share of the tension, "
+            "which looks the same."
         ),
         transfer=OF_A_PART,
         places=pulled_cables,

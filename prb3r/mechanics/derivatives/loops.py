@@ -50,10 +50,11 @@ def recall_sliders(packed, sides, sliders, tied, partial):
             for e in range(count):
                 plate.slider[k, e] = sliders.at[i, k, e]
                 spring, bound = spring_of(plate, k, e, count, sliders, i)
-                weight = plate.stiffness[k] * packed.model[0].share / count
+                weight = packed.model[0].stiff * plate.stiffness[k] * packed.model[0].share / count
                 for d in range(len(sides.apart)):
                     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
-                    shares = sides.packed.model[2 * d, 0].share, sides.packed.model[2 * d + 1, 0].share
+                    models = sides.packed.model[2 * d, 0], sides.packed.model[2 * d + 1, 0]
+                    shares = models[0].stiff * models[0].share, models[1].stiff * models[1].share
                     stiffer = (ahead.stiffness[k] * shares[0] - behind.stiffness[k] * shares[1]) / count
                     if abs(spring) < bound:
                         rest = 0.0 if tied else (ahead.rest[k] - behind.rest[k]) / sides.apart[d]

@@ -2,9 +2,11 @@
 
 from typing import Literal
 
+import numpy as np
+
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Host, columns
-from prb3r.model.files.numbers import NonNegative
+from prb3r.model.files.numbers import NonNegative, Positive
 
 
 class DeadCable(Effect):
@@ -31,6 +33,37 @@ class TensionOffset(Effect):
         tension = constant.tension.copy()
         tension[0, columns(self.cables, manipulator)] += self.offset_n
         return chain._replace(constant=constant._replace(tension=tension))
+
+
+class LoadCell(Effect):
+    """A load cell that reads wrong: the true tension is `gain` x T (1 + `quadratic_per_n` x T) for a recorded T, of all
+    (or the named) cables."""
+
+    kind: Literal["load_cell"]
+    gain: Positive = 1.0
+    quadratic_per_n: float = 0.0
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        read_by = columns(self.cables, manipulator)
+        gain, quadratic = (np.ones(len(chain.reach)) * each for each in (chain.gain, chain.quadratic))
+        gain[read_by] *= self.gain
+        quadratic[read_by] += self.quadratic_per_n
+        return chain._replace(gain=gain, quadratic=quadratic)
+
+
+class TensionDrift(Effect):
+    """The zero of load cells drifts: added to the applied tension of all (or the named) cables for every step of the
+    table before it, idle ones too; no tension is below zero."""
+
+    kind: Literal["tension_drift"]
+    offset_n_per_step: float
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        drift = np.zeros(len(chain.reach)) + chain.zero_drift
+        drift[columns(self.cables, manipulator)] += self.offset_n_per_step
+        return chain._replace(zero_drift=drift)
 
 
 class HoleOffset(Effect):

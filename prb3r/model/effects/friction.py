@@ -7,7 +7,7 @@ from pydantic import Field
 
 from prb3r.mechanics.chain import Chain
 from prb3r.model.effects.base import Effect, Efficiency, Host, columns
-from prb3r.model.files.numbers import NonNegative
+from prb3r.model.files.numbers import NonNegative, Positive
 
 
 class CableFriction(Effect):
@@ -21,6 +21,19 @@ class CableFriction(Effect):
         friction = chain.friction.copy()
         friction[:, columns(self.cables, manipulator)] = self.coefficient
         return chain._replace(friction=friction)
+
+
+class LoadDependentFriction(Effect):
+    """Friction that falls with the load, as of polymers on metal: at every hole the coefficient times
+    (T / `tension_n`)^-`exponent`, T the tension of the cable before the hole."""
+
+    kind: Literal["load_dependent_friction"]
+    once: ClassVar[bool] = True
+    exponent: Annotated[float, Field(ge=0, le=1)]
+    tension_n: Annotated[Positive, Field(description="Tension at which the coefficients hold as they are, N.")]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(friction_exponent=self.exponent, friction_tension=self.tension_n)
 
 
 class PulleyFriction(Effect):

@@ -1,12 +1,14 @@
 """Loads that nobody applied, or that do not arrive whole."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Efficiency, Host, Number
+from prb3r.model.files.numbers import NonNegative
 
 
 class Gravity(Effect):
@@ -32,6 +34,17 @@ class TipForce(Effect):
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         constant = chain.constant or no_loads(chain)
         return chain._replace(constant=constant._replace(tip=constant.tip + np.array([self.x_n, self.y_n])))
+
+
+class Umbilical(Effect):
+    """A tube or bundle of wires through the middle, free inside and held at both ends: a couple turns the tip back, the
+    stiffness times the tip's angle to the base, and bends every plate alike."""
+
+    kind: Literal["umbilical"]
+    stiffness_n_m_per_rad: Annotated[NonNegative, Field(description="Couple per angle of the tip, N m per rad.")]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(umbilical=chain.umbilical + self.stiffness_n_m_per_rad)
 
 
 class TipLoadFriction(Effect):

@@ -172,6 +172,22 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
     return np.divide(arc[:, None], height, out=np.full(arm.shape, np.inf), where=arm > 0)
 
 
+RIGID = 1e8
+"""Stiffness of a hinge that stands for a rigid clamp, of that of the stiffest node."""
+
+
+def _hinged(chain: Chain, stiffness: float) -> Chain:
+    """The chain with a hinge (N m/rad) at each end of every arc."""
+    hinge = np.full((chain.plates, 1), stiffness)
+    curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
+    return chain._replace(
+        plate=with_end_hinges(chain.plate),
+        stiffness=np.hstack([hinge, chain.stiffness, hinge]),
+        rest=np.pad(chain.rest, ((0, 0), (1, 1))),
+        curvature=np.pad(curvature, 1),
+    )
+
+
 class ClampCompliance(Effect):
     """A hinge at each end of the arc of every plate."""
 
@@ -184,19 +200,44 @@ class ClampCompliance(Effect):
             stiffness = chain.stiffness.copy()
             stiffness[:, [0, -1]] = 1 / (1 / stiffness[:, [0, -1]] + self.compliance_rad_per_n_m)
             return chain._replace(stiffness=stiffness)
-        hinge = np.full((chain.plates, 1), 1 / self.compliance_rad_per_n_m)
-        curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
-        return chain._replace(
-            plate=with_end_hinges(chain.plate),
-            stiffness=np.hstack([hinge, chain.stiffness, hinge]),
-            rest=np.pad(chain.rest, ((0, 0), (1, 1))),
-            curvature=np.pad(curvature, 1),
-        )
+        return _hinged(chain, 1 / self.compliance_rad_per_n_m)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         """A chain of constant curvature has no clamps."""
         if manipulator.model == "constant-curvature":
             yield f"effect {self.kind} needs the model 'prb3r' or 'elastica'"
+
+
+class BaseCompliance(Effect):
+    """The clamp in the base gives way: plate 1 turns against the base disk, whose holes stay, by the compliance times
+    the moment that it carries there."""
+
+    kind: Literal["base_compliance"]
+    late: ClassVar[int] = 4
+    compliance_rad_per_n_m: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        if not np.isnan(chain.plate.stiffness[0]):
+            chain = _hinged(chain, RIGID * float(chain.stiffness.max()))
+        stiffness = chain.stiffness.copy()
+        stiffness[0, 0] = 1 / (1 / stiffness[0, 0] + self.compliance_rad_per_n_m)
+        return chain._replace(stiffness=stiffness)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        """A chain of constant curvature has no clamps."""
+        if manipulator.model == "constant-curvature":
+            yield f"effect {self.kind} needs the model 'prb3r' or 'elastica'"
+
+
+class PlateSoftening(Effect):
+    """Plates, with their clamps, that soften as they warm up or wear: with every step of the table before it their
+    stiffness is less by this share of the first step's; a negative share stiffens."""
+
+    kind: Literal["plate_softening"]
+    share_per_step: Annotated[float, Field(ge=-1, lt=1)]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(softening=chain.softening + self.share_per_step)
 
 
 class CableBending(Effect):

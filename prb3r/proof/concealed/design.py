@@ -130,12 +130,13 @@ class Design:
 
 def followed(manipulator: Mapping[str, Any], program: Sequence[LoadSteps]) -> list[RigStates] | None:
     """The rig's states along each sequence of a program; None where an equilibrium ceases."""
-    out = []
+    out, before = list[RigStates](), 0
     for steps in program:
-        states = simulate(manipulator, steps)
+        states = simulate(manipulator, steps, before=before)
         if not states.converged.all():
             return None
         out.append(states)
+        before += len(steps)
     return out
 
 

@@ -25,12 +25,16 @@ class Rig(NamedTuple):
     loop_yield: np.ndarray  # (n,) curvature from which it does, on average over the springs
     loop_springs: int  # that share it, all of one stiffness; 0: nothing slips
     compliance: float  # of the hinge at each end of each arc
+    base_compliance: float  # of one more at the base
+    umbilical: float  # couple at the tip against its turn, per rad
     contact_angle: np.ndarray  # (n, 2) as above
     contact_stiffness: np.ndarray  # (n, 2)
     offset: np.ndarray  # (n, m) of each plate's span
     clearance: float
     reach: np.ndarray  # (m,) plates that a cable crosses; 0 if dead
     friction: np.ndarray  # (n, m) coefficient at the hole before plate i
+    friction_exponent: float  # by which friction falls with the tension before the hole
+    friction_tension: float  # at which it has these coefficients
     pulley: np.ndarray  # (m,) -ln(efficiency)
     edges: bool  # turning counted at both edges of a hole
     presliding: float  # infinite: declared slip

@@ -27,12 +27,14 @@ SHORTEST_SUBSTEP = 1e-10
 
 
 class AppliedLoads(NamedTuple):
-    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N: linear between steps."""
+    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, and the number (1,) of steps
+    before: linear between steps."""
 
     tension: np.ndarray
     slip: np.ndarray
     disk: np.ndarray
     tip: np.ndarray
+    elapsed: np.ndarray
 
 
 class LoadRamp(NamedTuple):
@@ -69,9 +71,18 @@ class RigBalance(NamedTuple):
 def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Forces:
     """What arrives at the rig; `constant` is the share of the constant effects."""
     return Forces(
-        np.maximum(loads.tension + constant * built.tension_offset, 0),
+        np.maximum(loads.tension + loads.elapsed * built.tension_drift + constant * built.tension_offset, 0),
         built.disk_efficiency * loads.disk + constant * built.disk_force,
         built.tip_efficiency * loads.tip + constant * built.tip_force,
+    )
+
+
+def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
+    """The rig as it is by then: plates and their clamps soften together."""
+    left = 1 - built.softening * loads.elapsed[0]
+    rig = built.rig
+    return rig._replace(
+        rigidity=left * rig.rigidity, compliance=rig.compliance / left, base_compliance=rig.base_compliance / left
     )
 
 

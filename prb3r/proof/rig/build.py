@@ -25,6 +25,14 @@ class BuiltRig:
     """Turns `*_kg` loads into newtons, m/s^2."""
     tension_offset: np.ndarray
     """(m,) added to applied tensions, N."""
+    tension_drift: np.ndarray
+    """(m,) added to applied tensions for every step before, N."""
+    softening: float
+    """Share of the plates' stiffness that every step takes."""
+    gain: np.ndarray
+    """(m,) true over noted tension, of small ones."""
+    gain_per_n: np.ndarray
+    """(m,) how that grows with the noted tension, relative, 1/N."""
     disk_force: np.ndarray
     """(n, 2) at the centres of the disks, N."""
     tip_force: np.ndarray
@@ -67,6 +75,10 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         cables=draft.cables,
         gravity=float(manipulator.get("gravity_m_s2", STANDARD_GRAVITY)),
         tension_offset=draft.tension_offset,
+        tension_drift=draft.tension_drift,
+        softening=float(draft.softening),
+        gain=draft.gain,
+        gain_per_n=draft.gain_per_n,
         disk_force=draft.disk_force,
         tip_force=draft.tip_force,
         tip_efficiency=draft.tip_efficiency,
@@ -105,12 +117,16 @@ def _arrays(draft: Draft) -> Rig:
         loop_yield=np.array(np.broadcast_to(draft.loop_yield, len(draft.arc)), float),
         loop_springs=int(draft.loop_springs),
         compliance=float(draft.compliance),
+        base_compliance=float(draft.base_compliance),
+        umbilical=float(draft.umbilical),
         contact_angle=draft.contact_angle,
         contact_stiffness=draft.contact_stiffness,
         offset=draft.offset,
         clearance=float(draft.clearance),
         reach=np.asarray(draft.reach, np.int64),  # of no cables, too: for floats all would be compiled once more
         friction=draft.friction,
+        friction_exponent=float(draft.friction_exponent),
+        friction_tension=float(draft.friction_tension),
         pulley=draft.pulley,
         edges=draft.edges,
         presliding=float(draft.presliding if draft.cables else np.inf),

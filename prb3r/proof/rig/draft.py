@@ -54,6 +54,14 @@ class Draft:
     loop_springs: int = 0
     compliance: float = 0.0
     """Of a hinge at each end of each arc, rad/(N m)."""
+    base_compliance: float = 0.0
+    """Of one more where the first arc begins."""
+    umbilical: float = 0.0
+    """Couple at the tip against its turn, N m/rad."""
+    softening: float = 0.0
+    """Share of the plates' stiffness that every step takes."""
+    friction_exponent: float = 0.0
+    friction_tension: float = 1.0
     contact_angle: np.ndarray = field(init=False)
     """(n, 2) toward negative and toward positive offsets."""
     contact_stiffness: np.ndarray = field(init=False)
@@ -74,6 +82,12 @@ class Draft:
     """(m,) -ln(efficiency)."""
     tension_offset: np.ndarray = field(init=False)
     """(m,)"""
+    tension_drift: np.ndarray = field(init=False)
+    """(m,) N for every step before."""
+    gain: np.ndarray = field(init=False)
+    """(m,) true over noted tension, of small ones."""
+    gain_per_n: np.ndarray = field(init=False)
+    """(m,) how that grows with the noted tension, relative."""
     disk_force: np.ndarray = field(init=False)
     """(n, 2)"""
     tip_force: np.ndarray = field(init=False)
@@ -84,6 +98,8 @@ class Draft:
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
+        self.tension_drift = np.zeros(m)
+        self.gain, self.gain_per_n = np.ones(m), np.zeros(m)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
         self.disk_efficiency = np.ones((n, 1))
 

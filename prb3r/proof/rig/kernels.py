@@ -56,7 +56,8 @@ def shape(rig, i, wrench, elements, bent):
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
     load = moment, force_x, force_y
     clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
-    z[0], z[2], z[9] = clamp, hinge * moment, hinge
+    first = hinge + (rig.base_compliance if i == 0 else 0.0)
+    z[0], z[2], z[9] = clamp, first * moment, first
     for element in range(elements):
         here = 2 * element * apart
         _along(plate, load, (bent.before[i, here], bent.after[i, here]), z, rate)
@@ -126,14 +127,21 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
         else:
             turn, leave_sign = abs(angle[i] - before), np.sign(angle[i] - before)
             enter_sign = -leave_sign
-        grip = rig.friction[i, j] * turn + (rig.pulley[j] if i == 0 else 0.0)
-        log += slip[i, j] * grip
+        if i == 0:  # the pulley comes first
+            log += slip[0, j] * rig.pulley[j]
+            if sticking[0, j]:
+                d_log[:reach] += rig.pulley[j] / rig.presliding * d_length[:reach]
+        friction = rig.friction[i, j]
+        if rig.friction_exponent != 0 and tension > 0:
+            friction *= np.exp(-rig.friction_exponent * (log + np.log(tension / rig.friction_tension)))
+            d_log *= 1 - slip[i, j] * friction * turn * rig.friction_exponent
+        log += slip[i, j] * friction * turn
         if sticking[i, j]:
-            d_log[i:reach] += grip / rig.presliding * d_length[i:reach]
-        d_log[i] += slip[i, j] * rig.friction[i, j] * leave_sign * d_angle[i]
+            d_log[i:reach] += friction * turn / rig.presliding * d_length[i:reach]
+        d_log[i] += slip[i, j] * friction * leave_sign * d_angle[i]
         if i:
-            d_log[i - 1] += slip[i, j] * rig.friction[i, j] * enter_sign * d_angle[i - 1]
-            d_log[i - 1, 2] -= slip[i, j] * rig.friction[i, j] * enter_sign
+            d_log[i - 1] += slip[i, j] * friction * enter_sign * d_angle[i - 1]
+            d_log[i - 1, 2] -= slip[i, j] * friction * enter_sign
         pull = tension * np.exp(log)
         cos, sin = np.cos(angle[i]), np.sin(angle[i])
         unit = pull * np.array([rig.clamp[i] * sin + offset[i] * cos, -cos, -sin])
@@ -210,6 +218,8 @@ def imbalance(rig, forces, slips, bent, ends, elements):
         if excess > 0:  # the touching disks carry this part past plate and hinges
             wrench[i, 0] -= rig.contact_stiffness[i, side] * excess * np.sign(ends[i, 2])
             d_wrench[i, 0, i, 2] -= rig.contact_stiffness[i, side]
+        wrench[i, 0] -= rig.umbilical * ends[:, 2].sum()
+        d_wrench[i, 0, :, 2] -= rig.umbilical
         wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
         d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
         answer, softness = shape(rig, i, wrench[i], elements, bent)

@@ -13,6 +13,7 @@ from prb3r.proof.rig.balance import (
     RigBalance,
     find_balance,
     forces_of,
+    rig_at,
 )
 from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import poses
@@ -56,7 +57,7 @@ class RigPath:
         if not self.history:
             memory = memory._replace(slip=np.tile(loads.slip, (len(state.ends), 1)))
         guess = state.ends if guess is None else guess
-        return find_balance(self.built.rig, forces_of(self.built, loads), memory, guess, self.elements)
+        return find_balance(rig_at(self.built, loads), forces_of(self.built, loads), memory, guess, self.elements)
 
     def equal_substeps(self, state: RigBalance | None, ramp: LoadRamp, count: int) -> RigBalance | None:
         """The balance at the end of a ramp in `count` equal sub-steps."""

@@ -38,8 +38,11 @@ class RigStates:
     """(s, n, m) slip state at the hole before each plate."""
 
 
-def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[AppliedLoads]:
-    """Read the steps.  Absent and empty loads are zero, absent and empty slips -1."""
+def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -> list[AppliedLoads]:
+    """Read the steps as they pull, after so many `before` them.
+
+    Absent and empty loads are zero, absent and empty slips -1.
+    """
     n, m = built.rig.offset.shape
     weight = built.gravity
     place: dict[str, tuple[str, Any, float]] = {
@@ -51,7 +54,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[Applie
     place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
     loads, problems = [], []
     for k, step in enumerate(steps):
-        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2))
+        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), np.array([before + k], float))
         for name, value in step.items():
             if name not in place:
                 problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
@@ -60,6 +63,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]]) -> list[Applie
                 getattr(load, field)[where] = unit * value
         if (load.tension < 0).any():
             problems.append(Problem(f"steps[{k}]", "a cable cannot push: tensions must not be negative"))
+        load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         loads.append(load)
     if problems:
         raise SpecError(*problems)
@@ -73,6 +77,7 @@ def simulate(
     elements: int = 24,
     substeps: int | None = None,
     tolerance: float = 1e-6,
+    before: int = 0,
 ) -> RigStates:
     """Equilibria along one sequence of load steps, from rest.
 
@@ -83,6 +88,7 @@ def simulate(
     elements : steps along the arc of each plate
     substeps : fixed number of equal sub-steps per step; without it they adapt
     tolerance : of one adaptive sub-step: position in parts of the length, or slip state in the shape it may cost
+    before : number of steps that were taken before the sequence, for what drifts
 
     Raises
     ------
@@ -90,13 +96,13 @@ def simulate(
         Effects or load columns that make no sense.
     """
     built = build_rig(manipulator)
-    loads, (n, m) = _loads(built, steps), built.rig.offset.shape
+    loads, (n, m) = _loads(built, steps, before), built.rig.offset.shape
     path = RigPath(built, elements, tolerance)
-    before = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2))
-    state = rest(built, before, elements)
+    last = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2), np.zeros(1))
+    state = rest(built, last, elements)
     pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
     for k, load in enumerate(loads):
-        ramp, before = LoadRamp(before, load), load
+        ramp, last = LoadRamp(last, load), load
         if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*ramp, strict=True))):
             state = path.equal_substeps(state, ramp, substeps) if substeps else path.adaptive(state, ramp)
         if state is not None:

@@ -2,7 +2,8 @@
 
 `hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
 positive; angles and lengths are those of the shifted spans; what happens inside a disk is free of friction.
-`cable_bending` adds to a plate for each live cable that crosses it.
+`cable_bending` adds to a plate for each live cable that crosses it.  `load_cell` turns what a step notes into what
+pulls, before `tension_offset` adds to it.
 """
 
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import FROM_ZERO, Record, one_of, several, size
+from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
 
 
 def _kill(draft: Draft, cable):
@@ -30,6 +31,15 @@ def _preloaded(given: Conditions) -> Iterator[Candidate]:
     for place in given.of_cables():
         for low, high in ((0.0, 0.3), (-0.3, 0.0)):  # of an idle cable nothing can be taken away
             yield Candidate(place, lambda u: {"offset_n": u * given.pull}, low, high)  # a hanger left out
+
+
+def _misread(draft: Draft, gain=1.0, quadratic_per_n=0.0, cables=None):
+    draft.gain[draft.columns(cables)] *= gain
+    draft.gain_per_n[draft.columns(cables)] += quadratic_per_n
+
+
+def _drift(draft: Draft, offset_n_per_step, cables=None):
+    draft.tension_drift[draft.columns(cables)] += offset_n_per_step
 
 
 def _shift(draft: Draft, cable, offset_m):
@@ -62,6 +72,16 @@ def _stiff(given: Conditions) -> Iterator[Candidate]:
 CABLE_RECORDS = (
     Record("dead_cable", _kill, (one_of("cable", "cables"),), _dead, turn=20),
     Record("tension_offset", _preload, (size("offset_n"), several("cables", "cables")), _preloaded, turn=4),
+    Record(
+        "load_cell",
+        _misread,
+        (
+            size("gain", POSITIVE, Scale.LOGARITHM, optional=True),
+            size("quadratic_per_n", ANY, optional=True),
+            several("cables", "cables"),
+        ),
+    ),
+    Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables"))),
     Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
     Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11),
     Record("cable_bending", _add_stiffness, (size("stiffness_n_m2", FROM_ZERO),), _stiff, turn=10),

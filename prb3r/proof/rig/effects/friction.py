@@ -1,7 +1,8 @@
 """Friction of holes and pulleys.
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
-coefficient of every hole of its cables, `worn_hole` what then stands at one disk.
+coefficient of every hole of its cables, `worn_hole` what then stands at one disk.  `load_dependent_friction` scales
+all of them.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,17 @@ import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import FRACTION, FROM_ZERO, POSITIVE, Record, Scale, one_of, several, size
+from prb3r.proof.rig.effects.record import (
+    FRACTION,
+    FROM_ZERO,
+    POSITIVE,
+    Record,
+    Scale,
+    number_in,
+    one_of,
+    several,
+    size,
+)
 
 PRESLIDINGS = 4e-5, 2e-4
 """Presliding lengths at which `slip_history` is tried, m: in the lower and upper part of `SLIP_RANGE`."""
@@ -69,6 +80,10 @@ def _worn(given: Conditions) -> Iterator[Candidate]:
                 yield Candidate((("disk", disk), *place), lambda u: {"coefficient": mu + u}, -mu, 2.0)
 
 
+def _weaken_with_load(draft: Draft, exponent, tension_n):
+    draft.friction_exponent, draft.friction_tension = exponent, tension_n
+
+
 def _lose(draft: Draft, efficiency, cables=None):
     draft.pulley[draft.columns(cables)] -= np.log(efficiency)
 
@@ -103,6 +118,12 @@ FRICTION_RECORDS = (
         (one_of("disk", "disks"), size("coefficient", FROM_ZERO, Scale.EXCESS), several("cables", "cables")),
         _worn,
         turn=2,
+    ),
+    Record(
+        "load_dependent_friction",
+        _weaken_with_load,
+        (size("exponent", number_in(0, 1)), size("tension_n", POSITIVE)),
+        once=True,
     ),
     Record(
         "pulley_friction",

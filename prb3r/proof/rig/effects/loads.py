@@ -10,7 +10,7 @@ import numpy as np
 
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import ANY, FRACTION, Record, Scale, one_of, size
+from prb3r.proof.rig.effects.record import ANY, FRACTION, FROM_ZERO, Record, Scale, one_of, size
 
 GRAVITY = 12.0
 """Largest that is concealed, m/s^2: all of it in the plane, and a fifth for disks heavier than noted."""
@@ -70,6 +70,10 @@ def _hold_weights(draft: Draft, efficiency, disk=None):
     draft.disk_efficiency[slice(None) if disk is None else disk - 1] *= efficiency
 
 
+def _tether(draft: Draft, stiffness_n_m_per_rad):
+    draft.umbilical += stiffness_n_m_per_rad
+
+
 LOAD_RECORDS = (
     Record(
         "gravity",
@@ -89,6 +93,7 @@ LOAD_RECORDS = (
         vector=True,
         reshaped=_tip_force_anew,
     ),
+    Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),)),
     Record("tip_load_friction", _hold_back, (size("efficiency", FRACTION, Scale.LOGARITHM),), _held_back, turn=14),
     Record(
         "weight_friction",

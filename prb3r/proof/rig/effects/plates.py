@@ -176,7 +176,17 @@ def _giving(given: Conditions) -> Iterator[Candidate]:
     yield Candidate((), lambda u: {"compliance_rad_per_n_m": u * given.arc / given.rigidity}, 0, 1.0)
 
 
+def _give_way_at_base(draft: Draft, compliance_rad_per_n_m):
+    draft.base_compliance += compliance_rad_per_n_m
+
+
+def _soften(draft: Draft, share_per_step):
+    draft.softening += share_per_step
+
+
 PLATE_RECORDS = (
+    Record("base_compliance", _give_way_at_base, (size("compliance_rad_per_n_m", FROM_ZERO),)),
+    Record("plate_softening", _soften, (size("share_per_step", number_in(-1, 1)),)),
     Record(
         "weakened_plate",
         _weaken,

@@ -1,0 +1,105 @@
+"""Effects that few rigs have, against closed forms and other ways to say the same."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from model.one_segment import PLATE, manipulator, same, state
+
+from prb3r.mechanics.chain import loads
+from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.model.solve import solve as solve_steps
+
+
+def test_a_load_cell_that_reads_wrong_leaves_another_tension():
+    """Recorded 40 N: 1.1 x 40 N x (1 + 0.001 x 40) = 45.76 N."""
+    wrong = {"kind": "load_cell", "gain": 1.1, "quadratic_per_n": 1e-3}
+    assert same(state(manipulator(wrong, mu=0.2)), state(manipulator(mu=0.2), up=45.76))
+    of_one = manipulator(wrong | {"cables": ["down"]}, {"kind": "tension_offset", "offset_n": 2.0}, mu=0.2)
+    assert same(state(of_one, up=10.0, down=40.0), state(manipulator(mu=0.2), up=12.0, down=47.76))
+    twice = manipulator(wrong, {"kind": "load_cell", "gain": 0.5, "quadratic_per_n": 2e-3}, mu=0.2)
+    assert same(state(twice), state(manipulator(mu=0.2), up=0.55 * 40 * 1.12))
+
+
+def test_a_gain_of_all_cables_is_a_softer_plate_unless_dead_loads_act():
+    wrong = manipulator({"kind": "load_cell", "gain": 1.25})
+    soft = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 / 1.25}])
+    assert same(state(wrong, 60, 10), state(soft, 60, 10))
+    assert not same(state(wrong, 60, 10, tip=(0, 1)), state(soft, 60, 10, tip=(0, 1)), within=1e-4)
+
+
+def at_steps(*effects, **changes):
+    """(4, 5, 3) positions and angles of all disks at two steps of two sequences each, the tip pushed."""
+    steps = {"sequence": ["a", "a", "b", "b"], "step": [1, 2, 1, 2], "cable_up_n": [40.0, 40.0, 40.0, 30.0]}
+    frame = solve_steps(manipulator(*effects, mu=0.2, **changes), pd.DataFrame(steps | {"tip_y_n": 0.4}))
+    return frame[["x_m", "y_m", "angle_rad"]].to_numpy().reshape(4, 5, 3)
+
+
+def test_the_zero_of_a_load_cell_drifts_from_step_to_step_of_the_table():
+    """By 1.5 N a step: the fourth step of the table, recorded as 30 N, pulls with 34.5 N."""
+    drift = at_steps({"kind": "tension_drift", "offset_n_per_step": 1.5, "cables": ["up"]})
+    for step, offset in enumerate([0.0, 1.5, 3.0, 4.5]):
+        beside = at_steps({"kind": "tension_offset", "offset_n": offset, "cables": ["up"]})
+        assert drift[step] == pytest.approx(beside[step], abs=1e-9)
+
+
+def test_plates_soften_from_step_to_step_of_the_table():
+    softer = at_steps({"kind": "plate_softening", "share_per_step": 0.02})
+    for step, left in enumerate([1.0, 0.98, 0.96, 0.94]):
+        plain = at_steps(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 * left}])
+        assert softer[step] == pytest.approx(plain[step], abs=1e-9)
+
+
+def test_friction_that_falls_with_the_load_integrates_to_a_power_of_the_tension():
+    """Howell (J. Text. Inst. 44 (1953) T359): dT / d(angle) = -mu T (T / T0)^-p has T^p = T_0^p - p mu T0^p angle.
+
+    Over forty holes the sum over holes is within 0.2 % of the integral; the coefficient at the base alone, 5 % off.
+    """
+    falls = {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 20.0}
+    found = state(manipulator(falls, mu=0.3, plates=40), up=40.0)
+    turned = found.angle[0, -1] - np.diff(found.angle[0])[-1] / 2  # to the last span, half its plate's bend short
+    assert turned > 1.2
+    held = 40.0**0.3 - 0.3 * 0.3 * 20.0**0.3 * turned
+    assert found.tension[0, -1, 0] == pytest.approx(held ** (1 / 0.3), rel=2e-3)
+
+
+def test_at_its_own_tension_friction_that_falls_with_the_load_is_the_nominal_one():
+    falls = {"kind": "load_dependent_friction", "exponent": 0.5, "tension_n": 40.0}
+    base_hole = {"kind": "worn_hole", "disk": 0, "coefficient": 0.4}
+    assert same(state(manipulator(falls, base_hole)), state(manipulator(base_hole)))
+    assert not same(state(manipulator(falls, base_hole), up=20.0), state(manipulator(base_hole), up=20.0), 1e-5)
+
+
+@pytest.mark.parametrize("model", ["prb3r", "elastica"])
+def test_a_compliant_base_is_a_cantilever_on_a_rotational_spring(model):
+    """Roark: w = F L^3 / (3 EI) + c F L^2, and the tip turns by F L^2 / (2 EI) + c F L, to first order in the force."""
+    alone = {"plates": 1, "length_m": 0.05, "clamp_m": 0.0, "bending_stiffness_n_m2": 0.24}
+    gives = {"kind": "base_compliance", "compliance_rad_per_n_m": 0.03}
+    rig = manipulator(gives, model=model, segment=[alone], disk={"thickness_m": 0.0, "mass_kg": 0.05})
+    found = state(rig, up=0.0, tip=(0.0, 1e-4))
+    exact = 1e-4 if model == "elastica" else 0.02  # the springs are a fit
+    assert found.y[0, -1] == pytest.approx(1e-4 * 0.05**3 / (3 * 0.24) + 0.03 * 1e-4 * 0.05**2, rel=exact)
+    assert found.angle[0, -1] == pytest.approx(1e-4 * 0.05**2 / (2 * 0.24) + 0.03 * 1e-4 * 0.05, rel=exact)
+
+
+def test_a_compliant_base_turns_plate_1_by_the_moment_there_whatever_the_load():
+    """Moment at the base, elastica of four plates of two springs each: the hinge turns all disks alike beyond it."""
+    gives = {"kind": "base_compliance", "compliance_rad_per_n_m": 0.02}
+    rig = manipulator(gives, model="elastica")
+    found = state(rig, tip=(0.0, 0.5))
+    assert found.q[0, 0, 0] == pytest.approx(0.02 * found.moment[0, 0, 0], rel=1e-7)
+    assert np.abs(found.q[0, 1:, 0]).max() < 1e-8
+    softer = {"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01}
+    both = state(manipulator(gives, softer, model="elastica"), tip=(0.0, 0.5))
+    assert both.q[0, 0, 0] == pytest.approx(0.03 * both.moment[0, 0, 0], rel=1e-7)
+    assert both.q[0, 1, 0] == pytest.approx(0.01 * both.moment[0, 1, 0], rel=1e-7)
+
+
+def test_an_umbilical_turns_the_tip_back_and_bends_all_plates_alike():
+    """Four plates in series, EI / l each: the tip turns by T d / (EI / (4 l) + k), to first order in the tension."""
+    tether = {"kind": "umbilical", "stiffness_n_m_per_rad": 1.5}
+    small = state(manipulator(tether, model="elastica"), up=1e-3)
+    assert small.angle[0, -1] == pytest.approx(1e-3 * 0.02 / (0.24 / (4 * 0.014) + 1.5), rel=1e-4)
+    rig, force = manipulator(tether, mu=0.3), (0.3, -0.6)
+    held, chain = state(rig, tip=force), manipulator(mu=0.3).chain()
+    couple = -1.5 * held.angle[0, -1]
+    assert same(held, solve_chain(chain, loads(chain, [[40.0, 0.0]], tip=force, moment=couple)))
