@@ -228,7 +228,8 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     for s in range(1, len(loads.tension)):
         if from_rest[s - 1]:
             last = np.int64(0)
-        farther = times_as_far(loads, last, s) if history is None and lost_from == last else 0.0
+        as_before = history is None and lost_from == last and packed.model[0].softening == 0.0
+        farther = times_as_far(loads, last, s) if as_before else 0.0
         end = path.reached[s - 2]  # where the step before was lost, if it was
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         way, loaded, taken = Way(loads, last, s), dead[s] or dead[last], FAILED
