@@ -16,14 +16,13 @@ from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.same_way import times_as_far
 from prb3r.mechanics.stability import lowest_of_plates
 from prb3r.mechanics.state import Rates, State, rates, restore, save, slide, state, turned_by_surprise, turned_too_far
 from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
 SMALLEST_CROSSING = 1.0 / 1024
 """Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
-SAME_LOAD = 1e-12
-"""Difference of two loads, relative, that is rounding."""
 SMALLEST_STEP = 1.0 / 2**20
 """Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
 
@@ -166,44 +165,6 @@ def come_to_rest(packed, onset, dead, modes, space, work):
             work.handed[1 + j] = length
     save(packed, work, space.rest)
     return taken != FAILED and taken != JUMPED
-
-
-@kernel
-def way_products(of_step, last, s):
-    """Of the ways from row `last` to row `s` and to the row before: their product, and the square of the latter."""
-    start, before, target = of_step[last].ravel(), of_step[s - 1].ravel(), of_step[s].ravel()
-    product = square = 0.0
-    for i in range(len(start)):
-        product += (target[i] - start[i]) * (before[i] - start[i])
-        square += (before[i] - start[i]) ** 2
-    return product, square
-
-
-@kernel
-def is_multiple(of_step, last, s, factor):
-    """Whether the way from row `last` to row `s` is `factor` times that to the row before."""
-    start, before, target = of_step[last].ravel(), of_step[s - 1].ravel(), of_step[s].ravel()
-    for i in range(len(start)):
-        if abs(target[i] - start[i] - factor * (before[i] - start[i])) > SAME_LOAD * (abs(target[i]) + abs(start[i])):
-            return False
-    return True
-
-
-@kernel
-def times_as_far(loads, last, s):
-    """How many times as far row `s` is from row `last` as the row before, in the same direction; 0: in another one."""
-    for j in range(loads.slip.shape[1]):
-        if loads.slip[s, j] != loads.slip[s - 1, j] or (last > 0 and loads.slip[s, j] != loads.slip[last, j]):
-            return 0.0
-    tension, force = way_products(loads.tension, last, s), way_products(loads.force, last, s)
-    tip, moment = way_products(loads.tip, last, s), way_products(loads.moment, last, s)
-    square = tension[1] + force[1] + tip[1] + moment[1]
-    if square == 0.0:
-        return 0.0
-    factor = max((tension[0] + force[0] + tip[0] + moment[0]) / square, 0.0)
-    same = is_multiple(loads.tension, last, s, factor) and is_multiple(loads.force, last, s, factor)
-    same = same and is_multiple(loads.tip, last, s, factor) and is_multiple(loads.moment, last, s, factor)
-    return factor if same else 0.0
 
 
 @entrance
