@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from numba.core import config
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
@@ -171,8 +172,34 @@ def once_at_a_time(place: Path) -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def one_after_another(place: Path) -> Iterator[None]:
+    """Let one process after another do what follows."""
+    with contextlib.ExitStack() as stack:
+        if fcntl is not None:
+            with contextlib.suppress(OSError):  # no folder, or no locks in it
+                file = stack.enter_context(place.open("wb"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+class _SharedCache(FunctionCache):
+    """The machine code of one entrance, for several kinds of arguments, on disk.
+
+    Numba reads the list of kinds, chooses a file that no other kind has, and writes the list: two processes that do so
+    at the same time with two kinds would choose the same file, and later ones run the code of the wrong kind.
+    """
+
+    def save_overload(self, sig, data):
+        with one_after_another(Path(_own_folder()) / f"{self._py_func.__name__}.list.lock"):
+            super().save_overload(sig, data)
+
+
 class _Entrance(CPUDispatcher):
     """A function that Python calls, compiled when it is first called with arguments of a kind."""
+
+    def enable_caching(self):
+        self._cache = _SharedCache(self.py_func)
 
     def compile(self, sig):
         kind = hashlib.sha256(f"{self.py_func.__module__}.{self.py_func.__qualname__}{sig}".encode()).hexdigest()[:16]

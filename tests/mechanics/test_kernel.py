@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -129,3 +131,54 @@ def test_those_who_want_the_same_wait_for_the_first_and_then_for_nobody(tmp_path
 def test_where_no_lock_can_be_had_work_goes_on(tmp_path):
     with once_at_a_time(tmp_path / "missing/lock"):
         pass
+
+
+MODULE = """
+import sys
+import numpy as np
+from prb3r.mechanics import kernel as compiling
+compiling._own_folder = lambda: sys.argv[1]
+from prb3r.mechanics.kernel import entrance
+
+@entrance
+def kind(values):
+    return values.size * 100 + values.itemsize
+"""
+
+
+@pytest.mark.skipif(compiling.fcntl is None, reason="no locks of files")
+def test_kinds_that_are_kept_at_the_same_time_do_not_take_each_others_place(tmp_path):
+    """Four processes compile one function for four kinds of arguments, and write at the same moment."""
+    (tmp_path / "kinds.py").write_text(MODULE)
+    (tmp_path / "code").mkdir()
+    types = ["int8", "int16", "float32", "float64"]
+    write = """
+from numba.core.caching import IndexDataCacheFile
+import pathlib, time
+choose = IndexDataCacheFile._load_index
+def slowly(self):
+    found = choose(self)
+    time.sleep(0.2)
+    return found
+import kinds
+IndexDataCacheFile._load_index = slowly
+pathlib.Path(sys.argv[3] + ".ready").touch()
+while len(list(pathlib.Path(".").glob("*.ready"))) < 4:
+    time.sleep(0.01)
+kinds.kind(np.zeros(3, sys.argv[2]))
+"""
+    read = "import kinds\nprint(kinds.kind(np.zeros(3, sys.argv[2])), sum(kinds.kind.stats.cache_hits.values()))\n"
+    head = "import sys\nimport numpy as np\n"
+
+    def started(text, dtype):
+        arguments = [sys.executable, "-c", head + text, str(tmp_path / "code"), dtype, dtype]
+        return subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+
+    for process in [started(write, dtype) for dtype in types]:
+        with process:
+            assert process.wait(timeout=120) == 0
+    found = []
+    for dtype in types:
+        with started(read, dtype) as process:
+            found.append(process.communicate(timeout=120)[0].split())
+    assert found == [[str(300 + np.dtype(dtype).itemsize), "1"] for dtype in types]
