@@ -51,8 +51,8 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     if keys & MANIPULATOR_KEYS:
         manipulator = load_manipulator(path)
         return (
-            f"manipulator, {len(manipulator.segment)} segments, {manipulator.plates} plates, "
-            f"{len(manipulator.cable)} cables, {manipulator.chain().length:.4g} m long"
+            f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
+            f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
         )
     from prb3r.study.plan import plan_study
     from prb3r.study.spec import Study
@@ -72,7 +72,7 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
         if declared and (what := ignored_slips(family.manipulator(), declared)):
             ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
-    return "\n  ".join([f"study of {len(plan.cases)} cases", *remarks])
+    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
 
 
 def _keys(path: Path) -> set[str]:
@@ -95,7 +95,8 @@ def _check_recording(path: Path) -> str:
     readings, measured = recording.readings, recording.measurement
     kinds = [(kind.column, int((readings.kind == kind).sum())) for kind in Kind]
     deviations = {"positions": (measured.position_sd_m, "m"), "angles": (measured.angle_sd_rad, "rad")}
-    exact = [f"{name} within {sd:g} {unit}" for name, (sd, unit) in deviations.items() if sd]
+    read = {"positions" if Kind(kind).is_position else "angles" for kind in set(readings.kind.tolist())}
+    exact = [f"{name} within {sd:g} {unit}" for name, (sd, unit) in deviations.items() if sd and name in read]
     line = (
         f"recording, {count(len(recording.sequences), 'sequence')}, {count(len(recording.steps), 'step')}, "
         f"{count(readings.count, 'reading')} ({', '.join(f'{number} {name}' for name, number in kinds if number)}) "
@@ -116,5 +117,6 @@ def _check_table(path: Path, manipulator: Manipulator | None) -> str:
         raise SpecError(*(Problem(str(path), f"column {key!r} is missing") for key in missing))
     sequences = frame["sequence"].nunique()
     return (
-        f"table of {len(frame)} rows in {sequences} sequences; its columns are checked with the manipulator they load"
+        f"table of {count(len(frame), 'row')} in {count(sequences, 'sequence')}; "
+        "its columns are checked with the manipulator they load"
     )

@@ -21,5 +21,11 @@ def listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
+def few(names: Sequence[str], most: int = 3) -> str:
+    """Names in a row, of many only the first; in quotation marks where one of them has a space or a comma."""
+    shown = [f'"{name}"' for name in names] if any(" " in name or "," in name for name in names) else list(names)
+    return ", ".join(shown) if len(shown) <= most else f"{', '.join(shown[:most])} and {len(shown) - most} more"
+
+
 def _line(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

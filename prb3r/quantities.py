@@ -64,6 +64,9 @@ _UNIT_PARTS = re.compile(
 )
 _PRETTY = {"^2": "²", "^4": "⁴", "deg": "°", "um": "µm", "us": "µs"}
 
+SHORT_FOR = {"mu": "friction_coefficient"}
+"""Short names of factors and the quantities of the nomenclature they stand for."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -163,9 +166,13 @@ def label(column: str | Quantity, unit: str | None = None) -> str:
     if unit is not None:
         scale(quantity, unit)
         quantity = replace(quantity, unit=unit)
-    shown = "" if quantity.unit == "1" else quantity.unit
-    shown = re.sub(r"[A-Za-z]+|\^\d", lambda part: _PRETTY.get(part[0], part[0]), shown)
+    shown = printed(quantity.unit)
     return f"{quantity.title} ({shown})" if shown else quantity.title
+
+
+def printed(unit: str) -> str:
+    """A unit as it is printed: `mm²`, `°`; nothing for a pure number."""
+    return "" if unit == "1" else re.sub(r"[A-Za-z]+|\^\d", lambda part: _PRETTY.get(part[0], part[0]), unit)
 
 
 def scale(column: str | Quantity, unit: str) -> float:

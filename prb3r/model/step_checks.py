@@ -112,6 +112,9 @@ def _columns(manipulator: Manipulator) -> list[str]:
 def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
     if manipulator and (disk := re.fullmatch(r"disk(\d+)_[xy]_n", name)):
         return f": there is no disk {disk[1]}, disks that can carry loads are 1 to {manipulator.plates}"
+    if manipulator and (other := re.fullmatch(r"(?:cable_(.+)_(?:n|kg)|slip_(.+))", name)):
+        names = ", ".join(manipulator.cable_names) or "no"
+        return f": there is no cable {other[1] or other[2]}; the manipulator has the cables {names}"
     return did_you_mean(name, [v for v in valid if not v.startswith("disk")])
 
 

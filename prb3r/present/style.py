@@ -11,7 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from prb3r.quantities import Quantity, describe, label, scale
+from prb3r.quantities import SHORT_FOR, Quantity, describe, label, printed, scale
 
 MM = 1 / 25.4
 """A millimetre in inches, which matplotlib measures in."""
@@ -38,9 +38,6 @@ HATCHES = ("", "////", "\\\\\\\\", "xxxx", "----", "||||", "++++", "//")
 OPEN_MARKERS = ("D", "o", "s", "^", "v", "p", "h", "*")
 RAMP_FROM = 4
 """From this many numbers on, colour is a ramp from dark to light instead of a set of distinct ones."""
-
-SHORT_FOR = {"mu": "friction_coefficient"}
-"""Short names of factors and the quantities of the nomenclature they stand for."""
 
 NATURAL = {
     "m": ((1.0, "mm"),),
@@ -121,13 +118,8 @@ def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Show
         largest = np.nanmax(finite[np.isfinite(finite)], initial=0.0)
         unit = next((unit for bound, unit in NATURAL.get(quantity.unit, ()) if largest < bound), None)
     if unit is None:
-        return Shown(label(quantity), 1.0, pretty(quantity.unit))
-    return Shown(label(quantity, unit), scale(quantity, unit), pretty(unit))
-
-
-def pretty(unit: str) -> str:
-    """A unit as printed after a number: `mm²`, `°`; nothing for a pure number."""
-    return label(Quantity("u", "", unit, "")).removeprefix("u").strip().removeprefix("(").removesuffix(")")
+        return Shown(label(quantity), 1.0, printed(quantity.unit))
+    return Shown(label(quantity, unit), scale(quantity, unit), printed(unit))
 
 
 def literal(text: str) -> str:

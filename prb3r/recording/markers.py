@@ -44,9 +44,8 @@ def marker_problems(
     if not keys and steps is not None:
         problems += _without_step(with_keys(frame), steps, where)
     if manipulator:
-        readings = pd.DataFrame({name: numbers(frame[name]) for name in MARKER_COLUMNS if name in frame}).assign(
-            disk=disk
-        )
+        read = [name for name in MARKER_COLUMNS if name in frame and not number_problems(frame[name], "")]
+        readings = pd.DataFrame({name: numbers(frame[name]) for name in read}, frame.index).assign(disk=disk)
         readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
         problems += [*position_problems(readings, manipulator, measurement, where), *angle_problems(readings, where)]
     return problems
@@ -62,9 +61,9 @@ def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
             remedy = f": {unit}" if unit else did_you_mean(str(name), [*MARKER_KEYS, *MARKER_COLUMNS])
             yield Problem(place, f"unknown column{remedy}")
     read = [name for name in MARKER_COLUMNS if name in frame]
-    if not read:
+    if not read and not any(other_unit(str(name), MARKER_COLUMNS) for name in frame.columns):
         yield Problem(where, f"records nothing: give at least one of the columns {', '.join(MARKER_COLUMNS)}")
-    elif all(is_empty(frame[name]).all() for name in read):
+    elif read and all(is_empty(frame[name]).all() for name in read):
         yield Problem(where, "holds no readings: every cell is empty")
 
 

@@ -14,6 +14,8 @@ LEAST_TURN = 10.0
 """Deflections smaller than so many standard deviations tell no side."""
 SLACK = 0.25
 """Share of the distance between disks by which one may seem too far from the base: tolerances, a camera's scale."""
+FEWEST_TO_SET_ASIDE = 3
+"""Sequences from which on a diagnosis sets one aside."""
 ALIKE = 5.0
 """Largest ratio of the strongest pulls of cables in kilograms and in newtons on one rig.  Choice: half of g."""
 
@@ -23,6 +25,7 @@ def implausible(recording: Recording) -> Iterator[str]:
     yield from _misplaced_disks(recording)
     yield from _wrong_sides(recording)
     yield from _mixed_units(recording)
+    yield from _too_little(recording)
 
 
 def _misplaced_disks(recording: Recording) -> Iterator[str]:
@@ -34,13 +37,14 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
     for s, d, kind, value in zip(*(field.tolist() for field in readings), strict=True):
         if Kind(kind).is_position:
             places[s, d][kind] = value
-    disks = np.array([d for _, d in places])
-    away = np.linalg.norm(np.array(list(places.values())), axis=1)
+    away = np.linalg.norm(np.array(list(places.values())).reshape(-1, 2), axis=1)
+    known = np.isfinite(away)
+    disks, away = np.array([d for _, d in places], int)[known], away[known]
     slack = SLACK * spacing.mean() + 3 * recording.measurement.frame_position_sd_m
-    far = [d for d in np.unique(disks).tolist() if np.nanmedian(away[disks == d], keepdims=True)[0] > along[d] + slack]
+    far = [d for d in np.unique(disks).tolist() if np.median(away[disks == d]) > along[d] + slack]
     if len(far) >= FEWEST:
         first = far[0]
-        distance = float(np.nanmedian(away[disks == first]))
+        distance = float(np.median(away[disks == first]))
         yield (
             f"disk {first} is {distance:.3g} m from the base, but the arm reaches only {along[first]:.3g} m so far, "
             f"and so for {len(far)} disks; are disks counted from the base, which is 0, or is a length wrong?"
@@ -95,3 +99,25 @@ def _mixed_units(recording: Recording) -> Iterator[str]:
         if max(ratio, 1 / ratio) > ALIKE:
             stronger = f"{ratio:.2g} times as strong as" if ratio > 1 else f"{1 / ratio:.2g} times weaker than"
             yield f"cables noted in kilograms are pulled {stronger} those noted in newtons; is a unit wrong?"
+
+
+def _too_little(recording: Recording) -> Iterator[str]:
+    """What was not recorded, without which a diagnosis stays unsure."""
+    count = len(recording.sequences)
+    if count < FEWEST_TO_SET_ASIDE:
+        yield (
+            f"{'one sequence' if count == 1 else f'{count} sequences'} alone: none can be set aside, so a diagnosis "
+            f"is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
+        )
+    tension = recording.loads.tension
+    if len(tension) and tension.any() and not _lets_go(recording):
+        yield (
+            "no cable is ever let go again: with loading alone friction and lossy pulleys look like stiffer plates; "
+            "record the way back too"
+        )
+
+
+def _lets_go(recording: Recording) -> bool:
+    """Whether any tension falls from one step of a sequence to the next."""
+    within = np.diff(recording.of_sequence) == 0
+    return bool((np.diff(recording.loads.tension, axis=0)[within] < 0).any())

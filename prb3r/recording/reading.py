@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from prb3r.errors import Problem, RecordingError
+from prb3r.errors import Problem, RecordingError, SpecError, did_you_mean
 from prb3r.model.files.cells import is_empty, rows_of
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.files.toml import place_of, read_toml
-from prb3r.model.manipulator import load_manipulator
+from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.steps import loads_of
 from prb3r.recording import markers
 from prb3r.recording.findings import Findings
@@ -42,7 +42,7 @@ def load_recording(path: str | Path) -> Recording:
     findings = Findings()
     described = findings.tried(lambda: read_toml(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
-    manipulator = findings.tried(lambda: load_manipulator(file.parent / named)) if named else None
+    manipulator = findings.tried(lambda: _manipulator(file, named)) if named else None
     measurement = described.measurement if described else None
     step_file, steps = _table(file.parent, "steps", findings)
     if steps is not None:
@@ -71,6 +71,16 @@ def load_recording(path: str | Path) -> Recording:
         readings=readings,
         remarks=(*findings.remarks, *doubts(manipulator, described.measurement)),
     )
+
+
+def _manipulator(file: Path, named: str) -> Manipulator:
+    """The manipulator that a recording file names; raises SpecError, of a file that is not there at its name."""
+    path = file.parent / named
+    if not path.exists():
+        others = [other.name for other in path.parent.glob("*.toml") if other != file]
+        place = place_of(file, ("manipulator",))
+        raise SpecError(Problem(place, f"there is no file {str(path)!r}{did_you_mean(named, others)}"))
+    return load_manipulator(path)
 
 
 def _named_manipulator(file: Path) -> str | None:

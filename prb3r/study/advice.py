@@ -56,11 +56,12 @@ def _ranked(decision: Decision, k: int) -> list[str]:
     if decision.score[k] - decision.score[second] < LEVEL:
         against += ", so the two are level"
     equal = len(set(decision.weights)) == 1
+    among = "" if all(decision.feasible) else "among these "
     return [
         *(
-            [f"it has the best {listed_names(words)}"]
+            [f"{among}it has the best {listed_names(words)}"]
             if words
-            else ["it is best in nothing, and far behind in nothing"]
+            else [f"{among}it is best in nothing, and far behind in nothing"]
         ),
         f"at {'equal' if equal else 'the given'} weights it scores {against}",
         f"{weights_in_words(decision, k)} put it first",
@@ -98,7 +99,8 @@ def bindings(decision: Decision) -> list[str]:
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
         count, alone = int((decision.margins[:, r] < 0).sum()), decision.excluded_alone(r)
-        bound = f"{capitalised(wish_in_words(requirement, quantity))} {bound_in_words(requirement, quantity)}"
+        allowed = bound_in_words(requirement, quantity, decision.beside(r))
+        bound = f"{capitalised(wish_in_words(requirement, quantity))} {allowed}"
         without = f"; without it {listed_names(alone)} would do" if alone else "; each of them breaks another bound too"
         said.append(f"{bound} excludes {f'{count} of {len(decision.designs)}{without}' if count else 'no design'}.")
     return said
@@ -154,7 +156,7 @@ def changes_with_weights(decision: Decision) -> list[str]:
         if move.below:
             bounds.append(f"below {move.low:.3g} {move.below} comes first")
         if move.above:
-            bounds.append(f"above {move.high:.3g} {move.above}")
+            bounds.append(f"above {move.high:.3g} {move.above}{'' if move.below else ' comes first'}")
         if bounds:
             said.append(f"Weight of {preference_in_words(decision, j)} ({preference.weight:g}): {', '.join(bounds)}.")
         else:
@@ -176,8 +178,8 @@ def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | N
     for title, pairs in winners.items():
         names = list(dict.fromkeys(winner or "no design" for _, winner in pairs))
         if len(names) == 1:
-            span = f"{plain_text(pairs[0][0])} to {plain_text(pairs[-1][0])}"
-            said.append(f"{title}: {names[0]} at each value by itself ({span}).")
+            first = f"{names[0]} comes first" if pairs[0][1] else "no design keeps every requirement"
+            said.append(f"{title}: {first} at each value by itself ({_span([value for value, _ in pairs])}).")
         else:
             parts = (
                 (name, [plain_text(v) or "none" for v, winner in pairs if (winner or "no design") == name])
@@ -185,6 +187,12 @@ def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | N
             )
             said.append(f"{title}: " + "; ".join(f"{name} at {listed_names(values)}" for name, values in parts) + ".")
     return said
+
+
+def _span(values: Sequence[Any]) -> str:
+    """Numbers from the first to the last, names in a row."""
+    texts = [plain_text(value) or "none" for value in values]
+    return listed_names(texts) if any(isinstance(value, str) for value in values) else f"{texts[0]} to {texts[-1]}"
 
 
 def _numbers(true: np.ndarray) -> list[int]:

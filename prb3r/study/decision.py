@@ -66,6 +66,13 @@ class Decision:
         rows = [[r.margin(v) for r, v in zip(self.requirements, row, strict=True)] for row in self.bounded]
         return np.array(rows, float).reshape(self.bounded.shape)
 
+    def beside(self, c: int) -> list[float]:
+        """The numbers of criterion `c`, requirements before preferences, that are told beside each other."""
+        bounds = len(self.requirements)
+        if c < bounds:
+            return [*self.bounded[:, c].tolist(), self.requirements[c].limit]
+        return self.values.iloc[:, c - bounds].tolist()
+
     @cached_property
     def feasible(self) -> np.ndarray:
         """(d,) whether a design keeps every requirement."""

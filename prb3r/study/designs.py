@@ -1,7 +1,7 @@
 """The designs of one or several study results, with the cases of each, and what each is worth by a criterion."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.quantities import Quantity, describe
+from prb3r.quantities import SHORT_FOR, Quantity, describe, printed
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
 from prb3r.study.columns import described
@@ -21,6 +21,8 @@ from prb3r.study.wishes import Criterion, Wishes, plain_text
 
 THE_DESIGN = "the design"
 """Name of the design of a study that is about one."""
+SMALL_LENGTH = 0.1
+"""Lengths below it, m, are told in millimetres."""
 
 
 @dataclass(frozen=True)
@@ -146,10 +148,10 @@ def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
 
 def _named(factor: str, value: Any) -> str:
     """A factor with its value, `Thickness 0.8 mm`, exact enough to tell all values apart."""
-    quantity = describe(factor)
+    quantity = describe(SHORT_FOR.get(factor, factor))
     if not isinstance(value, (int, float)) or quantity.unit in ("1", ""):
         return f"{quantity.title} {plain_text(value)}"
-    per_unit, unit = _unit_of(value, quantity)
+    per_unit, unit = _unit_of([value], quantity)
     return f"{quantity.title} {plain_text(value * per_unit)} {unit}"
 
 
@@ -180,17 +182,20 @@ def _quantity_of(field: Any) -> Quantity:
     return Quantity(name, "", metadata.get("unit", "1"), metadata.get("description", name))
 
 
-def _unit_of(value: float, quantity: Quantity) -> tuple[float, str]:
-    """The factor from the SI unit to the one that a value is told in, and this; small lengths in millimetres."""
-    unit = "" if quantity.unit == "1" else quantity.unit
-    return (1e3, f"m{unit}") if unit in ("m", "m/N") and abs(value) < 0.1 else (1.0, unit)
+def _unit_of(values: Iterable[float], quantity: Quantity) -> tuple[float, str]:
+    """The factor from the SI unit to the one that values are told in, and this; millimetres if a length is small."""
+    small = any(0 < abs(value) < SMALL_LENGTH for value in values) and quantity.unit in ("m", "m/N")
+    return (1e3, f"m{quantity.unit}") if small else (1.0, printed(quantity.unit))
 
 
-def value_in_words(value: float, quantity: Quantity) -> str:
-    """A value with three digits and its unit, small lengths in millimetres; `-` where there is none."""
+def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = ()) -> str:
+    """A value with three digits and its unit, that of the values `beside` it; `-` where there is none.
+
+    Lengths are told in millimetres where one of them is small.
+    """
     if not np.isfinite(value):
         return "-"
-    factor, unit = _unit_of(value, quantity)
+    factor, unit = _unit_of([value, *beside], quantity)
     value *= factor
     text = f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
     return f"{text} {unit}".rstrip()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.markdown import listed
-from prb3r.quantities import Quantity, describe
+from prb3r.quantities import SHORT_FOR, Quantity, describe
 from prb3r.study.decision import Decision
 from prb3r.study.designs import value_in_words
 from prb3r.study.wishes import Criterion, Requirement, plain_text
@@ -26,10 +26,10 @@ def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
     return f"{title} ({', '.join(about)})" if about else title
 
 
-def bound_in_words(requirement: Requirement, quantity: Quantity) -> str:
-    """What a requirement allows, such as `at most 150 N`."""
+def bound_in_words(requirement: Requirement, quantity: Quantity, beside: Sequence[float] = ()) -> str:
+    """What a requirement allows, such as `at most 150 N`, in the unit of the values `beside` it."""
     side = "at most" if requirement.at_least is None else "at least"
-    return f"{side} {value_in_words(requirement.limit, quantity)}"
+    return f"{side} {value_in_words(requirement.limit, quantity, beside)}"
 
 
 def listed_names(names: Sequence[str]) -> str:
@@ -57,18 +57,20 @@ def preference_in_words(decision: Decision, j: int) -> str:
 
 def preferred_value_in_words(decision: Decision, k: int, j: int) -> str:
     """What design `k` is worth by preference `j`, as a number with its unit."""
-    return value_in_words(decision.values.iloc[k, j], decision.quantities[len(decision.requirements) + j])
+    c = len(decision.requirements) + j
+    return value_in_words(decision.values.iloc[k, j], decision.quantities[c], decision.beside(c))
 
 
 def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     """Design `k` against requirement `r`: `drive tension is 162 N, at most 150 N allowed (8 % off)`."""
     requirement, quantity, value = decision.requirements[r], decision.quantities[r], decision.bounded[k, r]
-    wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity)
+    beside = decision.beside(r)
+    wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity, beside)
     distance = _distance(decision.margins[k, r], requirement, quantity)
     if not np.isfinite(value):
         return f"{wish} has no value in some case, {bound} required ({distance})"
     wanted = "allowed" if requirement.at_least is None else "required"
-    return f"{wish} is {value_in_words(value, quantity)}, {bound} {wanted} ({distance})"
+    return f"{wish} is {value_in_words(value, quantity, beside)}, {bound} {wanted} ({distance})"
 
 
 def tightest_in_words(decision: Decision, k: int) -> str:
@@ -92,4 +94,5 @@ def _circumstance(name: str, value: Any) -> str:
         return "all cables intact" if value == "" else f"cables {value} broken"
     values = value if isinstance(value, list) else [value]
     between = ": " if isinstance(values[0], str) else " "
-    return f"{describe(name).title.lower()}{between}{listed_names([plain_text(v) or 'none' for v in values])}"
+    title = describe(SHORT_FOR.get(name, name)).title.lower()
+    return f"{title}{between}{listed_names([plain_text(v) or 'none' for v in values])}"

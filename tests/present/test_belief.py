@@ -87,7 +87,7 @@ def test_tolerances_stand_farthest_first_and_those_beyond_three_deviations_are_b
     sds = [0.5, 4.0, 1.0, 0.2, 0.1, 0.3, 2.0]
     found = [ToleranceFound(f"cable.{k}.offset_m", k_sd * 1e-4, 0.0, 6e-4, 1e-4) for k, k_sd in enumerate(sds)]
     rows = belief.tolerance_table(told(tolerances=found)).rows
-    assert [row[0] for row in rows] == [f"cable.{k}.offset_m" for k in (1, 6, 2, 0, 5, 3)]
+    assert [row[0] for row in rows] == [f"cable {k} offset" for k in (1, 6, 2, 0, 5, 3)]
     assert [row[4] for row in rows] == ["**beyond tolerance**", *["within tolerance"] * 5]
     assert rows[0][1:4] == ["0.4 mm", "0 mm to 0.6 mm", "0.1 mm"]
     assert belief.tolerance_table(told()) is None

@@ -129,7 +129,8 @@ def test_files_that_are_not_there_or_twice(bench, tmp_path):
     (bench.folder / "markers.parquet").unlink()
     (bench.folder / "manipulator.toml").rename(bench.folder / "manipulators.toml")
     assert bench.refusal(written=False) == [
-        "bench/manipulator.toml: no such file; did you mean 'manipulators.toml'?",
+        "bench/recording.toml:2 manipulator: there is no file 'bench/manipulator.toml'; "
+        "did you mean 'manipulators.toml'?",
         "bench: both steps.csv and steps.parquet; keep one",
         "bench: no markers.csv or markers.parquet",
     ]

@@ -51,7 +51,7 @@ def law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
 def said_of_law(fitted: Occurrence) -> str:
     """What a law means to who reads the diagnosis."""
     if fitted.place["law"] == "cubic":
-        return f"The plates stiffen as they bend: M = EI k (1 + c k^2) with c = {fitted.size} m^2."
+        return f"The plates stiffen as they bend: M = EI k (1 + c k²), k the curvature, with c = {fitted.size} m²."
     ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
     how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
     knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"

@@ -33,7 +33,7 @@ CAMERA_SUSPECTS = (
     ),
     Suspect(
         "lens_distortion",
-        sentence=lambda fitted: f"The lens distorts: k1 = {fitted.size} 1/m^2 about the image centre.",
+        sentence=lambda fitted: f"The lens distorts: k1 = {fitted.size} 1/m² about the image centre.",
         transfer=OF_THE_SETUP,
         places=_positions,
         free=_distortion,

@@ -187,7 +187,7 @@ PLATE_SUSPECTS = (
     ),
     Suspect(
         "cable_bending",
-        sentence=lambda fitted: f"The cables themselves resist bending, each with {fitted.size} N m^2.",
+        sentence=lambda fitted: f"The cables themselves resist bending, each with {fitted.size} N m².",
         transfer=as_it_is,
         places=lambda scope: whole_rig_if(bool(scope.manipulator.cable_names)),
         free=_cable_stiffness,

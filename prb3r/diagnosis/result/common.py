@@ -26,6 +26,8 @@ IN_WORDS: Mapping[str, tuple[str, float, str]] = {
 """What a parameter is called, and the factor and the unit that people read it in; others by their names."""
 IMITATED = 0.05
 """Probability from which on it is said that a parameter may be shared although values with the same effects differ."""
+ALL = 0.995
+"""Probability of models from which on they are said to be all."""
 DECIDED = 3.0
 """Logarithm of a Bayes factor from which on it decides: "strong" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995)
 773)."""
@@ -63,10 +65,15 @@ class SharedParameter:
             for name, each in zip(self.recordings, self.alone, strict=True)
         ]
         if not self.agrees:
-            doubt = f", or an effect of one rig imitates that (probability {self.probability:.0%})"
-            told = doubt if self.probability > IMITATED else ""
-            return f"The recordings do not agree on {what}: {' against '.join(said)}{told}."
+            told = f"The recordings, each by itself, do not agree on {what}: {' against '.join(said)}."
+            return told + (f" {self._shared_all_the_same}" if self.probability > IMITATED else "")
         return f"The recordings agree on {what}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
+
+    @property
+    def _shared_all_the_same(self) -> str:
+        """How many of the joint models, by their probabilities, have one value where each recording tells another."""
+        how = "All" if self.probability > ALL else f"Of the probability of all, {100 * self.probability:.0f} % falls on"
+        return f"{how} joint models that are left have one value: an effect of one rig can make up the difference."
 
 
 @dataclass(frozen=True)

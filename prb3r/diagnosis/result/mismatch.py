@@ -2,10 +2,24 @@
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.missing_moments import WHOLE
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.effects import Mismatch
 from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.markdown import few
 from prb3r.recording.recording import Recording
+
+GOES_WITH = {
+    "bend": "the bend of the plates",
+    "tension": "the tensions",
+    "wrap": "the tensions times how far the cables are wrapped",
+    "direction": "the direction in which the cables slip",
+    "position": "the place along the arm",
+    "time": "the order in time",
+    "sequence": "the sequence",
+    "frame": "where the camera stands",
+}
+"""What a mismatch may go with."""
 
 
 def mismatch_of(investigation: Investigation) -> Mismatch:
@@ -29,14 +43,21 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     if not strong and not investigation.named and not structured:
         statement = "Nothing is left that chance does not explain."
     else:
-        where = f"at {', '.join(dict.fromkeys(law.place for law in top[:4]))}" if top else "at no single place"
-        on = " and ".join(depends[:3]) or "nothing that was tried"
+        places = dict.fromkeys(_place_in_words(law.place) for law in top[:4])
+        where = ", ".join(places) if places else "at no single place"
+        on = " and ".join(GOES_WITH.get(of, of) for of in depends[:3]) or "nothing that was tried"
         explained = structured and investigation.named
-        left = "What is left after the best explanation" if explained else "What calibration leaves"
-        statement = f"{left} sits {where} and goes with {on}."
+        left = "What is left after the best explanation" if explained else "What refitted constants leave"
+        statement = f"{left} sits {where}, and goes with {on}."
         if sequences and len(sequences) < len(recording.sequences):
-            statement += f" It is seen in {', '.join(sequences)}."
+            statement += f" It is seen in sequence{'s' * (len(sequences) > 1)} {few(sequences, len(sequences))}."
     return Mismatch(tuple(sorted(plates)), sequences, depends, statement)
+
+
+def _place_in_words(place: str) -> str:
+    if place.startswith("sequence "):
+        return f"in sequence {few([place.removeprefix('sequence ')])}"
+    return f"{'over' if place == WHOLE else 'at'} {place}"
 
 
 def loud_sequences(recording: Recording, residual: np.ndarray, sd: float) -> tuple[str, ...]:

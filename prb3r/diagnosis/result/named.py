@@ -51,9 +51,8 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     simpler = without_effect(fitted, number)
     statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
-        if len(among) > 1:
-            listed = ", ".join(map(str, among))
-            statement += f" These recordings cannot tell {key} {value} from {key} {listed}."
+        if others := [str(other) for other in among if other != value]:
+            statement += f" These recordings cannot tell {key} {value} from {key} {', '.join(others)}."
     return Named(
         hypothesis=hypothesis,
         parameters=parameters,

@@ -10,6 +10,7 @@ from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
+from prb3r.markdown import few
 
 SCHEMA = 2
 MENDED = "mended"
@@ -95,11 +96,6 @@ def mended_file(blunder: Blunder) -> str:
 def rival_names(effect: NamedEffect) -> list[str]:
     """Names of the rivals of an effect, each once."""
     return list(dict.fromkeys(rival.name for rival in effect.rivals))
-
-
-def few(names: Sequence[str], most: int = 3) -> str:
-    """Names in a row, of many only the first."""
-    return ", ".join(names) if len(names) <= most else f"{', '.join(names[:most])} and {len(names) - most} more"
 
 
 def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float]]]:

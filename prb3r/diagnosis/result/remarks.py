@@ -45,7 +45,7 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
             )
     if level.common:
         where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
-        remarks.append(f"about {level.common:.0%} of its variance is common to {where}")
+        remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
     return remarks
 
 
@@ -53,7 +53,11 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     """The sequences set aside that the explanation does not predict."""
     return [
         f"sequence {sequence.name}, which no fit has seen, is not predicted: "
-        + ("no equilibrium at some step" if sequence.lost else f"errors {sequence.error_sd:.2g} times too large")
+        + (
+            "no equilibrium at some step"
+            if sequence.lost
+            else f"its errors are {sequence.error_sd:.2g} times what all that is uncertain allows (readings, tensions, the fit)"
+        )
         + "; look at its weights and its order, or at what it loads that no other sequence does"
         for sequence in failed
     ]

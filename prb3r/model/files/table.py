@@ -48,7 +48,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
     except pd.errors.EmptyDataError:
         raise SpecError(Problem(str(path), "is empty")) from None
     except pd.errors.ParserWarning:
-        raise SpecError(Problem(str(path), "rows have more cells than the header has names")) from None
+        what = "rows have more cells than the header has names; commas stand between cells, and points in numbers"
+        raise SpecError(Problem(str(path), what)) from None
     except (ValueError, OSError, OverflowError) as error:  # pandas and pyarrow raise both for damaged files
         raise SpecError(Problem(str(path), f"is not a readable table: {str(error).partition(chr(10))[0]}")) from None
     except (TypeError, LookupError, AttributeError):

@@ -1,16 +1,20 @@
 """What a recording leaves standing: models and their probabilities, noise, tolerances, checks, what carries over."""
 
+import re
 from collections.abc import Iterator
 
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
+from prb3r.markdown import few
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.page import Table
+from prb3r.quantities import unit_ending
 
 ASKED = {
     "chi-square": "all readings together are met as closely as their noise allows",
     "scale of the noise": "the readings scatter as much as was stated",
+    "scatter of the tensions": "the tensions scatter as much as was stated",
     "largest score": "no further effect, wherever it sits, helps more than one would by chance",
     "neighbours along disks": "what is left at neighbouring disks is not alike",
     "neighbours along steps": "what is left at neighbouring steps is not alike",
@@ -65,11 +69,21 @@ def tolerance_table(diagnosis: Diagnosis) -> Table | None:
     far = sorted(diagnosis.tolerances, key=lambda tolerance: -abs(tolerance.value) / tolerance.prior_sd)
     for tolerance in far[:MOST_SHOWN]:
         ends = (tolerance.value, tolerance.low, tolerance.high, tolerance.prior_sd)
-        value, low, high, sd = (say.value_text(tolerance.name, end) for end in ends)
+        what, unit = _tolerance_in_words(tolerance.name)
+        value, low, high, sd = (say.value_text(unit, end) if unit else say.percent(end) for end in ends)
         judgement = "**beyond tolerance**" if tolerance.beyond else "within tolerance"
-        rows.append([tolerance.name, value, f"{low} to {high}", sd, judgement])
+        rows.append([what, value, f"{low} to {high}", sd, judgement])
     head = ["What", "Off by", "95 % interval", "Tolerance (sd)", ""]
     return Table(head, rows, (0, 4)) if rows else None
+
+
+def _tolerance_in_words(name: str) -> tuple[str, str]:
+    """What is off, in words, and a column of the same unit; no column for what is relative."""
+    if name.endswith(", m"):
+        return name.removesuffix(", m"), "length_m"
+    ending = unit_ending(name)
+    what = name.removesuffix(ending) if ending else name
+    return re.sub(r"[._]", " ", what), f"value{ending}" if ending else ""
 
 
 def rare_chance(diagnosis: Diagnosis) -> float:
@@ -94,7 +108,7 @@ def rare_checks(diagnosis: Diagnosis) -> str:
     if not rare:
         return f"No chance is below {limit:g}: none of these checks speaks against the best model."
     speaks = "speaks" if len(rare) == 1 else "speak"
-    return f"Chances below {limit:g} are in bold: {', '.join(rare)} {speaks} against the best model."
+    return f"Chances below {limit:g} are in bold: {few(rare, len(rare))} {speaks} against the best model."
 
 
 def standing_sets(diagnosis: Diagnosis) -> str:
@@ -122,9 +136,12 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal)
     if carried:
         kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
-        yield f"Carries over to other designs of the same material and cables: E, μ, {', '.join(kinds)}."
+        constants = say.constants_in_brief(diagnosis).replace(" and", ",")
+        yield f"Carries over to other designs of the same material and cables: {constants}, {', '.join(kinds)}."
     else:
-        yield "To other designs of the same material and cables E and μ carry over, no effect does."
+        constants = say.constants_in_brief(diagnosis)
+        carry = "carry" if " " in constants else "carries"
+        yield f"To other designs of the same material and cables {constants} {carry} over, no effect does."
     for reason in dict.fromkeys(left):
         kind, _, why = reason.partition(": ")
         yield f"Stays with this rig: {say.spaced(kind)}, which {why}." if why else f"Stays with this rig: {reason}."

@@ -87,7 +87,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "verdict": say.verdict_sentences(diagnosis),
         "quality": say.fit_quality(diagnosis),
         "where": diagnosis.mismatch.statement,
-        "effects": [effect.statement for effect in diagnosis.effects],
+        "effects": [f"{'In part: ' if effect.partial else ''}{effect.statement}" for effect in diagnosis.effects],
         "partial": diagnosis.verdict == "unexplained",
         "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),
@@ -146,7 +146,9 @@ def _errors(diagnosis: Diagnosis) -> Table:
                 errors = (before, after if named else None, noise)
                 values = [say.value_text(f"error_{unit}", error) for error in errors]
                 rows.append([f"Root mean square error of {read}, held out", "–", *values])
-    return Table(["", "Nominal", "E and μ refitted", "With what is named", "Noise alone"], rows)
+    return Table(
+        ["", "Nominal", f"{say.constants_in_brief(diagnosis)} refitted", "With what is named", "Noise alone"], rows
+    )
 
 
 def _constants(diagnosis: Diagnosis) -> Table:
@@ -181,12 +183,13 @@ def _clues(diagnosis: Diagnosis) -> Table | None:
 
 
 def _detectable(diagnosis: Diagnosis) -> Table | None:
-    rows = []
+    rows, named = [], {effect.kind for effect in diagnosis.effects}
     for row in diagnosis.tables["detectable"].to_dict("records"):
         if np.isfinite(row["size"]):
             size = f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'])}"
         else:
-            size = "would have shown" if row["shown"] else "would not have shown at any likely size"
+            more = "more than is named " if row["effect"] in named else ""
+            size = f"{more}would have shown" if row["shown"] else f"{more}would not have shown at any likely size"
         rows.append([say.spaced(row["effect"]), short_place(row["place"]) or "–", size])
     head = ["Effect", "Seen best at", "Smallest change that would have shown"]
     return Table(head, rows, (0, 1, 2), sortable=True) if rows else None

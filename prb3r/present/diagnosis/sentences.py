@@ -1,12 +1,16 @@
 """What a diagnosis says in sentences for a mechanical engineer."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import few, rival_names, setup_sentences
+from prb3r.diagnosis.result.effects import NamedEffect, RivalEffect
+from prb3r.diagnosis.result.projection import setup_sentences
 from prb3r.diagnosis.result.statements import Estimate
+from prb3r.markdown import few
 from prb3r.present import style
 from prb3r.quantities import describe, unit_ending
 
@@ -68,8 +72,19 @@ def fit_quality(diagnosis: Diagnosis) -> str:
     after = f", {rounded(chi2.explained)} with what is named" if diagnosis.effects else ""
     return (
         f"Squared error per degree of freedom, in units of the noise: {first}, "
-        f"{rounded(chi2.calibrated)} with E and μ refitted{after}. A right model is near 1."
+        f"{rounded(chi2.calibrated)} with {constants_in_words(diagnosis)} refitted{after}. A right model is near 1."
     )
+
+
+def constants_in_words(diagnosis: Diagnosis) -> str:
+    """The constants that are refitted, with their symbols: no friction where the nominal manipulator has none."""
+    modulus, friction = "Young's modulus E", "the friction coefficient μ"
+    return f"{modulus} and {friction}" if diagnosis.nominal.friction.coefficient else modulus
+
+
+def constants_in_brief(diagnosis: Diagnosis) -> str:
+    """The symbols of the constants that are refitted."""
+    return "E and μ" if diagnosis.nominal.friction.coefficient else "E"
 
 
 def rounded(value: float | None) -> str:
@@ -78,7 +93,9 @@ def rounded(value: float | None) -> str:
 
 
 def percent(share: float) -> str:
-    """A share as whole percent, a small one with three digits."""
+    """A share as whole percent, a small one with three digits; what is less than all is never called 100 %."""
+    if 0.995 <= share < 1:
+        return f"{math.floor(1000 * share) / 10:.1f} %" if share < 0.999 else "above 99.9 %"
     return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
 
 
@@ -132,7 +149,19 @@ def confirmation(diagnosis: Diagnosis) -> str:
         return f"{kept} There the calibrated model errs no more than the noise."
     if held.gain <= 0:
         return f"{kept} There what is named does not predict better than refitted constants."
-    return f"{kept} There what is named removes {percent(held.gain)} of the squared error beyond the noise."
+    removed = "leaves none" if held.gain == 1 else f"removes {percent(held.gain)}"
+    together = f"There what is named {removed} of the squared error beyond the noise, all readings weighed together"
+    return f"{kept} {together}. {_left_of_errors(held)}"
+
+
+def _left_of_errors(held: HeldOut) -> str:
+    """How large the errors of positions and of angles are then, beside the noise."""
+    pairs = (
+        ("positions", held.rmse_explained_m, held.noise_m),
+        ("angles", held.rmse_explained_rad, held.noise_rad),
+    )
+    told = [f"{error / noise:.2f} times the reading noise in {name}" for name, error, noise in pairs if error and noise]
+    return f"The root mean square error is then {' and '.join(told)}."
 
 
 def law_sentence(diagnosis: Diagnosis) -> str | None:
@@ -145,7 +174,9 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
         "" if gain is None else f"; on held-out sequences it removes {percent(gain)} of the squared error beyond noise"
     )
     before, base = (
-        (chi2.explained, "with what is named") if law.beside_named else (chi2.calibrated, "with E and μ refitted")
+        (chi2.explained, "with what is named")
+        if law.beside_named
+        else (chi2.calibrated, f"with {constants_in_brief(diagnosis)} refitted")
     )
     fall = f"from {rounded(before)} {base} to {rounded(law.reduced_chi2)}"
     return f"{law.statement} It brings the squared error per degree of freedom {fall}{worth}."
@@ -161,7 +192,17 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
             if others:
                 yield f"{name}: {key} {_listed(best)} fits best, {key} {', '.join(others)} cannot be ruled out."
         if effect.rivals:
-            yield f"{name}: these recordings cannot tell it from {', '.join(map(spaced, rival_names(effect)))}."
+            rivals = dict.fromkeys(_rival_in_words(effect, rival) for rival in effect.rivals)
+            yield f"{name}: these recordings cannot tell it from {', '.join(rivals)}."
+
+
+def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
+    """A rival by name; the same effect of all cables, or of some alone, as just that."""
+    rest, other = ({key: value for key, value in each.place.items() if key != "cables"} for each in (effect, rival))
+    if effect.kind != rival.kind or rest != other:
+        return spaced(rival.name)
+    cables = rival.place.get("cables", ())
+    return f"the same of {few(cables, len(cables))} alone" if cables else "the same of all cables"
 
 
 def _listed(value) -> str:
@@ -175,8 +216,9 @@ def nothing_else(diagnosis: Diagnosis) -> str:
         return f"{cause}: the place and the trend above are the lead."
     if not diagnosis.effects:
         return "Effects smaller than the sizes listed below could be present without being seen."
+    place = "its place" if len(diagnosis.effects) == 1 else "place of each"
     return (
-        "The effects that come nearest were fitted in its place, with everything else refitted, and fit clearly worse."
+        f"The effects that come nearest were fitted in {place}, with everything else refitted, and fit clearly worse."
     )
 
 

@@ -102,8 +102,9 @@ def _required(decision: Decision) -> list[tuple[str, list[str]]]:
     columns = []
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
-        head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity)}"
-        texts = [value_in_words(value, quantity) for value in decision.bounded[:, r]]
+        beside = decision.beside(r)
+        head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity, beside)}"
+        texts = [value_in_words(value, quantity, beside) for value in decision.bounded[:, r]]
         kept = decision.margins[:, r] >= 0
         marked = [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]
         columns.append((head, _keyed(marked, decision.bounded[:, r])))
@@ -113,12 +114,13 @@ def _required(decision: Decision) -> list[tuple[str, list[str]]]:
 def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
     columns = []
     for j, preference in enumerate(decision.preferences):
-        quantity = decision.quantities[len(decision.requirements) + j]
+        c = len(decision.requirements) + j
+        quantity, beside = decision.quantities[c], decision.beside(c)
         weight = f", weight {preference.weight:g}" if len(set(decision.weights)) > 1 else ""
         head = f"{advice.wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
         scores = decision.scores[:, j]
         best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
-        texts = [value_in_words(value, quantity) for value in decision.values.iloc[:, j]]
+        texts = [value_in_words(value, quantity, beside) for value in decision.values.iloc[:, j]]
         marked = [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]
         columns.append((head, _keyed(marked, decision.values.iloc[:, j])))
     return columns
@@ -152,12 +154,15 @@ def note_on(decision: Decision, most: int) -> str:
     if decision.requirements:
         parts.append("Requirements hold over all cases of a design; ✗ marks those that are broken")
     if decision.preferences:
-        note = f"Preferences are over the {decision.shared} cases that all designs share"
+        cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
+        note = f"Preferences are over the {cases} that all designs share"
         if decision.failed:
             note += f", without {decision.failed} of them in which a design has no stable equilibrium"
         if decision.left_out:
             note += f"; {decision.left_out} cases that only some designs have are not used"
-        parts += [note, "Best values in bold"]
+        parts.append(note)
+        if any(decision.feasible):
+            parts.append(f"Best values{' of those that keep every requirement' * (not all(decision.feasible))} in bold")
     if len(decision.designs) > most:
         parts.append(f"The {most} best ranked of {len(decision.designs):,} designs are listed")
     if sum(decision.front) > 1:

@@ -63,8 +63,8 @@ def decision_figure(decision: Decision) -> Figure:
         axes.axvline(0, color=style.ALARM, lw=0.8)
         reserves = np.clip(np.nan_to_num(decision.margins), -FULL_RESERVE, FULL_RESERVE)
         words = [
-            f"{wish_in_words(requirement, q)},\n{bound_in_words(requirement, q)}"
-            for requirement, q in zip(decision.requirements, quantities, strict=True)
+            f"{wish_in_words(requirement, q)},\n{bound_in_words(requirement, q, decision.beside(r))}"
+            for r, (requirement, q) in enumerate(zip(decision.requirements, quantities, strict=True))
         ]
         _rows(axes, reserves, words, looks)
         axes.set_xlim(-1.07 * FULL_RESERVE, 1.07 * FULL_RESERVE)

@@ -134,7 +134,7 @@ def _quantile_table(study: Study, rigs: Rigs) -> Table:
         for row in part.to_dict("records"):
             quantity = quantities[row["metric"]]
             numbers = [row.get(name, np.nan) for name in (*map(quantile_column, TOLD_QUANTILES), "sd")]
-            cells = [value_in_words(number, quantity) for number in numbers]
+            cells = [value_in_words(number, quantity, numbers) for number in numbers]
             rows.append([_title(study, quantity.name) + setting, *cells, str(row["failed"] or "")])
     return Table(["", *(f"{100 * q:g} %" for q in TOLD_QUANTILES), "standard deviation", "without a value"], rows)
 
