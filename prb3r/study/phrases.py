@@ -66,7 +66,7 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     requirement, quantity, value = decision.requirements[r], decision.quantities[r], decision.bounded[k, r]
     beside = decision.beside(r)
     wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity, beside)
-    distance = _distance(decision.margins[k, r], requirement, quantity)
+    distance = _distance(decision.margins[k, r], requirement, quantity, decision.beside(r))
     if not np.isfinite(value):
         return f"{wish} has no value in some case, {bound} required ({distance})"
     wanted = "allowed" if requirement.at_least is None else "required"
@@ -78,13 +78,13 @@ def tightest_in_words(decision: Decision, k: int) -> str:
     return requirement_in_words(decision, k, int(np.argmin(decision.margins[k])))
 
 
-def _distance(margin: float, requirement: Requirement, quantity: Quantity) -> str:
+def _distance(margin: float, requirement: Requirement, quantity: Quantity, beside: Sequence[float]) -> str:
     """`12 % off` or `12 % inside`, of the bound; in its unit where the bound is 0."""
     if not np.isfinite(margin):
         return "nothing to go by" if margin < 0 else "far inside"
     side = "off" if margin < 0 else "inside"
     if not requirement.limit:
-        return f"{value_in_words(abs(margin), quantity)} {side}"
+        return f"{value_in_words(abs(margin), quantity, beside)} {side}"
     return f"{100 * abs(margin):{'.0f' if abs(margin) > 0.1 else '.2g'}} % {side}"
 
 

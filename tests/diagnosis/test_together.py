@@ -93,6 +93,18 @@ def test_contradicting_stiffnesses_are_said_and_each_rig_keeps_its_own():
     assert all([effect.kind for effect in each.effects] == ["nonlinear_plate"] for each in found.diagnoses)
 
 
+@pytest.mark.parametrize(("probability", "said"), [(1.0, "All joint models that are left"), (0.6, "60 %"), (0.0, "")])
+def test_one_value_in_spite_of_recordings_that_disagree_is_no_certainty(probability, said):
+    alone = Estimate(2.0e11, 1.9e11, 2.1e11), Estimate(2.6e11, 2.5e11, 2.7e11)
+    told = SharedParameter("", "youngs_modulus_pa", ("a", "b"), alone[0], alone, 1e-4, False, probability, ())
+    assert "do not agree on Young's modulus: 200 (190 to 210) GPa on a against 260 (250 to 270) GPa on b." in (
+        told.statement
+    )
+    assert "100" not in told.statement
+    assert said in told.statement
+    assert ("an effect of one rig can make up the difference" in told.statement) == bool(said)
+
+
 @cache
 def joint_model(parted=False):
     """Both rigs with the law that they share, gravity on the first and, if `parted`, an own stiffness of the second."""

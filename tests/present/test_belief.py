@@ -1,16 +1,19 @@
 """What the page of a diagnosis says of models, noise, tolerances, checks and other designs."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from prb3r import load_manipulator
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.result.numbers import NoiseFound, SurvivingModel, ToleranceFound
 from prb3r.model.effects.friction import PulleyFriction
 from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.present.diagnosis import belief
+from prb3r.present.diagnosis.sentences import confirmation, percent
 
 NOMINAL = load_manipulator("studies/manipulators/two-segment.toml")
 PLATE, PULLEY = "weakened_plate (plate 4)", "pulley_friction"
@@ -96,15 +99,15 @@ def test_tolerances_stand_farthest_first_and_those_beyond_three_deviations_are_b
 def test_rare_checks_are_bold_and_named_and_every_check_says_what_it_asks():
     names = [
         "chi-square", "scale of the noise", "largest score", "neighbours along disks", "neighbours along steps",
-        "sequence out, set aside",
+        "sequence out, set aside", "scatter of the tensions",
     ]  # fmt: skip
-    chances = [1e-7, 0.5, 0.002, 0.4, 0.3, 0.9]
+    chances = [1e-7, 0.5, 0.002, 0.4, 0.3, 0.9, 0.6]
     known = told(checks=[ModelCheck(name, p) for name, p in zip(names, chances, strict=True)])
     rows = belief.check_table(known).rows
-    assert [row[2] for row in rows] == ["**below 0.0001**", "0.5", "**0.002**", "0.4", "0.3", "0.9"]
+    assert [row[2] for row in rows] == ["**below 0.0001**", "0.5", "**0.002**", "0.4", "0.3", "0.9", "0.6"]
     assert all(row[1] for row in rows)
     assert len({row[1] for row in rows}) == len(rows)
-    assert belief.rare_checks(known).endswith("chi-square, largest score speak against the best model.")
+    assert belief.rare_checks(known).endswith("chi-square; largest score speak against the best model.")
     assert belief.rare_checks(told(checks=known.checks[1:2])).endswith(
         "none of these checks speaks against the best model."
     )
@@ -130,3 +133,29 @@ def test_while_a_mismatch_remains_nothing_stands_or_carries_over():
     assert [text.split(":")[0] for text in belief.carry_over(known)] == [
         "Nothing is sure to carry over while a mismatch remains"
     ]
+
+
+def test_tolerances_have_units_whatever_they_are_called():
+    names = {"marker 3 along its disk, m": "0.1 mm", "segment.2.length_m": "0.1 mm", "plate 4 stiffness": "1 %"}
+    sizes = {"plate 4 stiffness": 0.01}
+    found = [ToleranceFound(name, sizes.get(name, 1e-4), 0.0, 1.0, sizes.get(name, 1e-4)) for name in names]
+    rows = belief.tolerance_table(told(tolerances=found)).rows
+    assert [row[1] for row in rows] == list(names.values())
+    assert [row[0] for row in rows] == ["marker 3 along its disk", "segment 2 length", "plate 4 stiffness"]
+
+
+@pytest.mark.parametrize("share", [0.995, 0.9971, 0.9994, 1 - 1e-9])
+def test_what_is_less_than_all_is_never_called_all(share):
+    assert "100" not in percent(share)
+    assert percent(1.0) == "100 %"
+
+
+def test_errors_that_are_left_are_told_of_positions_and_of_angles_each():
+    held = HeldOut(("pull, again",), 3e-3, 3.3e-4, 3e-4, 0.04, 0.009, 0.005, 900.0, 100.0, 100)
+    said = confirmation(told(heldout=held, effects=(WEAK,)))
+    assert said.startswith('Sequence "pull, again" stayed out of every fit. There what is named leaves none of the')
+    assert said.endswith("1.10 times the reading noise in positions and 1.80 times the reading noise in angles.")
+    positions_alone = replace(held, rmse_explained_rad=None, noise_rad=None, chi2_explained=124.0)
+    said = confirmation(told(heldout=positions_alone, effects=(WEAK,)))
+    assert "removes 97 % of the squared error" in said
+    assert "angles" not in said

@@ -5,6 +5,8 @@ import pandas as pd
 import pytest
 from recording.dirty import MANIPULATOR, READ, ROOT, Bench
 
+from prb3r.check import check_file
+from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind
 
@@ -71,6 +73,23 @@ def test_the_tip_alone_of_one_sequence(bench):
     recording = bench.load()
     assert recording.readings.count == 9
     assert recording.remarks == ("disks 1-13 never read",)
+    first, second = implausible(recording)
+    assert first.startswith("one sequence alone: none can be set aside")
+    assert second.startswith("no cable is ever let go again")
+
+
+@pytest.mark.filterwarnings("error")
+def test_angles_alone_are_as_plausible_as_any_and_nothing_is_said_of_positions(bench):
+    bench.markers = bench.markers.drop(columns=["x_m", "y_m"])
+    told = check_file(bench.write())
+    assert "positions" not in told
+    assert "angles within 0.005 rad" in told
+
+
+def test_what_is_let_go_within_a_sequence_is_a_way_back(bench):
+    assert any("let go" in doubt for doubt in implausible(bench.load()))  # a new sequence begins lower, from rest
+    bench.steps.loc[2, "cable_1_n"] = 5.0
+    assert not any("let go" in doubt for doubt in implausible(bench.load()))
 
 
 def test_positions_of_the_base_are_readings_too(bench):

@@ -65,6 +65,10 @@ def test_what_is_wrong_with_markers_is_said(bench, change, said):
         (lambda s: s[:0], "bench/steps.csv: holds no steps"),
         (lambda s: swapped(s, 3, "cable_1_n", -9), "column cable_1_n: row 4 is -9: a cable cannot push"),
         (
+            lambda s: s.rename(columns={"cable_1_n": "cable_left_n"}),
+            "column cable_left_n: unknown column: there is no cable left; the manipulator has the cables 1, 2, 3, 4",
+        ),
+        (
             lambda s: s.rename(columns={"cable_1_n": "cable_1"}),
             "column cable_1: unknown column; did you mean 'cable_1_n'?",
         ),
@@ -133,4 +137,16 @@ def test_files_that_are_not_there_or_twice(bench, tmp_path):
         "did you mean 'manipulators.toml'?",
         "bench: both steps.csv and steps.parquet; keep one",
         "bench: no markers.csv or markers.parquet",
+    ]
+
+
+def test_one_mistake_is_told_once(bench):
+    """Decimal commas leave no lengths to be judged, a wrong unit in a name is no lack of readings."""
+    clean = bench.markers
+    commas = {name: clean[name].map(lambda cell: f"{cell:.4f}".replace(".", ",")) for name in READ}
+    bench.markers = clean.assign(**commas)
+    assert all("decimal point" in problem for problem in bench.refusal())
+    bench.markers = clean.rename(columns={"x_m": "x_mm", "y_m": "y_mm"}).drop(columns="angle_rad")
+    assert [problem.split(":")[0] for problem in bench.refusal()] == [
+        f"bench/markers.csv column {name}" for name in ("x_mm", "y_mm")
     ]

@@ -8,10 +8,11 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.comparison import advice_on, publish_comparison
+from prb3r.quantities import describe
 from prb3r.runs.store import read_arrow
 from prb3r.study.advice import exclusions, recommendation
 from prb3r.study.decide import decide
-from prb3r.study.designs import DesignCases
+from prb3r.study.designs import DesignCases, design_names, value_in_words
 from prb3r.study.wishes import Preference, Requirement, Wishes
 
 
@@ -182,6 +183,31 @@ def test_circumstances_by_themselves():
     table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "mu": [0.0, 0.3, 0.0, 0.3]}
     counsel = advice_on(cases(table, [], [greater("a")], ["mu"]))
     assert ("In each circumstance", ["Friction coefficient: y at 0; x at 0.3."]) in counsel.points
+
+
+def test_circumstances_with_names_stand_in_a_row_and_a_lack_of_designs_is_a_sentence():
+    table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "state": ["intact", "3 broken"] * 2}
+    counsel = advice_on(cases(table, [Requirement(metric="a", at_least=9)], [greater("a")], ["state"]))
+    said = "State: no design keeps every requirement at each value by itself (intact and 3 broken)."
+    assert ("In each circumstance", [said]) in counsel.points
+
+
+@pytest.mark.parametrize(
+    ("bound", "told"), [(0.1, "at least 100 mm"), (0.4, "at least 400 mm"), (0.0, "at least 0 mm")]
+)
+def test_a_value_and_its_bound_are_told_in_one_unit(bound, told):
+    wished = [Requirement(metric="tip_y_m", at_least=bound)], [greater("tip_y_m")]
+    counsel = advice_on(cases({"design": ["x", "y"], "tip_y_m": [0.02, 0.5]}, *wished))
+    assert told in counsel.markdown
+    assert "500 mm" in counsel.markdown
+    assert "0.5 m" not in counsel.markdown
+    assert "over the one case that all designs share" in counsel.note
+
+
+def test_areas_have_their_square_and_factors_their_names():
+    frame = pd.DataFrame({"mu": [0.1, 0.3]})
+    assert design_names(frame, ["mu"]) == ["Friction coefficient 0.1", "Friction coefficient 0.3"]
+    assert value_in_words(0.0181, describe("workspace_area_m2")) == "0.0181 m²"
 
 
 @pytest.mark.parametrize(

@@ -51,16 +51,15 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
 
 def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     """The sequences set aside that the explanation does not predict."""
-    return [
-        f"sequence {sequence.name}, which no fit has seen, is not predicted: "
-        + (
-            "no equilibrium at some step"
-            if sequence.lost
-            else f"its errors are {sequence.error_sd:.2g} times what all that is uncertain allows (readings, tensions, the fit)"
+    remarks = []
+    for sequence in failed:
+        beyond = f"its errors are {sequence.error_sd:.2g} times what noise, tensions and the fit together allow"
+        remarks.append(
+            f"sequence {sequence.name}, which no fit has seen, is not predicted: "
+            f"{'no equilibrium at some step' if sequence.lost else beyond}; "
+            "look at its weights and its order, or at what it loads that no other sequence does"
         )
-        + "; look at its weights and its order, or at what it loads that no other sequence does"
-        for sequence in failed
-    ]
+    return remarks
 
 
 def found_before(assumed: Assumed, choice: Choice) -> list[str]:

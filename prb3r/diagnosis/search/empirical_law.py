@@ -18,6 +18,18 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
 
+MEANT = {
+    "constant": "1",
+    "position": "-1 at the first plate to 1 at the last",
+    "time": "step number over the last of its sequence",
+    "bend": "bend of the plate, rad",
+    "bend_cubed": "its cube",
+    "tension": "moment of the cables, tensions times offsets",
+    "wrap": "moment of the cables times all bends up to the plate",
+    "direction": "moment of the cables, each signed by its slip",
+}
+"""What the terms of a law are multiplied by."""
+
 
 @dataclass(frozen=True)
 class EmpiricalLaw(Hypothesis):
@@ -99,6 +111,8 @@ def statement(law: EmpiricalMoment) -> str:
         + (f" on plate {term.plates[0]}" if term.plates else " on every plate")
         for term in law.terms
     ]
+    meant = "; ".join(f"{of}: {MEANT[of]}" for of in dict.fromkeys(term.of for term in law.terms))
     return (
-        f"As an empirical law, without a mechanism, a missing moment of {' plus '.join(parts)} describes what is left."
+        f"As an empirical law, without a mechanism, a missing moment of {' plus '.join(parts)} describes what is left "
+        f"({meant})."
     )

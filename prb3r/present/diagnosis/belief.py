@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
-from prb3r.markdown import few
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.page import Table
 from prb3r.quantities import unit_ending
@@ -108,7 +107,7 @@ def rare_checks(diagnosis: Diagnosis) -> str:
     if not rare:
         return f"No chance is below {limit:g}: none of these checks speaks against the best model."
     speaks = "speaks" if len(rare) == 1 else "speak"
-    return f"Chances below {limit:g} are in bold: {few(rare, len(rare))} {speaks} against the best model."
+    return f"Chances below {limit:g} are in bold: {'; '.join(rare)} {speaks} against the best model."
 
 
 def standing_sets(diagnosis: Diagnosis) -> str:
