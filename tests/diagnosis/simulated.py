@@ -96,7 +96,8 @@ def write_recording(
             }
             for row in rows
         ]
-        x, y, angle = observe(true, simulate(true, scattered), image_centre=CENTRE, frame=frame)
+        states = simulate(true, scattered, before=len(steps) - len(rows))
+        x, y, angle = observe(true, states, image_centre=CENTRE, frame=frame)
         bend = np.diff(angle, axis=1, prepend=0.0)
         for k, row in enumerate(rows):
             for disk in range(1, x.shape[1]):

@@ -83,9 +83,10 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
         if isinstance(moved, str):
             assert moved.startswith(f"{hypothesis.kind}: ")
         else:
-            assert not [name for name, _ in hypothesis.place if name not in ("law", "side")]
+            assert not [name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n")]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
+    rules |= {"load_dependent_friction"}
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
     assert carried == rules | parts | {"nonlinear_plate", "hysteretic_plate", "notch_closing"}
 
@@ -105,3 +106,12 @@ def test_what_belongs_to_clamps_gaps_or_holes_carries_over_with_them_alone(effec
     known = EFFECT_KINDS[effect["kind"]].model_validate(effect)
     assert SUSPECTS[known.kind].transfer(known, here, other_design()) == known
     assert "which differ" in SUSPECTS[known.kind].transfer(known, here, there)
+
+
+def test_an_umbilical_carries_over_to_a_rig_as_long():
+    """Whatever its plates are; a tube of another length has another stiffness."""
+    here = recorded(Case(hidden=())).manipulator
+    tube = EFFECT_KINDS["umbilical"](kind="umbilical", stiffness_n_m_per_rad=1.0)
+    transfer = SUSPECTS["umbilical"].transfer
+    assert transfer(tube, here, other_design(2.0, plates=3)) == tube
+    assert "lengths, which differ" in transfer(tube, here, other_design(1.0, plates=4))

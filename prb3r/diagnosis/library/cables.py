@@ -1,14 +1,28 @@
 """Suspects among the cables: what they carry and where they run."""
 
+from collections.abc import Iterator
+
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, with_the_same
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, RARE, Suspect, with_the_same
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to half of the largest tension, mostly a tenth: a force sensor farther off its zero is seen by eye."""
     span = 0.5 * scope.pull
     return (Free("offset_n", 0.0, -span, span, scale=scope.pull, sd=0.1),)
+
+
+def _drift(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half of the largest tension over the whole recording, mostly 5 %: more is seen by eye."""
+    step = scope.pull / scope.elapsed
+    return (Free("offset_n_per_step", 0.0, -0.5 * step, 0.5 * step, scale=step, sd=0.05),)
+
+
+def _drifting(scope: Scope) -> Iterator[Place]:
+    """As of the zero, where time is told from the load."""
+    if scope.tells_time:
+        yield from together_and_alone(scope)
 
 
 def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -40,6 +54,18 @@ CABLE_SUSPECTS = (
         places=together_and_alone,
         free=_zero,
         kinked=True,  # idle cables feel only what is added
+    ),
+    Suspect(
+        "tension_drift",
+        sentence=lambda fitted: (
+            f"The tension of {fitted.of_cables} is off by {fitted.size} N more with every further step: "
+            "the zero of the force sensor drifts; read it without load before and after."
+        ),
+        transfer=OF_THE_SETUP,
+        places=_drifting,
+        free=_drift,
+        kinked=True,
+        presence=RARE,
     ),
     Suspect(
         "hole_offset",

@@ -6,7 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, RARE, Occurrence, Suspect, as_it_is, with_the_same
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -27,6 +27,12 @@ def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 def _force_sentence(fitted: Occurrence) -> str:
     return f"An unrecorded force of ({fitted.estimates['x_n']}, {fitted.estimates['y_n']}) N acts at the tip."
+
+
+def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to ten times what all plates in series have, mostly a third of it: a tube that is not felt is no umbilical."""
+    stiff = 1 / float((scope.chain.arc / scope.node_rigidity).sum())
+    return (Free("stiffness_n_m_per_rad", 0.0, 0.0, 10 * stiff, scale=stiff, sd=0.3),)
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -59,6 +65,15 @@ LOAD_SUSPECTS = (
         free=_gravity,
     ),
     Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=0.03),
+    Suspect(
+        "umbilical",
+        sentence=lambda fitted: (
+            f"A tube or bundle of wires through the middle turns the tip back with {fitted.size} N m/rad."
+        ),
+        transfer=with_the_same("lengths", lambda manipulator: manipulator.chain().length),
+        free=_tube,
+        presence=RARE,
+    ),
     Suspect(
         "tip_load_friction",
         sentence=lambda fitted: (

@@ -19,6 +19,10 @@ SIDE_SHARE = 0.1
 """Of the largest bend, from which on plates count as bent to a side.  Choice: below, a law of that side is not felt."""
 
 
+SEQUENCES_OF_TIME = 3
+"""From so many on time goes with something else than the load: two sequences may be two cables, each with its zero."""
+
+
 class Scope(NamedTuple):
     """A recording with the chain and the bends of its calibrated model.
 
@@ -72,6 +76,16 @@ class Scope(NamedTuple):
     def pull(self) -> float:
         """Largest tension of any cable at any step, N; 1 where nothing is pulled."""
         return float(self.recording.loads.tension.max(initial=0.0)) or 1.0
+
+    @property
+    def elapsed(self) -> int:
+        """Steps from the first of the recording to the last that is known; 1 at least."""
+        return max(int(self.recording.loads.elapsed.max(initial=0.0)), 1)
+
+    @property
+    def tells_time(self) -> bool:
+        """Whether what goes with time is told from what goes with the load, which begins again with every sequence."""
+        return int(self.recording.begins.sum()) >= SEQUENCES_OF_TIME
 
     @property
     def arm(self) -> float:

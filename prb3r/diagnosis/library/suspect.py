@@ -95,6 +95,8 @@ def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
     return transfer
 
 
+RARE = 0.03
+"""Prior probability of what few rigs have, and whoever built one knows of: of thirty rigs one."""
 OF_A_PART = left_behind("is a fault of one part of this rig")
 OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
 

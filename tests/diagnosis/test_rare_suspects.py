@@ -1,0 +1,62 @@
+"""Effects that few rigs have are named where the rig has them, in size and place, without a rival."""
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.stages import investigate
+
+
+def case(friction=0.3, **effect):
+    return Case(hidden=(tuple(effect.items()),), friction=friction, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "place"),
+    [
+        (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
+        (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
+        (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
+        (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
+        (case(kind="plate_softening", share_per_step=0.008), {}),
+    ],
+    ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
+)
+def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
+    found = tell(investigate(Task(recorded(hidden))))
+    true = dict(hidden.hidden[0])
+    assert found.verdict == "explained"
+    (effect,) = found.effects
+    assert (effect.kind, not effect.rivals) == (true["kind"], True)
+    assert place.items() <= dict(effect.place).items()
+    ((name, size),) = effect.parameters.items()
+    assert size.low < true[name] < size.high
+    assert size.high - size.low < 0.4 * abs(true[name])
+
+
+def suspected(recording):
+    predict = predictor(recording)
+    scope = Scope.of(recording, predict.chain, predict.equilibria(Constants()))
+    return {hypothesis.kind for hypothesis in hypotheses(scope)}
+
+
+def test_drift_is_suspected_where_time_does_not_go_with_the_load_alone():
+    whole = recorded(Case(hidden=()))
+    drifts = {"tension_drift", "plate_softening"}
+    assert drifts <= suspected(whole.only([0, 2, 4]))
+    assert drifts.isdisjoint(suspected(whole.only([0, 4])))
+
+
+def test_drift_is_counted_from_the_first_step_of_the_recording():
+    """Of five sequences of four steps the third and the last begin after eight and sixteen steps."""
+    part = recorded(Case(hidden=())).only([2, 4])
+    assert part.loads.elapsed[:, 0] == pytest.approx([8, 9, 10, 11, 16, 17, 18, 19])
+    predict = predictor(part)
+    assert Scope.of(part, predict.chain, predict.equilibria(Constants())).elapsed == 19
+    assert np.all(part.begins == [True, False, False, False] * 2)
