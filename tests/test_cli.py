@@ -50,7 +50,7 @@ def test_bad_input_is_refused_with_its_place_and_the_remedy(steps, tmp_path):
     steps.write_text("sequence,step,cable_9_n\na,1,10\n")
     done = prb3r("solve", PROTOTYPE, steps)
     assert done.returncode == 2
-    assert "cable_9_n: unknown column; did you mean" in done.stderr
+    assert "cable_9_n: unknown column: there is no cable 9; the manipulator has the cables 1, 2, 3, 4" in done.stderr
     assert prb3r("run", tmp_path / "none.toml").returncode == 2
     assert prb3r("solve", PROTOTYPE, tmp_path / "none.csv").returncode == 2
     assert prb3r("frobnicate").returncode == 2
