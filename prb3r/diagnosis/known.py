@@ -42,14 +42,9 @@ class Calibrated:
 
 
 @dataclass(frozen=True, eq=False)
-class Doubted:
-    """The constants under the readings and weights that are believed."""
+class Doubted(Calibrated):
+    """The same with the constants under the readings and weights that are believed."""
 
-    task: Task
-    recording: Recording
-    aside: tuple[int, ...]
-    repeated: Scatter | None
-    fitted: Fit
     doubts: Doubts
     search: Search
     """What may explain what is left."""

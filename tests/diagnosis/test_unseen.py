@@ -1,7 +1,10 @@
 """What sequences that no fit has seen hold against a model, and what they do not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -24,12 +27,14 @@ def fitted_to_the_others(recording: Recording) -> Fit:
     return fit_constants(predictor(recording.only(set(range(ASIDE)))))
 
 
-def with_changed(recording: Recording, step: int, disk: int, by: float) -> Recording:
-    """One reading of a step of the sequence set aside, off by so many of its standard deviations."""
-    steps = np.flatnonzero(recording.of_sequence == ASIDE)
-    row = int(np.flatnonzero((recording.readings.step == steps[step]) & (recording.readings.disk == disk))[0])
-    value = recording.readings.value.copy()
-    value[row] += by * reading_sd(recording)[row]
+def with_changed(recording: Recording, step: int, disks: Sequence[int], by: float) -> Recording:
+    """A reading at each of some disks, of one step of the sequence set aside, off by so many standard deviations."""
+    number, readings = np.flatnonzero(recording.of_sequence == ASIDE)[step], recording.readings
+    first = (readings.step == number) & (readings.kind == readings.kind[readings.step == number][0])
+    value = readings.value.copy()
+    rows = np.flatnonzero(first & np.isin(readings.disk, disks))
+    assert len(rows) == len(disks)
+    value[rows] += by * reading_sd(recording)[rows]
     return recording.with_values(value)
 
 
@@ -40,9 +45,21 @@ def clean() -> tuple[Recording, Fit]:
 
 
 @pytest.mark.parametrize("off", [7.0, 20.0, 300.0])
-def test_a_slip_of_the_eye_refutes_nothing(clean, off):
+def test_a_slip_of_the_eye_refutes_nothing_and_counts_for_no_error(clean, off):
     recording, fitted = clean
-    (sequence,) = unseen(with_changed(recording, 1, 3, off), [ASIDE], Settings()).judged(fitted)
+    spoilt = unseen(with_changed(recording, 1, [3], off), [ASIDE], Settings())
+    (sequence,) = spoilt.judged(fitted)
+    assert sequence.p > RATE
+    error = [one.judge(fitted, fitted).rmse_explained_m for one in (spoilt, unseen(recording, [ASIDE], Settings()))]
+    assert error[0] == pytest.approx(error[1], rel=0.05)
+
+
+def test_two_readings_in_the_tails_refute_nothing(clean):
+    """Side by side they are no slips; by Gauss's law they would refute."""
+    recording, fitted = clean
+    spoilt = unseen(with_changed(recording, 1, [3, 4], 5.5), [ASIDE], Settings())
+    (sequence,), count = spoilt.judged(fitted), spoilt.predict.recording.readings.count
+    assert chi2.sf(count * sequence.error_sd**2, count) < RATE
     assert sequence.p > RATE
 
 

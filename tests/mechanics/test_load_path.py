@@ -168,3 +168,26 @@ def test_all_steps_beyond_a_fold_end_at_the_fold():
         alone = solve_chain(chain, row(steps, [*before, k]), eigenvalue=True)
         assert states.reached[k] == pytest.approx(alone.reached[-1], abs=1e-5)
         assert fold[k] == pytest.approx(fold[3], abs=1e-5)
+
+
+@pytest.mark.parametrize("other", ["slip", "tension", "tip", "moment", "softer plates"])
+def test_a_step_after_a_lost_one_that_leads_elsewhere_is_followed_by_itself(other):
+    """It ends where it ends alone: a fold is known only to steps on the very same way to it."""
+    chain = prototype(0.3)
+    if other == "softer plates":
+        chain = chain._replace(softening=0.05)
+    share = np.array([0.3, 0.5, 1.5, 2.0])
+    steps = loads(
+        chain, share[:, None] * [0, 0, 60, 150], tip=share[:, None] * [3, 10], elapsed=np.arange(4.0)[:, None]
+    )
+    if other == "slip":
+        steps.slip[-1] = 1.0
+    elif other == "moment":
+        steps.moment[-1] = 0.05
+    elif other in ("tension", "tip"):
+        getattr(steps, other)[-1, -1] *= 0.8
+    states, alone = solve_chain(chain, steps), solve_chain(chain, row(steps, [0, 1, 3]))
+    assert states.outcome[2] != Outcome.CONVERGED
+    assert states.reached[3] == pytest.approx(alone.reached[2], abs=1e-5)
+    on_the_way = states.reached[2] * (1.5 - 0.5) / (2.0 - 0.5)
+    assert states.reached[3] != pytest.approx(on_the_way, abs=1e-3)
