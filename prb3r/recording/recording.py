@@ -129,7 +129,7 @@ class Readings(NamedTuple):
         return Readings(*(field[chosen] for field in self))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """`s` load steps in one or more sequences, each from rest, and their readings."""
 
@@ -151,6 +151,11 @@ class Recording:
     sharing: Sharing = Sharing()
     remarks: tuple[str, ...] = ()
     """What reading repaired, counted or took for something else, each one sentence."""
+
+    def __repr__(self) -> str:
+        """Its size and its name."""
+        sizes = f"sequences={len(self.sequences)}, steps={len(self.steps)}, readings={self.readings.count}"
+        return f"Recording({self.name!r}, {sizes})"
 
     @cached_property
     def begins(self) -> np.ndarray:

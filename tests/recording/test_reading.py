@@ -20,6 +20,7 @@ def bench(tmp_path):
 def test_a_clean_recording_has_every_reading_and_no_remark(bench, suffix):
     recording = bench.load(suffix)
     assert recording.remarks == ()
+    assert repr(recording) == "Recording('bench', sequences=2, steps=6, readings=252)"
     assert recording.sequences == ("a", "b")
     assert recording.of_sequence.tolist() == [0, 0, 0, 1, 1, 1]
     assert recording.loads.tension[:, 0].tolist() == [10, 20, 30, 5, 15, 25]

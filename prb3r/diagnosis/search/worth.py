@@ -12,20 +12,26 @@ model explains is common to a photograph.
 import numpy as np
 
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.covariance import NoiseLevel
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 
 
 def worth(choice: Choice, search: Search) -> float:
     """Log evidence of the chosen model, the scale of the noise being open and a photograph counting as one number."""
-    fitted = choice.fitted
+    return worth_of(choice.fitted, choice.level.level, search)
+
+
+def worth_of(fitted: Fit, level: NoiseLevel, search: Search) -> float:
+    """The same of any fit under a level of the noise."""
     photographs = len(np.unique(fitted.model.predict.recording.readings.step))
     settings, constants = fitted.model.settings, fitted.constants
     occam = log_evidence(fitted, search.log_odds) + fitted.chi2 / 2
     odd = (constants.log_stiffness / settings.modulus_sd) ** 2 + (constants.log_friction / settings.friction_sd) ** 2
-    return float(occam - odd / 2 - photographs * np.log(mean_square(choice)) / 2)
+    return float(occam - odd / 2 - photographs * np.log(mean_square(fitted, level)) / 2)
 
 
-def mean_square(choice: Choice) -> float:
-    """What the chosen model leaves, per degree of freedom, in units of the stated variance."""
-    return choice.fitted.reduced * choice.level.level.scale**2
+def mean_square(fitted: Fit, level: NoiseLevel) -> float:
+    """What a model leaves, per degree of freedom, in units of the stated variance."""
+    return fitted.reduced * level.scale**2

@@ -48,7 +48,7 @@ def _factor(blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy
 
 
 def _counts(recording: Recording) -> Iterator[Remedy]:
-    """Disks counted from the tip or shifted by one."""
+    """Disks counted from the tip, or shifted by one where every number that is noted then has a disk."""
     last = recording.manipulator.plates
     yield Remedy(
         "the disks are counted from the tip",
@@ -61,11 +61,8 @@ def _counts(recording: Recording) -> Iterator[Remedy]:
         lambda known: _relabelled(known, last - known.readings.disk),
     )
     for shift, what in ((1, "the first disk after the base is counted as 0"), (-1, "the base disk is counted as 1")):
-        yield Remedy(
-            f"the disks are counted one off: {what}",
-            "markers",
-            partial(_shifted, by=shift),
-        )
+        if len(_shifted(recording, shift).rows) == recording.readings.count:
+            yield Remedy(f"the disks are counted one off: {what}", "markers", partial(_shifted, by=shift))
 
 
 def _shifted(recording: Recording, by: int) -> Mended:
