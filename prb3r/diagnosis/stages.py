@@ -10,7 +10,7 @@ from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import set_aside, unseen
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
-from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, least_gain
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
@@ -93,7 +93,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
         except ValueError:  # nothing near the nominal manipulator is in balance then
             break
         after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
-        if not speaks_for(after, before, least_gain(task.recording, task.settings)):
+        if not speaks_for(after, before, blunders[count - 1].least):
             break
         searched, said = other, blunders[:count]
         if not other.choice.structured:

@@ -30,6 +30,7 @@ def _exchanges(recording: Recording) -> Iterator[Remedy]:
             continue
         for rows, where in _parts(recording, concerned):
             yield Remedy(
+                "cables exchanged once" if where else "cables exchanged",
                 f"cables {listed(pair)} are exchanged{where}",
                 "steps",
                 partial(_exchanged, pair=pair, rows=rows),
@@ -78,6 +79,7 @@ def _sides(recording: Recording) -> Iterator[Remedy]:
         turned = {cable.name: _turned(cable) for cable in some}
         names = f"of cable {some[0].name}" if len(some) == 1 else "of every cable"
         yield Remedy(
+            "sides",
             f"offset_m {names} has the wrong sign",
             "manipulator",
             partial(_with_cables, cables=turned),
@@ -118,6 +120,7 @@ def _ends(manipulator: Manipulator) -> Iterator[Remedy]:
             if (names := [name for name, at in ends.items() if at == end])
         ]
         yield Remedy(
+            "ends",
             f"{' and '.join(texts)}, not where the file says",
             "manipulator",
             partial(_with_cables, cables=moved),
@@ -148,6 +151,7 @@ def _slips(recording: Recording) -> Iterator[Remedy]:
         choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
     for names, rows, where in choices:
         yield Remedy(
+            "slip of a part" if where else "slip",
             f"slip is declared with the wrong sign{where}",
             "steps",
             partial(with_scaled, columns=names, factor=-1.0, rows=rows),

@@ -1,9 +1,13 @@
 """Blunders of the set-up: each one that is known is undone, and the recording held against its manipulator again.
 
-What speaks for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`): by
-chance the largest among `k` remedies exceeds :math:`\\ln(k / a)` in a share `a` of all right recordings.
+What speaks for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`).  By
+chance one remedy exceeds :math:`\\ln(k / a)` in a share `a / k` of all right recordings: with `k` the number of kinds
+of blunders times that of the places where this kind could have been made, one of all does in a share `a`.  So what can
+be done in one way only, as kilograms in all columns of newtons, asks less than what can be done in a hundred.
 """
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +37,8 @@ class Blunder:
     mended: Recording
     plain: bool
     """Whether constants alone explain the mended recording; else effects that were left out could do as well."""
+    least: float
+    """Logarithm of the likelihood ratio that has to speak for it."""
 
     @property
     def statement(self) -> str:
@@ -124,17 +130,21 @@ def blunders_of(recording: Recording, settings: Settings) -> tuple[Blunder, ...]
 def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, if one explains more than chance could."""
     attempt = attempt_on(recording, settings)
-    best, *others = trials(attempt)
-    if best.gain < least_gain(recording, settings):
+    least = least_gains(attempt.among, settings)
+    best, *others = sorted(trials(attempt), key=lambda tried: least[tried.remedy] - tried.gain)
+    if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
     plain = best.total < len(recording.of_sequence)  # a photograph misses by its noise: there is no more to explain
-    return Blunder(best.remedy.blunder, alike, best.remedy.file, best.mended.recording, plain)
+    remedy = best.remedy
+    return Blunder(remedy.blunder, alike, remedy.file, best.mended.recording, plain, least[remedy])
 
 
-def least_gain(recording: Recording, settings: Settings) -> float:
-    """Logarithm of a likelihood ratio that no remedy reaches by chance, but in a share `Settings.blunder_rate`."""
-    return float(np.log(len(remedies(recording)) / settings.blunder_rate))
+def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, float]:
+    """Logarithm of the likelihood ratio to ask of each remedy, so that by chance one of all reaches its own in a share
+    `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part."""
+    places = Counter(remedy.kind for remedy in among)
+    return {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
 
 
 def trials(attempt: Attempt) -> list[Trial]:

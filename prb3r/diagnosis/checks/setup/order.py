@@ -27,14 +27,16 @@ def order_blunders(recording: Recording) -> Iterator[Remedy]:
         for moved in shifted.values():
             moved[together] = _together(moved.values(), whole)
     for where, to in backward.items():
-        yield _reordered(f"the pictures{where} are in backward order", to)
+        yield _reordered("backward", f"the pictures{where} are in backward order", to)
     for shift, words in ((1, "after"), (-1, "before")):
         for where, to in shifted[shift].items():
-            yield _reordered(f"the pictures{where} belong to the step {words} the one they are noted at", to)
+            blunder = f"the pictures{where} belong to the step {words} the one they are noted at"
+            yield _reordered("shifted", blunder, to)
     for first, second in combinations(range(len(rows)), 2):
         if len(rows[first]) == len(rows[second]):
             to = _moved(_moved(whole, rows[first], rows[second]), rows[second], rows[first])
-            yield _reordered(f"the pictures of sequences {names[first]} and {names[second]} are exchanged", to)
+            blunder = f"the pictures of sequences {names[first]} and {names[second]} are exchanged"
+            yield _reordered("sequences exchanged", blunder, to)
 
 
 def _moved(to: np.ndarray, steps: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -52,11 +54,11 @@ def _together(parts, whole: np.ndarray) -> np.ndarray:
     return out
 
 
-def _reordered(blunder: str, to: np.ndarray) -> Remedy:
+def _reordered(kind: str, blunder: str, to: np.ndarray) -> Remedy:
     """Pictures that belong to other rows of the steps; -1: to none."""
 
     def mend(recording: Recording) -> Mended:
         step = to[recording.readings.step]
         return with_labels(recording, step=step, known=step >= 0)
 
-    return Remedy(blunder, "markers", mend)
+    return Remedy(kind, blunder, "markers", mend)

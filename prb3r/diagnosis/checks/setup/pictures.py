@@ -25,44 +25,47 @@ def _views(recording: Recording) -> Iterator[Remedy]:
     kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
     across = [kind for kind in kinds if kind != Kind.X]
     if across:
-        yield _factor("the pictures are mirrored: the rig was seen from behind", across)
+        yield _factor("mirrored", "the pictures are mirrored: the rig was seen from behind", across)
     if set(kinds) >= {Kind.X, Kind.Y}:
-        yield _factor("x_m and y_m point the wrong way", [Kind.X, Kind.Y])
-        yield _factor("x_m points toward the base", [Kind.X])
+        yield _factor("axes", "x_m and y_m point the wrong way", [Kind.X, Kind.Y])
+        yield _factor("axes", "x_m points toward the base", [Kind.X])
     if len(across) > 1:
         for kind in across:
-            yield _factor(f"{kind.column} has the wrong sign", [kind])
+            yield _factor("axes", f"{kind.column} has the wrong sign", [kind])
     for turned, most in MOST_RADIANS.items():
         if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
-            yield _factor(f"{turned.column} is in degrees", [turned], np.pi / 180)
+            yield _factor("degrees", f"{turned.column} is in degrees", [turned], np.pi / 180)
 
 
-def _factor(blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
+def _factor(kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
     """Readings of some kinds that have to be multiplied."""
 
     def mend(recording: Recording) -> Mended:
         readings = recording.readings
         return with_values(recording, np.where(np.isin(readings.kind, kinds), factor * readings.value, readings.value))
 
-    return Remedy(blunder, "markers", mend)
+    return Remedy(kind, blunder, "markers", mend)
 
 
 def _counts(recording: Recording) -> Iterator[Remedy]:
     """Disks counted from the tip, or shifted by one where every number that is noted then has a disk."""
     last = recording.manipulator.plates
     yield Remedy(
+        "disks counted",
         "the disks are counted from the tip",
         "markers",
         lambda known: _relabelled(known, last + 1 - known.readings.disk),
     )
     yield Remedy(
+        "disks counted",
         "the disks are counted from the tip, which is 0",
         "markers",
         lambda known: _relabelled(known, last - known.readings.disk),
     )
     for shift, what in ((1, "the first disk after the base is counted as 0"), (-1, "the base disk is counted as 1")):
         if len(_shifted(recording, shift).rows) == recording.readings.count:
-            yield Remedy(f"the disks are counted one off: {what}", "markers", partial(_shifted, by=shift))
+            blunder = f"the disks are counted one off: {what}"
+            yield Remedy("disks counted", blunder, "markers", partial(_shifted, by=shift))
 
 
 def _shifted(recording: Recording, by: int) -> Mended:
@@ -95,4 +98,5 @@ def _disks_exchanged(pair: tuple[int, ...], rows: np.ndarray, where: str) -> Rem
         other = np.where(disk == first, second, np.where(disk == second, first, disk))
         return with_labels(recording, disk=np.where(rows, other, disk))
 
-    return Remedy(f"disks {first} and {second} are exchanged{where}", "markers", mend)
+    kind = "disks exchanged once" if where else "disks exchanged"
+    return Remedy(kind, f"disks {first} and {second} are exchanged{where}", "markers", mend)

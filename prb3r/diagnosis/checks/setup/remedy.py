@@ -27,6 +27,8 @@ class Mended(NamedTuple):
 class Remedy:
     """One blunder that could have been made, and its remedy."""
 
+    kind: str
+    """That it shares with others, which differ from it in the place: the sequence, the cable, the disk."""
     blunder: str
     """What was done, in words that follow "it looks as if"."""
     file: File

@@ -22,19 +22,22 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
         noted = {"_n": "newtons", "_kg": "kilograms"}[unit]
         if columns:
             every = len(columns) == len(pulled)
-            yield _scaled(f"weights noted as {noted} are {other}", columns, factor)
+            yield _scaled("unit", f"weights noted as {noted} are {other}", columns, factor)
             if len(columns) > 1 or not every:
                 for name in columns:
-                    yield _scaled(f"weights of {name} are {other}", [name], factor)
+                    yield _scaled("unit of a cable", f"weights of {name} are {other}", [name], factor)
             for number, sequence in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
                 rows = recording.of_sequence == number
                 if any(loaded[name][rows].any() for name in columns):
-                    yield _scaled(f"weights of sequence {sequence} noted as {noted} are {other}", columns, factor, rows)
+                    blunder = f"weights of sequence {sequence} noted as {noted} are {other}"
+                    yield _scaled("unit of a sequence", blunder, columns, factor, rows)
     dead = [name for name in loaded if name not in cable_columns(recording.manipulator, steps) and loaded[name].any()]
     if dead:
-        yield _scaled(f"{listed(dead)} hold kilograms", dead, gravity)
-        yield _scaled(f"{listed(dead)} have the wrong sign", dead, -1.0)
+        yield _scaled("dead loads", f"{listed(dead)} hold kilograms", dead, gravity)
+        yield _scaled("dead loads", f"{listed(dead)} have the wrong sign", dead, -1.0)
 
 
-def _scaled(blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)) -> Remedy:
-    return Remedy(blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))
+def _scaled(
+    kind: str, blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)
+) -> Remedy:
+    return Remedy(kind, blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))
