@@ -14,6 +14,7 @@ from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.candidates import candidates
 from prb3r.proof.concealed.design import Design, followed
 from prb3r.proof.concealed.worth import nuisances
+from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
 
@@ -67,9 +68,10 @@ def _rival_columns(design: Design, effects: Sequence[Mapping[str, Any]], seen: A
 
     Holes are worn by all their cables: those of single cables are many, and each is a pass of the rig.
     """
-    there, out = {effect["kind"] for effect in effects}, []
+    there = {effect["kind"] for effect in effects}
+    no_rivals, out = there.union({"slip_history"}, *(RECORDS[kind].excludes for kind in there)), []
     for group in candidates(design):
-        if group[0].kind in {*there, "slip_history"} or (group[0].kind == "worn_hole" and len(group[0].place) > 1):
+        if group[0].kind in no_rivals or (group[0].kind == "worn_hole" and len(group[0].place) > 1):
             continue
         parts = [(form, seen([*effects, form.effect(form.probe)])) for form in group]
         changes = [(moved[0] - whole) / form.probe for form, moved in parts if moved is not None]

@@ -30,18 +30,19 @@ def conditions_of(design: Design) -> Conditions:
         arc=first["length_m"] - 2 * first["clamp_m"],
         rigidity=manipulator["youngs_modulus_pa"] * first["width_m"] * first["thickness_m"] ** 3 / 12,
         fibre=first["thickness_m"] / 2,
+        steps=len(steps),
     )
 
 
-def candidates(design: Design) -> list[list[Candidate]]:
-    """All of a design; those of one inner list act together, as the components of a force do."""
+def candidates(design: Design, rare: bool = False) -> list[list[Candidate]]:
+    """All of a design, or all rare ones; those of one inner list act together, as the components of a force do."""
     given = conditions_of(design)
-    return [group for record in RECORDS.values() for group in record.candidates(given)]
+    return [group for record in RECORDS.values() if record.rare == rare for group in record.candidates(given)]
 
 
 def concealable() -> tuple[str, ...]:
-    """Kinds that can be concealed on some design, in the order in which labels ask for them."""
-    kinds = [kind for kind, record in RECORDS.items() if record.conceal is not None]
+    """Kinds that rigs mostly show and some design can, in the order in which labels ask for them."""
+    kinds = [kind for kind, record in RECORDS.items() if record.conceal is not None and not record.rare]
     return tuple(sorted(kinds, key=lambda kind: RECORDS[kind].turn))
 
 

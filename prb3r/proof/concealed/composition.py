@@ -87,7 +87,7 @@ def _asked(cls: str, i: int) -> tuple[str, float]:
     chosen, library = SETTINGS.population, concealable()
     in_turn = chosen.multiples[(i + i // len(library)) % len(chosen.multiples)]
     match cls:
-        case "several" | "imperfect-clean":
+        case "several" | "imperfect-clean" | "rare":
             return "", 0.0
         case "imperfect-single":
             return library[i % len(library)], SETTINGS.real.single_multiple

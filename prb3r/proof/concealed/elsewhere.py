@@ -20,6 +20,8 @@ OF_THE_KIND = (
     "slip_history",
     "edge_wrap",
     "nonlinear_plate",
+    "hysteretic_plate",
+    "load_dependent_friction",
     "disk_contact",
     "clamp_compliance",
     "cable_bending",

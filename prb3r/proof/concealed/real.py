@@ -17,12 +17,15 @@ from prb3r.proof.concealed.labels import Label, Request
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.concealed.sizing import draw_effect
 from prb3r.proof.concealed.worth import worths
+from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.rig.effects.candidate import Candidate
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.real import TYPICAL
 
-_SEVERAL, _SINGLE, _CLEAN, _BLUNDER = REAL_CLASSES = "several", "imperfect-single", "imperfect-clean", "blunder"
-"""Three to five effects; one; none; a blunder of the set-up, with effects in every second."""
+REAL_CLASSES = ("several", "imperfect-single", "imperfect-clean", "blunder", "rare")
+_SEVERAL, _SINGLE, _CLEAN, _BLUNDER, _RARE = REAL_CLASSES
+"""Three to five effects; one; none; a blunder of the set-up, with effects in every second; one that is rare beside
+others."""
 
 
 class Planted(NamedTuple):
@@ -60,16 +63,40 @@ def _planted(rng: np.random.Generator, request: Request, design: Design) -> list
         return [Planted(drawn.effect, drawn.size)]
     if request.cls == _CLEAN or (request.cls == _BLUNDER and request.kind != "several"):
         return []
+    if request.cls == _RARE:
+        return rare_among_others(rng, design)
     return several_effects(rng, design)
 
 
-def several_effects(rng: np.random.Generator, design: Design) -> list[Planted]:
-    """Three to five effects of different kinds, at random places, of sizes that rigs show."""
-    fewest, most = SETTINGS.real.effects
-    count = int(rng.integers(fewest, most + 1))
+def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]:
+    """One rare effect, the first, beside one or two others of sizes that rigs show."""
+    of_kind = _by_kind(design, rare=True)
+    kind = rng.choice(list(of_kind))
+    rare = _sized(rng, design, of_kind[kind], whole=False)
+    others = several_effects(rng, design, SETTINGS.real.beside_rare)
+    return [rare, *(each for each in others if each.effect["kind"] not in RECORDS[kind].excludes)]
+
+
+def _by_kind(design: Design, rare: bool = False) -> dict[str, list[Candidate]]:
+    """What a design can show, one of each group that acts together, by kind."""
     of_kind: dict[str, list[Candidate]] = {}
-    for group in candidates(design):
+    for group in candidates(design, rare):
         of_kind.setdefault(group[0].kind, []).append(group[0])
+    return of_kind
+
+
+def several_effects(
+    rng: np.random.Generator, design: Design, numbers: tuple[int, int] = SETTINGS.real.effects
+) -> list[Planted]:
+    """Effects of different kinds, at random places, of sizes that rigs show.
+
+    Parameters
+    ----------
+    numbers : fewest and most of them.
+    """
+    fewest, most = numbers
+    count = int(rng.integers(fewest, most + 1))
+    of_kind = _by_kind(design)
     asked = {Flavour.REAL_BARE: ["cable_friction"], Flavour.REAL_UNTOLD: ["slip_history"]}.get(design.flavour, [])
     kinds = [kind for kind in of_kind if kind not in asked and TYPICAL[kind].common > 0]
     weight = np.array([TYPICAL[kind].common for kind in kinds])

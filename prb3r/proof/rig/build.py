@@ -59,6 +59,8 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
     kinds = [effect.get("kind") for effect in effects]
     doubled = [record.kind for record in RECORDS.values() if record.once and kinds.count(record.kind) > 1]
     problems += [Problem("effect", f"{kind} acts once") for kind in doubled]
+    apart = [(record.kind, other) for record in RECORDS.values() for other in record.excludes if record.kind in kinds]
+    problems += [Problem("effect", f"the rig has no {a} beside {b}") for a, b in apart if b in kinds]
     if problems:
         raise SpecError(*problems)
     for record in RECORDS.values():

@@ -26,6 +26,7 @@ class Population:
             "imperfect-single": 60,
             "imperfect-clean": 182,
             "blunder": 50,
+            "rare": 60,
         }
     )
     """Recordings of each class in a full run: a rate of 1 % needs 400 (Wilson: 0.4 to 2.5 %), and twenty-one kinds at

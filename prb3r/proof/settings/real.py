@@ -39,6 +39,14 @@ TYPICAL: Mapping[str, Typical] = {
     "tip_load_friction": Typical(0.08, 0.5),  # a pulley that takes 10 to 45 %
     "camera_scale": Typical(0.06, 0.4),  # a board 1 to 6 % too near
     "lens_distortion": Typical(0.06, 0.4),  # 1.5 to 10 % of the radius at the ends of the arm
+    # rare ones
+    "hysteretic_plate": Typical(0.15, 0.7),  # a tenth to two fifths of the stiffness slips
+    "base_compliance": Typical(0.05, 0.3),  # a tenth to half of the plate's own compliance
+    "plate_softening": Typical(0.1, 0.6),  # 3 to 18 % softer in the end
+    "tension_drift": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension in the end
+    "load_cell": Typical(0.15, 0.75),  # 3 to 15 % off
+    "load_dependent_friction": Typical(0.25, 0.85),  # exponents of 0.1 to 0.33
+    "umbilical": Typical(0.05, 0.5),  # 5 to 50 % of the arm's own stiffness from end to end
 }
 """By kind, of all that can be concealed.  A size is drawn evenly in its logarithm."""
 
@@ -49,6 +57,8 @@ class RealRigs:
 
     effects: tuple[int, int] = (3, 5)
     """Fewest and most of a recording with several."""
+    beside_rare: tuple[int, int] = (1, 2)
+    """Fewest and most beside a rare one."""
     bare_every: int = 4
     """One of so many recordings is of a rig whose nominal model leaves friction out."""
     history_every: int = 4

@@ -38,8 +38,19 @@ def _misread(draft: Draft, gain=1.0, quadratic_per_n=0.0, cables=None):
     draft.gain_per_n[draft.columns(cables)] += quadratic_per_n
 
 
+def _misreading(given: Conditions) -> Iterator[Candidate]:
+    for name in given.reach:  # of all cables alike it would be Young's modulus
+        yield Candidate((("cables", (name,)),), lambda u: {"gain": float(np.exp(u))}, -0.2, 0.2, variant="gain")
+    yield Candidate((), lambda u: {"quadratic_per_n": u / given.pull}, -0.2, 0.2, variant="bent")
+
+
 def _drift(draft: Draft, offset_n_per_step, cables=None):
     draft.tension_drift[draft.columns(cables)] += offset_n_per_step
+
+
+def _drifting(given: Conditions) -> Iterator[Candidate]:
+    # at the last step as much as a hanger left out
+    yield Candidate((), lambda u: {"offset_n_per_step": u * given.pull / given.steps}, -0.3, 0.3)
 
 
 def _shift(draft: Draft, cable, offset_m):
@@ -80,8 +91,10 @@ CABLE_RECORDS = (
             size("quadratic_per_n", ANY, optional=True),
             several("cables", "cables"),
         ),
+        _misreading,
+        rare=True,
     ),
-    Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables"))),
+    Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables")), _drifting, rare=True),
     Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
     Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11),
     Record("cable_bending", _add_stiffness, (size("stiffness_n_m2", FROM_ZERO),), _stiff, turn=10),

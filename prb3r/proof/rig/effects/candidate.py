@@ -44,6 +44,8 @@ class Conditions:
     """EI of the first plate, N m^2."""
     fibre: float
     """Distance of its outermost fibre from the neutral axis, m."""
+    steps: int
+    """Load steps of all sequences."""
 
     @property
     def plates(self) -> int:

@@ -84,6 +84,11 @@ def _weaken_with_load(draft: Draft, exponent, tension_n):
     draft.friction_exponent, draft.friction_tension = exponent, tension_n
 
 
+def _weakening(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0:  # Hertz's contact, at most: a third
+        yield Candidate((), lambda u: {"exponent": u, "tension_n": given.pull / 2}, 0, 0.4)
+
+
 def _lose(draft: Draft, efficiency, cables=None):
     draft.pulley[draft.columns(cables)] -= np.log(efficiency)
 
@@ -123,6 +128,8 @@ FRICTION_RECORDS = (
         "load_dependent_friction",
         _weaken_with_load,
         (size("exponent", number_in(0, 1)), size("tension_n", POSITIVE)),
+        _weakening,
+        rare=True,
         once=True,
     ),
     Record(

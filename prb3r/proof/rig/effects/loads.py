@@ -74,6 +74,11 @@ def _tether(draft: Draft, stiffness_n_m_per_rad):
     draft.umbilical += stiffness_n_m_per_rad
 
 
+def _tethered(given: Conditions) -> Iterator[Candidate]:
+    # a hose as stiff as the plates, from end to end
+    yield Candidate((), lambda u: {"stiffness_n_m_per_rad": u * given.rigidity / given.length}, 0, 1.0)
+
+
 LOAD_RECORDS = (
     Record(
         "gravity",
@@ -93,7 +98,7 @@ LOAD_RECORDS = (
         vector=True,
         reshaped=_tip_force_anew,
     ),
-    Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),)),
+    Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),), _tethered, rare=True),
     Record("tip_load_friction", _hold_back, (size("efficiency", FRACTION, Scale.LOGARITHM),), _held_back, turn=14),
     Record(
         "weight_friction",

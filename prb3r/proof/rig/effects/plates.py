@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, LINEAR_LAW, SMOOTH_LAW
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions, RigPlace
 from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, several, size
@@ -129,11 +129,23 @@ def _dissipate(draft: Draft, slipping_share, yield_per_m=None, yield_strain=None
         raise ValueError("hysteresis takes either yield_per_m or yield_strain")
     if yield_strain is not None and np.isnan(draft.fibre).any():
         raise ValueError("yield_strain needs the outer fibre of every plate")
-    if draft.law != LINEAR_LAW:
-        raise ValueError("the rig has no hysteretic_plate beside nonlinear_plate")
     if slipping_share > 0:
         draft.loop_share, draft.loop_springs = slipping_share, elements
         draft.loop_yield = yield_per_m if yield_strain is None else yield_strain / draft.fibre
+
+
+def _dissipating(given: Conditions) -> Iterator[Candidate]:
+    yield _loops(THRESHOLDS[0] * given.curvature * given.fibre, 1)
+
+
+def _loops(strain: float, elements: int) -> Candidate:
+    """Plates of one material, whose first spring slips at a strain; the size is the share that slips in the end."""
+    given = {"yield_strain": strain, "elements": elements}
+    return Candidate((), lambda u: given | {"slipping_share": u}, 0, 0.6, (strain, float(elements)))
+
+
+def _loops_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    return _loops(given.curvature * given.fibre * rng.uniform(*THRESHOLD_RANGE), int(rng.integers(1, 4)))
 
 
 def _nonlinear(given: Conditions) -> Iterator[Candidate]:
@@ -180,13 +192,29 @@ def _give_way_at_base(draft: Draft, compliance_rad_per_n_m):
     draft.base_compliance += compliance_rad_per_n_m
 
 
+def _giving_at_base(given: Conditions) -> Iterator[Candidate]:
+    # a screw that turns twice as far as the plate in it bends
+    yield Candidate((), lambda u: {"compliance_rad_per_n_m": u * given.arc / given.rigidity}, 0, 2.0)
+
+
 def _soften(draft: Draft, share_per_step):
     draft.softening += share_per_step
 
 
+def _softening(given: Conditions) -> Iterator[Candidate]:
+    # polymer plates creep: a third softer at the last step
+    yield Candidate((), lambda u: {"share_per_step": u / given.steps}, 0, 0.3)
+
+
 PLATE_RECORDS = (
-    Record("base_compliance", _give_way_at_base, (size("compliance_rad_per_n_m", FROM_ZERO),)),
-    Record("plate_softening", _soften, (size("share_per_step", number_in(-1, 1)),)),
+    Record(
+        "base_compliance",
+        _give_way_at_base,
+        (size("compliance_rad_per_n_m", FROM_ZERO),),
+        _giving_at_base,
+        rare=True,
+    ),
+    Record("plate_softening", _soften, (size("share_per_step", number_in(-1, 1)),), _softening, rare=True),
     Record(
         "weakened_plate",
         _weaken,
@@ -241,7 +269,7 @@ PLATE_RECORDS = (
         twins=_contact_there,
     ),
     Record(
-        "hysteretic_plate",  # not drawn: labels stay as they were
+        "hysteretic_plate",
         _dissipate,
         (
             size("slipping_share", number_in(0, 0.95)),
@@ -249,7 +277,11 @@ PLATE_RECORDS = (
             size("yield_strain", POSITIVE, Scale.LOGARITHM, optional=True),
             size("elements", _few, optional=True),
         ),
+        _dissipating,
+        rare=True,
         once=True,
+        excludes=frozenset({"nonlinear_plate"}),
+        reshaped=_loops_anew,
     ),
     Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9),
 )

@@ -57,8 +57,12 @@ class Record:
     """Its forms under the conditions of a design, their `kind` left open; None: it is never concealed."""
     turn: int = 0
     """When labels ask for it, the kinds that rigs show most often first: a run of few cases has those alone."""
+    rare: bool = False
+    """Whether it is concealed in recordings of a class of their own only: what few rigs show, or no suspect is."""
     once: bool = False
     """Whether a rig can have it only once."""
+    excludes: frozenset[str] = frozenset()
+    """Kinds that the rig does not know beside it."""
     vector: bool = False
     """Whether its forms are directions of one vector: they act together, and its parameters are judged by length."""
     reshaped: Callable[[Conditions, Candidate, np.random.Generator], Candidate] | None = None
