@@ -13,8 +13,6 @@ from prb3r.proof.rig.effects import RECORDS
 PAGE = (Path(__file__).parents[1] / "docs/effects.md").read_text()
 NEVER_SUSPECTED = {
     "empirical_moment",  # a law without a mechanism: what the diagnosis says when no suspect explains a recording
-    *("load_dependent_friction", "plate_softening"),  # they cost a right model its verdict (docs/diagnosis.md)
-    "load_cell",  # of all cables it is Young's modulus, of one cable a hole off its place (docs/diagnosis.md)
 }
 
 

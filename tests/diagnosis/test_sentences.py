@@ -22,7 +22,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
-    amounts |= {"base_compliance", "umbilical"}
+    amounts |= {"load_dependent_friction", "base_compliance", "umbilical"}
     assert {h.kind for h, _ in library if h.by_degrees and h.sided} == losses | amounts | {"nonlinear_plate"}
 
 
@@ -59,11 +59,19 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "The notches close where they bend toward positive offsets at 1.02 (0.98 to 1.05) times the bend that",
         ),
         (
+            "load_dependent_friction",
+            {"tension_n": 95.0},
+            {"exponent": (0.3, 0.2, 0.4)},
+            "the calibrated one at 95.0 N and goes with the tension as (T / 95.0 N)^-n, n = 0.3 (0.2 to 0.4).",
+        ),
+        (
             "tension_drift",
             {"cables": ("2",)},
             {"offset_n_per_step": (-0.2, -0.3, -0.1)},
             "The tension of cable 2 is off by -0.2 (-0.3 to -0.1) N more with every further step",
         ),
+        ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
+        ("plate_softening", {}, {"share_per_step": (-0.004, -0.005, -0.003)}, "gain 0.4 (0.3 to 0.5) % of"),
         ("precurvature", {}, {"curvature_per_m": (1, None, None)}, "All plates are bent"),
         ("precurvature", {"plates": (4,)}, {"curvature_per_m": (1, None, None)}, "Plate 4 is bent"),
         ("precurvature", {"plates": (4, 5, 6)}, {"curvature_per_m": (1, None, None)}, "Plates 4 to 6 are bent"),

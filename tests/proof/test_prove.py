@@ -35,8 +35,8 @@ def responses():
 
 
 def test_a_full_run_is_composed_as_the_protocol_asks():
-    whole = counts(1200)
-    assert sum(whole.values()) == 1200 == SETTINGS.population.full
+    whole = counts(1260)
+    assert sum(whole.values()) == 1260 == SETTINGS.population.full
     assert whole["clean"] + whole["imperfect-clean"] >= 400
     assert whole["several"] >= 300
     assert sum(counts(61).values()) == 61

@@ -25,6 +25,12 @@ def _drifting(scope: Scope) -> Iterator[Place]:
         yield from together_and_alone(scope)
 
 
+def _bent(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half at the largest tension, mostly 5 %: more is seen when the cell is calibrated."""
+    scale = 1 / scope.pull
+    return (Free("quadratic_per_n", 0.0, -0.5 * scale, 0.5 * scale, scale=scale, sd=0.05),)
+
+
 def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to half of the cable's lever arm, mostly a tenth: a hole farther off its place is seen by eye."""
     arm = scope.arm_of(place["cable"])
@@ -54,6 +60,16 @@ CABLE_SUSPECTS = (
         places=together_and_alone,
         free=_zero,
         kinked=True,  # idle cables feel only what is added
+    ),
+    Suspect(
+        "load_cell",
+        sentence=lambda fitted: (
+            f"The force sensors do not read in proportion: a tension T is really T + {fitted.size} 1/N T²; "
+            "calibrate them with weights."
+        ),
+        transfer=OF_THE_SETUP,
+        free=_bent,  # a gain of all is Young's modulus, of one cable an offset of its holes
+        presence=RARE,
     ),
     Suspect(
         "tension_drift",

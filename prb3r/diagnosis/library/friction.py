@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_A_PART, RARE, Occurrence, Suspect, as_it_is
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -51,6 +51,17 @@ def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("presliding_m", FREE_PRESLIDING[0], 1e-6, 1e-2, log=True, limit=True),)
 
 
+def _loaded(scope: Scope) -> list[Place]:
+    """Where the nominal model has friction: at the largest tension that it has its coefficient at."""
+    pull = float(f"{scope.pull:.3g}")
+    return [{"tension_n": pull}] if scope.manipulator.friction.coefficient > 0 else []
+
+
+def _exponent(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to 1, where friction does not depend on the load; mostly to a third, as of one elastic contact (Hertz)."""
+    return (Free("exponent", 0.0, 0.0, 1.0, sd=0.3),)
+
+
 def _declared_slip(scope: Scope) -> list[Place]:
     friction = scope.manipulator.friction
     return whole_rig_if(friction.coefficient > 0 and friction.direction == "declared")
@@ -91,6 +102,18 @@ def _net_turns(scope: Scope) -> list[Place]:
 
 FRICTION_SUSPECTS = (
     Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient, presence=0.3),
+    Suspect(
+        "load_dependent_friction",
+        sentence=lambda fitted: (
+            "Friction falls with the load, as of polymers on metal: its coefficient is the calibrated one at "
+            f"{fitted.place['tension_n']} N and goes with the tension as (T / {fitted.place['tension_n']} N)^-n, "
+            f"n = {fitted.size}."
+        ),
+        transfer=as_it_is,
+        places=_loaded,
+        free=_exponent,
+        presence=RARE,
+    ),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
     Suspect(
         "slip_history",

@@ -135,6 +135,19 @@ def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0),)
 
 
+def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to half of the stiffness over the whole recording, mostly 5 %: more is seen between two sequences."""
+    step = 1 / scope.elapsed
+    return (Free("share_per_step", 0.0, -0.5 * step, 0.5 * step, scale=step, sd=0.05),)
+
+
+def _softening_sentence(fitted: Occurrence) -> str:
+    percent = fitted.size.times(100)
+    if percent.value < 0:
+        return f"The plates gain {percent.less(0.0)} % of their stiffness with every step: they cool down or harden."
+    return f"The plates lose {percent} % of their stiffness with every step: they warm up, creep or wear."
+
+
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to ten times the stiffness of the plates' own nodes, which then hardly matter; mostly a third of it."""
     rigid = float(np.median(scope.node_rigidity))
@@ -202,6 +215,14 @@ PLATE_SUSPECTS = (
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(scope.chain.plates > 1),  # of a single plate the clamps are the base's
         free=_hinge,
+        presence=RARE,
+    ),
+    Suspect(
+        "plate_softening",
+        sentence=_softening_sentence,
+        transfer=OF_THE_SETUP,
+        places=lambda scope: whole_rig_if(scope.tells_time),
+        free=_share,
         presence=RARE,
     ),
     Suspect(

@@ -87,6 +87,15 @@ def _worthy(case: OpenedCase) -> list[bool]:
     return [hit for hit, worth in zip(named_of(case), case.label.worth, strict=True) if worth >= REAL.worth]
 
 
+def _rare_named(case: OpenedCase) -> list[bool]:
+    """Whether the rare effect, the first, is named where it is worth something."""
+    return named_of(case)[:1] if case.label.worth[0] >= REAL.worth else []
+
+
+def _unexplained(case: OpenedCase) -> bool:
+    return case.verdict.verdict == "unexplained"
+
+
 def _told_apart(case: OpenedCase) -> list[bool]:
     """Whether an effect that is worth something is far from every kind that the rig has not."""
     return [
@@ -136,7 +145,7 @@ def _seconds(slow: bool, worst: bool) -> Measure:
     return measure
 
 
-HAS_SEVERAL, _CLEAN = of_class("several"), of_class("imperfect-clean")
+HAS_SEVERAL, HAS_RARE, _CLEAN = of_class("several"), of_class("rare"), of_class("imperfect-clean")
 _BLUNDERED = of_class("blunder")
 REAL_GOALS: tuple[Goal, ...] = (
     Goal(
@@ -201,9 +210,17 @@ REAL_INFORMATION: tuple[Goal, ...] = (
         share_measure(_all_worthy, listed_set),
     ),
     Goal("several: explained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "explained")),
-    Goal("several: unexplained", "", (), share_measure(HAS_SEVERAL, lambda c: c.verdict.verdict == "unexplained")),
+    Goal("several: unexplained", "", (), share_measure(HAS_SEVERAL, _unexplained)),
     Goal(
         f"several: worth {REAL.worth:g} sd, named or in a surviving set", "", (), _pooled(HAS_SEVERAL, _worthy_listed)
     ),
     Goal("several: right kinds at a wrong place, of names", "", (), _pooled(HAS_SEVERAL, misplaced)),
+    Goal(
+        f"rare beside others: the rare one, if worth {REAL.worth:g} sd, named", "", (), _pooled(HAS_RARE, _rare_named)
+    ),
+    Goal(f"rare beside others: effects worth {REAL.worth:g} sd named", "", (), _pooled(HAS_RARE, _worthy)),
+    Goal("rare beside others: names that are wrong", "", (), _pooled(HAS_RARE, wrong_of)),
+    Goal(
+        "rare beside others: unexplained", "", (), share_measure(HAS_RARE, lambda c: c.verdict.verdict == "unexplained")
+    ),
 )

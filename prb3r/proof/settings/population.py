@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 class Population:
     """Recordings and designs of a run."""
 
-    full: int = 1200
+    full: int = 1260
     """Recordings of a full run: intervals of two to six per cent."""
     bench: int = 1200
     """Recordings of bench rigs without imperfections that the numbers of designs below are for."""

@@ -1,29 +1,17 @@
-"""Plates: their stiffness, their law of bending, and what they stand in.
+"""Plates: their stiffness, their shape at rest, and what they stand in.
 
-Bending stiffness of a plate: nominal, times every `weakened_plate` and `segment_stiffness`, plus `cable_bending`.
-`nonlinear_plate` acts on this sum, k being curvature less stress-free curvature.  `disk_contact` compares the bend
-between the disks, hinges of `clamp_compliance` included; its moment passes beside plate and hinges.  A hinge turns by
-compliance times the moment that the plate carries there.
+Bending stiffness of a plate: nominal, times every `weakened_plate` and `segment_stiffness`, plus `cable_bending`.  A
+hinge turns by compliance times the moment that the plate carries there.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
 from prb3r.proof.rig.draft import Draft
+from prb3r.proof.rig.effects.bending import BENDING_RECORDS
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions, RigPlace
-from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, several, size
-
-BENT_TOWARD = "negative", "positive"
-"""Toward which a plate bends: that of negative or of positive offsets."""
-THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
-"""Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
-THRESHOLD_RANGE = 0.25, 0.7
-"""In which knees and contact angles are drawn: passed by several steps, and not by all."""
-SHARPNESS_RANGE = 1.5, 5.0
-"""In which smooth knees are drawn: from one that is spread over all curvatures to one that is nearly a corner."""
+from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, several, size
 
 
 def _factor(u: float) -> dict[str, float]:
@@ -64,119 +52,6 @@ def _curved(given: Conditions) -> Iterator[Candidate]:
     for place in places:
         # beyond, the rest shape alone would be seen to be no straight arm
         yield Candidate(place, lambda u: {"curvature_per_m": u * given.curvature}, -0.6, 0.6)
-
-
-def _touch(draft: Draft, angle_rad, stiffness_n_m_per_rad):
-    draft.contact_angle[:], draft.contact_stiffness[:] = angle_rad, stiffness_n_m_per_rad
-
-
-def _close(draft: Draft, factor, stiffness_n_m_per_rad, side=None):
-    """A plate that turns about its neutral axis until its edges meet where the cable runs."""
-    for column, name in enumerate(BENT_TOWARD):
-        if side in (None, name):
-            arm = draft.arm[:, column]
-            apart = arm + np.where(np.isnan(draft.fibre), 0.0, draft.fibre)
-            closes = factor * draft.arc / np.where(arm > 0, apart, 1.0)
-            draft.contact_angle[:, column] = np.where(arm > 0, closes, np.inf)
-            draft.contact_stiffness[:, column] = stiffness_n_m_per_rad
-
-
-def _touching(given: Conditions) -> Iterator[Candidate]:
-    return (_contact(given, share * given.bend) for share in THRESHOLDS)
-
-
-def _contact(given: Conditions, angle: float) -> Candidate:
-    """Disks that touch at an angle (rad); the size is in units of the plates' own stiffness."""
-    law = lambda u: {"angle_rad": angle, "stiffness_n_m_per_rad": u * given.stiffness}  # noqa: E731
-    return Candidate((), law, 0, 30.0, (angle,))  # thirty times a plate: beyond, a stop is hard
-
-
-def _contact_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
-    return _contact(given, rng.uniform(*THRESHOLD_RANGE) * given.bend)
-
-
-def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
-    yield replace(_knee(given, form.shape[0] / given.arc), kind="nonlinear_plate")
-
-
-def _follow_law(draft: Draft, law, side=None, **numbers):
-    knees = [name for name in ("knee_per_m", "knee_strain") if name in numbers]
-    if law == "cubic" and set(numbers) == {"cubic_m2"} and side is None:
-        draft.law, draft.law_first = CUBIC_LAW, numbers["cubic_m2"]
-        return
-    takes = {*knees, "ratio", "sharpness"} if law == "smooth" else {*knees, "ratio"}
-    if law == "cubic" or len(knees) != 1 or set(numbers) != takes:
-        raise ValueError(
-            "law 'cubic' takes cubic_m2, law 'bilinear' takes knee_per_m or knee_strain and ratio, "
-            "law 'smooth' takes sharpness too"
-        )
-    if knees == ["knee_strain"] and np.isnan(draft.fibre).any():
-        raise ValueError("knee_strain needs the outer fibre of every plate")
-    knee = numbers[knees[0]] / (draft.fibre if knees == ["knee_strain"] else np.ones(len(draft.arc)))
-    passed = np.array([side in (None, name) for name in BENT_TOWARD])
-    draft.law = SMOOTH_LAW if law == "smooth" else BILINEAR_LAW
-    draft.law_first = np.where(passed, knee[:, None], np.inf)
-    draft.law_second, draft.law_third = numbers["ratio"], numbers.get("sharpness", np.inf)
-
-
-def _few(value: object, _: Draft) -> str:
-    return "" if value in (1, 2, 3) else f"must be 1, 2 or 3, not {value!r}"
-
-
-def _dissipate(draft: Draft, slipping_share, yield_per_m=None, yield_strain=None, elements=1):
-    """A share of the stiffness in springs that slip; each begins at a curvature of its own."""
-    if (yield_per_m is None) == (yield_strain is None):
-        raise ValueError("hysteresis takes either yield_per_m or yield_strain")
-    if yield_strain is not None and np.isnan(draft.fibre).any():
-        raise ValueError("yield_strain needs the outer fibre of every plate")
-    if slipping_share > 0:
-        draft.loop_share, draft.loop_springs = slipping_share, elements
-        draft.loop_yield = yield_per_m if yield_strain is None else yield_strain / draft.fibre
-
-
-def _dissipating(given: Conditions) -> Iterator[Candidate]:
-    yield _loops(THRESHOLDS[0] * given.curvature * given.fibre, 1)
-
-
-def _loops(strain: float, elements: int) -> Candidate:
-    """Plates of one material, whose first spring slips at a strain; the size is the share that slips in the end."""
-    given = {"yield_strain": strain, "elements": elements}
-    return Candidate((), lambda u: given | {"slipping_share": u}, 0, 0.6, (strain, float(elements)))
-
-
-def _loops_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
-    return _loops(given.curvature * given.fibre * rng.uniform(*THRESHOLD_RANGE), int(rng.integers(1, 4)))
-
-
-def _nonlinear(given: Conditions) -> Iterator[Candidate]:
-    cubic = lambda u: {"cubic_m2": u / given.curvature**2}  # noqa: E731
-    yield Candidate((("law", "cubic"),), cubic, 0, 3.0, variant="cubic")  # four times the moment at the largest bend
-    for sharpness in (np.inf, 2.0):
-        yield from (_knee(given, share * given.curvature, sharpness) for share in THRESHOLDS)
-
-
-def _knee(given: Conditions, curvature: float, sharpness: float = np.inf) -> Candidate:
-    """Plates of one material, with a knee at a curvature (1/m) of the first; the size is ln(ratio)."""
-    knee: dict[str, float] = {"knee_strain": curvature * given.fibre}
-    variant = "bilinear" if np.isinf(sharpness) else "smooth"
-    if variant == "smooth":
-        knee["sharpness"] = sharpness
-    law = lambda u: knee | {"ratio": float(np.exp(u))}  # noqa: E731
-    # below a third of EI few designs keep their equilibria; beyond four times it the knee is a stop
-    return Candidate((("law", variant),), law, -1.2, 1.5, (curvature, sharpness), variant)
-
-
-def _knee_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
-    if form.variant == "cubic":
-        return form
-    curvature = given.curvature * rng.uniform(*THRESHOLD_RANGE)
-    return _knee(given, curvature, np.inf if form.variant == "bilinear" else rng.uniform(*SHARPNESS_RANGE))
-
-
-def _contact_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
-    """Contact stiffens, as plates do beyond a knee whose `size` is positive."""
-    if form.variant == "bilinear" and size > 0:
-        yield replace(_contact(given, form.shape[0] * given.arc), kind="disk_contact")
 
 
 def _give(draft: Draft, compliance_rad_per_n_m):
@@ -230,58 +105,6 @@ PLATE_RECORDS = (
         turn=6,
     ),
     Record("precurvature", _curve, (size("curvature_per_m"), several("plates", "plates")), _curved, turn=3),
-    Record(
-        "disk_contact",
-        _touch,
-        (size("angle_rad", FROM_ZERO), size("stiffness_n_m_per_rad", FROM_ZERO)),
-        _touching,
-        turn=8,
-        once=True,
-        reshaped=_contact_anew,
-        twins=_knee_there,
-    ),
-    Record(
-        "notch_closing",  # no design that is drawn has notches: at a factor near one its plates never close
-        _close,
-        (
-            size("factor", POSITIVE, Scale.LOGARITHM),
-            size("stiffness_n_m_per_rad", FROM_ZERO),
-            replace(one_of("side", BENT_TOWARD), optional=True),
-        ),
-        once=True,
-    ),
-    Record(
-        "nonlinear_plate",
-        _follow_law,
-        (
-            one_of("law", ("cubic", "bilinear", "smooth")),
-            size("cubic_m2", ANY, optional=True),
-            size("knee_per_m", POSITIVE, optional=True),
-            size("ratio", POSITIVE, Scale.LOGARITHM, optional=True),
-            size("knee_strain", POSITIVE, optional=True),
-            size("sharpness", number_in(1, 100), optional=True),
-            replace(one_of("side", BENT_TOWARD), optional=True),
-        ),
-        _nonlinear,
-        turn=7,
-        once=True,
-        reshaped=_knee_anew,
-        twins=_contact_there,
-    ),
-    Record(
-        "hysteretic_plate",
-        _dissipate,
-        (
-            size("slipping_share", number_in(0, 0.95)),
-            size("yield_per_m", POSITIVE, Scale.LOGARITHM, optional=True),
-            size("yield_strain", POSITIVE, Scale.LOGARITHM, optional=True),
-            size("elements", _few, optional=True),
-        ),
-        _dissipating,
-        rare=True,
-        once=True,
-        excludes=frozenset({"nonlinear_plate"}),
-        reshaped=_loops_anew,
-    ),
+    *BENDING_RECORDS,
     Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9),
 )
