@@ -11,7 +11,7 @@ import numpy as np
 
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.covariance import Noise
-from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
@@ -70,6 +70,11 @@ class Pool:
     def best(self) -> Fit:
         """The fit with most evidence."""
         return self.fits[self.ranked[0]]
+
+    def polished_best(self) -> Fit:
+        """The fit with most evidence, once it has converged: from another nothing is told of the noise."""
+        self.add(polished(self.best))
+        return self.best
 
     def explore(self, most: int) -> None:
         """Expand models, the best first, until those within reach of the best have been."""

@@ -78,7 +78,7 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
         pool.explore(expansions)
-        best = pool.best
+        best = pool.polished_best()
         inflation = doubts.inflation if settings.believe_all else lone_outliers(best, doubts)
         alike = np.array_equal(inflation > 1, doubts.inflation > 1)
         doubts = doubts if alike else replace(doubts, inflation=inflation)
