@@ -93,13 +93,14 @@ class Pool:
         idle = any(other < effects and better >= worth for other, better in self.evidence.items())
         return near and not idle and effects not in self.expanded
 
-    def expand(self, effects: Effects) -> None:
-        """Fit the sets that the linearised model around one fit puts first."""
+    def expand(self, effects: Effects, keeping: Effects = frozenset()) -> None:
+        """Fit the sets that the linearised model around one fit puts first, of those with all effects of `keeping`."""
         fitted, settings = self.fits[effects], self.settings
         self.expanded.add(effects)
         linear, present = self.linearised(fitted)
         most = min(len(present) + settings.most_new, settings.most_effects)
-        sets = best_sets(linear, [frozenset(), present], settings.beam, most)
+        kept = frozenset(k for k in present if linear.columns[k].hypothesis in keeping)
+        sets = [each for each in best_sets(linear, [frozenset(), present], settings.beam, most) if kept <= each.chosen]
         base, tasks = linear.evidence(present), []
         count = settings.costly_proposals if fitted.costly else settings.proposals
         for proposal in worth_fitting(sets, len(present), count):

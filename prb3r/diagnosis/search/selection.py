@@ -15,6 +15,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
+from prb3r.diagnosis.search.twins import of_other_segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,11 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
         pool.explore(expansions)
+        best = pool.best
+        for twin in of_other_segments(best, search.library):
+            pool.add(twin)
+            there = frozenset(twin.model.hypotheses)
+            pool.expand(there, keeping=there - frozenset(best.model.hypotheses))
         best = pool.polished_best()
         inflation = doubts.inflation if settings.believe_all else lone_outliers(best, doubts)
         alike = np.array_equal(inflation > 1, doubts.inflation > 1)

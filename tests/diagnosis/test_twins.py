@@ -1,0 +1,40 @@
+"""A segment that is softer than stated is the other that is stiffer, with a lower Young's modulus."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.search.twins import of_other_segments
+from prb3r.recording.recording import Prior
+
+SOFT = Case(hidden=((("kind", "segment_stiffness"), ("segment", 2), ("factor", 0.7)),))
+
+
+def softened(prior):
+    """The fit of a soft second segment, and the library that it is of."""
+    calibrated = fit_constants(predictor(replace(recorded(SOFT), prior=prior)))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    softer = next(each for each in library if each.name == "segment_stiffness (segment 2)")
+    return fit(calibrated.model.adding(softer), np.append(calibrated.p, 0.0)), library
+
+
+def test_two_segments_are_told_apart_by_what_is_known_of_the_modulus_alone():
+    fitted, library = softened(Prior())
+    (twin,) = of_other_segments(fitted, library)
+    assert [each.name for each in twin.model.hypotheses] == ["segment_stiffness (segment 1)"]
+    assert twin.chi2 == pytest.approx(fitted.chi2, abs=1e-3)
+    factor, other = (each.model.shares(each.p)[0][0] for each in (fitted, twin))
+    assert np.exp(factor) == pytest.approx(0.7, abs=0.02)
+    assert other == pytest.approx(-factor, abs=1e-3)
+    assert twin.constants.log_stiffness == pytest.approx(fitted.constants.log_stiffness + factor, abs=1e-3)
+    known, library = softened(Prior(youngs_modulus=0.1))
+    (strained,) = of_other_segments(known, library)
+    assert strained.chi2 > known.chi2 + 5
