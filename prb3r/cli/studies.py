@@ -1,7 +1,9 @@
 """Commands on studies and their results: run, compare, report."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -10,6 +12,7 @@ from prb3r.cli.shared import JOBS, existing, say_what_is_compiled
 from prb3r.errors import Problem, SpecError
 
 if TYPE_CHECKING:
+    from prb3r.present.study.current import Ended
     from prb3r.study.plan import Plan
     from prb3r.study.run import Result
 
@@ -25,6 +28,11 @@ if TYPE_CHECKING:
 @click.pass_context
 def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
+    from prb3r.present.study.current import Ended, publish_what_changed, record_end, still_standing
+
+    before = [] if fresh or dry_run or backend != "loky" else [still_standing(path, output) for path in studies]
+    if before and len(set(studies)) == len(studies) and all(before):
+        _close(ctx, [ended for ended in before if ended])
     from prb3r.progress import reporter
     from prb3r.runs.tasks import Workers
     from prb3r.study.run import Options, execute, writing
@@ -35,20 +43,23 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
         for plan in plans:
             click.echo(_forecast(plan, jobs))
         return
-    from prb3r.present.study.current import publish_what_changed
-
-    options, failed, lines = Options(Path(output), Workers(backend, jobs, scheduler), fresh), 0, []
+    options, ended = Options(Path(output), Workers(backend, jobs, scheduler), fresh), []
     with reporter() as progress:
         for plan in plans:
             with writing(plan):
                 result = execute(plan, options, progress)
                 files = publish_what_changed(result)
+                ended.append(Ended(_closing(result, files), result.failed > 0))
+                record_end(result, replace(ended[-1], said=_closing(replace(result, computed=0), files)))
             for change in result.manifest["changed"]:
                 click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
-            failed += result.failed
-            lines.append(_closing(result, files))
-    click.echo("\n".join(lines))
-    ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
+    _close(ctx, ended)
+
+
+def _close(ctx: click.Context, ended: Sequence["Ended"]) -> NoReturn:
+    """Say how studies ended, and leave with the exit code for it."""
+    click.echo("\n".join(study.said for study in ended))
+    ctx.exit(ExitCode.SOME_FAILED if any(study.failed for study in ended) else ExitCode.DONE)
 
 
 def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:

@@ -1,23 +1,78 @@
-"""Figures and report of a study that stand beside its tables already: what is unchanged is not made again."""
+"""Results that stand already: what is unchanged is not made again.
+
+Figures and report are made anew if they were made from something else; of a study of which nothing at all has changed,
+neither its file, its results nor the program, the last run's closing words are told again, and little is loaded for it.
+"""
 
 import hashlib
 import json
 import os
 import sys
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from prb3r.runs.files import write_json
-from prb3r.runs.provenance import PACKAGE, text_hash
-from prb3r.study.run import Result
+from prb3r.runs.provenance import PACKAGE, environment, text_hash
+
+if TYPE_CHECKING:
+    from prb3r.study.run import Result
 
 RECORD = ".published.json"
 """In the folder of results: from what its figures and its report were made, and the hash of each file."""
+ENDED = ".ended.json"
+"""Beside it: how the last run of the command ended, with the hash of every file that it read and of those it left."""
 OF_THE_RUN = ("written", "changed")
 """Parts of a manifest that differ from run to run and ask for no new report."""
+UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
+"""What reading a record leads to that is not there, damaged or edited by hand."""
 
 
-def publish_what_changed(result: Result) -> list[Path]:
+@dataclass(frozen=True)
+class Ended:
+    """What a run of a study closed with."""
+
+    said: str
+    failed: bool
+    """Whether a case had no stable equilibrium."""
+
+
+def record_end(result: "Result", ended: Ended) -> None:
+    """Keep how a run ended, for :func:`still_standing`."""
+    plan, folder = result.plan, result.folder
+    read = [plan.path, plan.path.parent / plan.study.manipulator]
+    if plan.study.reach is not None and plan.study.reach.path is not None:
+        read.append(plan.path.parent / plan.study.reach.path)
+    record = {
+        "as": [str(folder), os.path.relpath(plan.path, folder)],
+        "under": _under(plan.path),
+        "files": _hashes([*read, *_visible(folder)], folder),
+        **vars(ended),
+    }
+    write_json(folder / ENDED, record)
+
+
+def still_standing(path: str | Path, output: str | Path) -> Ended | None:
+    """How the last run of a study file into a folder ended, if another run would come to the same; else None."""
+    try:
+        folder = Path(output) / tomllib.loads(Path(path).read_text("utf-8-sig"))["name"]
+        record = json.loads((folder / ENDED).read_bytes())
+        known: dict[str, str] = dict(record["files"])
+        there = {path.name for path in _visible(folder)}
+        same = (
+            record["as"] == [str(folder), os.path.relpath(path, folder)]
+            and there <= known.keys()
+            and _hashes((folder / name for name in known), folder) == known
+            and record["under"] == _under(Path(path))
+        )
+        return Ended(str(record["said"]), bool(record["failed"])) if same else None
+    except UNREADABLE:
+        return None
+
+
+def publish_what_changed(result: "Result") -> list[Path]:
     """Figures and report of a study, made anew unless all of them are there, whole and from the same; their files.
 
     They are made from the manifest, whose key stands for the tables, by the text of the program and of its pages.
@@ -39,11 +94,33 @@ def publish_what_changed(result: Result) -> list[Path]:
     return files
 
 
-def _made_from(result: Result) -> str:
+def _made_from(result: "Result") -> str:
     told = {name: part for name, part in result.manifest.items() if name not in OF_THE_RUN}
-    pages = {path.name: _hash(path) for path in sorted((PACKAGE / "present" / "templates").iterdir())}
-    content = json.dumps([told, pages, text_hash(PACKAGE), _own_style()], sort_keys=True, default=str)
-    return hashlib.sha256(content.encode()).hexdigest()
+    return _digest([told, _pages(), text_hash(PACKAGE), _own_style()])
+
+
+def _under(path: Path) -> str:
+    """What decides, beside the files of a study, what a run of it comes to."""
+    told = {name: part for name, part in environment(path).items() if name not in OF_THE_RUN}
+    return _digest([told, _pages(), text_hash(PACKAGE), _own_style()])
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _pages() -> dict[str, str]:
+    return {path.name: _hash(path) for path in sorted((PACKAGE / "present" / "templates").iterdir())}
+
+
+def _visible(folder: Path) -> list[Path]:
+    """The files of results in a folder, without the records of the program."""
+    return [path for path in sorted(folder.iterdir()) if path.is_file() and not path.name.startswith(".")]
+
+
+def _hashes(paths: Iterable[Path], folder: Path) -> dict[str, str]:
+    """Hash of each file by its way from the folder."""
+    return {os.path.relpath(path, folder): _hash(path) for path in paths}
 
 
 def _own_style() -> list[Any]:
@@ -68,10 +145,11 @@ def _standing(folder: Path, made_from: str) -> list[Path]:
         record: dict[str, Any] = json.loads((folder / RECORD).read_bytes())
         files: dict[str, str] = dict(record["files"]) if record["made_from"] == made_from else {}
         whole = all(_hash(folder / name) == known for name, known in files.items())
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except UNREADABLE:
         return []
     return [folder / name for name in files] if whole else []
 
 
 def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
