@@ -111,6 +111,11 @@ def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
             os.fsync(file.fileno())
 
 
+def count_rows(path: Path) -> int:
+    """Number of rows of a table on disk."""
+    return pq.read_metadata(path).num_rows
+
+
 def read_first(path: Path, wanted: Collection[str], by: str, most: int) -> pa.Table:
     """The wanted ones among the columns, of the rows of a table in which the column `by` is at most `most`.
 

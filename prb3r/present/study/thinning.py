@@ -1,9 +1,15 @@
-"""Which states figures are drawn from: of clouds of many loads the first of these, which fill the same region."""
+"""Which states figures and pages are made from, so that their memory does not grow with the study.
+
+Of clouds of many loads these are the first loads, which fill the same region; of many cases whose states no plot draws
+the first cases, as pages have no room for all of them.
+"""
 
 import pandas as pd
 
-from prb3r.runs.store import read_first
+from prb3r.runs.store import count_rows, read_first
+from prb3r.study.chunk import state_columns
 from prb3r.study.columns import named_columns
+from prb3r.study.plots.base import Plot
 from prb3r.study.run import Result
 
 MOST_ROWS, FEWEST_LOADS = 2**21, 2**10
@@ -22,9 +28,18 @@ def loads_to_draw(result: Result) -> int | None:
 
 
 def states_to_draw(result: Result) -> pd.DataFrame | None:
-    """The states that figures are drawn from; None if the study keeps none."""
-    most = loads_to_draw(result)
-    if most is None:
+    """The states that figures and page are made from; None if the study keeps none or nothing shows them."""
+    plan, table = result.plan, result.folder / "states.parquet"
+    if (most := loads_to_draw(result)) is not None:
+        return read_first(table, {*ALWAYS, *named_columns(plan.study)}, "step", most).to_pandas()
+    if plan.study.states == "none" or not (plan.study.plot or plan.study.decides):
+        return None
+    drawn = any(plot.of_states or not _columns_drawn(plot) <= set(result.cases) for plot in plan.study.plot)
+    if drawn or (rows := count_rows(table)) <= MOST_ROWS:
         return result.states()
-    wanted = {*ALWAYS, *named_columns(result.plan.study)}
-    return read_first(result.folder / "states.parquet", wanted, "step", most).to_pandas()
+    last = max(0, MOST_ROWS * len(plan.cases) // rows - 1)
+    return read_first(table, state_columns(plan.cables), "case_id", last).to_pandas()
+
+
+def _columns_drawn(plot: Plot) -> set[str]:
+    return {column for column in plot.drawn() if column}

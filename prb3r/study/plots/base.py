@@ -52,6 +52,8 @@ class Plot(Strict, ABC):
 
     stepwise: ClassVar[bool] = False
     """Whether a row that it draws is a step of a case, where it names columns of states; else a disk in a step."""
+    of_states: ClassVar[bool] = False
+    """Whether it draws states, whatever columns it names."""
 
     def columns(self) -> list[str | None]:
         """Every column that it names, of cases or states."""

@@ -75,6 +75,8 @@ class LoopsPlot(Charted, Panelled):
 
     kind: Literal["loops"]
 
+    of_states: ClassVar[bool] = True
+
     def needs(self, kept: KeptTables) -> Iterator[str]:
         if kept.states != "path":
             yield "a plot of loops needs states = 'path'"
@@ -96,6 +98,7 @@ class ShapesPlot(Styled, Panelled):
     """Cases with these factor values are drawn pale behind all others instead of by themselves."""
 
     stepwise: ClassVar[bool] = True
+    of_states: ClassVar[bool] = True
 
     def columns(self) -> list[str | None]:
         return [*super().columns(), *self.reference]
@@ -116,6 +119,8 @@ class WorkspacePlot(Styled, Panelled):
 
     kind: Literal["workspace"]
 
+    of_states: ClassVar[bool] = True
+
     def needs(self, kept: KeptTables) -> Iterator[str]:
         if not kept.cloud or kept.states != "path":
             yield "a plot of a workspace needs [cloud] and states = 'path', or it is empty"
@@ -125,6 +130,8 @@ class PathPlot(Panelled):
     """Targets that a disk is brought to, where it comes, and the manipulator on its way."""
 
     kind: Literal["path"]
+
+    of_states: ClassVar[bool] = True
 
     def needs(self, kept: KeptTables) -> Iterator[str]:
         if not kept.targets or kept.states != "path" or kept.disks is not None:

@@ -1,0 +1,56 @@
+"""A page of a study with many states holds some of them, and never needs all in memory unless a plot draws them."""
+
+import pytest
+from command import PROTOTYPE
+
+from prb3r.present.study import thinning
+from prb3r.present.study.publish import publish
+from prb3r.study import run as running
+from prb3r.study.run import Options, solve_study
+
+STUDY = f"""
+name = "many"
+title = "many"
+manipulator = "{PROTOTYPE}"
+states = "final"
+step = [{{ cable_1_n = 20 }}]
+factor = [{{ name = "load_n", path = "step.1.cable_1_n", values = [10, 20, 30, 40, 50, 60] }}]
+metric = [{{ kind = "position", disk = 14 }}]
+"""
+LINES = """[[plot]]
+name = "tips"
+kind = "lines"
+x = "load_n"
+y = ["disk14_y_m"]
+"""
+
+
+@pytest.fixture
+def solved(tmp_path):
+    def solve(text):
+        (tmp_path / "many.toml").write_text(text)
+        return solve_study(tmp_path / "many.toml", Options(tmp_path / "out"))
+
+    return solve
+
+
+def test_a_page_without_plots_needs_no_states(solved, monkeypatch):
+    monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("states were read"))
+    assert thinning.states_to_draw(solved(STUDY)) is None
+
+
+def test_of_many_cases_a_page_shows_the_states_of_the_first(solved, monkeypatch):
+    result = solved(STUDY + LINES)
+    every = result.states()
+    assert thinning.states_to_draw(result).equals(every)
+    monkeypatch.setattr(thinning, "MOST_ROWS", 3 * 15)
+    monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("all states were read"))
+    assert thinning.states_to_draw(result).equals(every[every["case_id"] < 3])
+    publish(result)
+    assert "many" in (result.folder / "report.html").read_text()
+
+
+def test_a_plot_of_states_is_drawn_from_all(solved, monkeypatch):
+    result = solved(STUDY + LINES.replace("lines", "shapes").replace('x = "load_n"\ny = ["disk14_y_m"]', ""))
+    monkeypatch.setattr(thinning, "MOST_ROWS", 3 * 15)
+    assert thinning.states_to_draw(result)["case_id"].nunique() == 6
