@@ -18,6 +18,7 @@ import numpy as np
 import pyarrow as pa
 
 from prb3r.runs.files import clear_left_over, make_folder, replaced
+from prb3r.runs.pending import drop_pending
 from prb3r.runs.sealed import read_sealed, write_sealed
 from prb3r.runs.states import STATES, Columns, StateFiles, States, write_block
 
@@ -185,6 +186,7 @@ class Parts:
                 kept.update(part.files)
         for path in set(self.home.glob(f"*.{STATES}")) - kept:
             path.unlink(missing_ok=True)
+        drop_pending(self.home)
         clear_left_over(self.home)
 
 

@@ -68,9 +68,14 @@ class SolvedCloudBlock:
     """Those that are kept."""
 
     @property
-    def failed(self) -> int:
-        """Number of loads without a stable equilibrium."""
-        return int((self.loads["outcome"] != Outcome.CONVERGED).sum())
+    def rows(self) -> int:
+        """Number of rows of states."""
+        return len(self.states["case_id"])
+
+
+def failed_loads(loads: Columns) -> int:
+    """Number of the loads of a block without a stable equilibrium."""
+    return int((loads["outcome"] != Outcome.CONVERGED).sum())
 
 
 def blocks(chunk: Chunk) -> list[CloudBlock]:
@@ -104,7 +109,7 @@ class Gathering:
     """
 
     def __init__(self, block: CloudBlock) -> None:
-        (self.family,), self.chunk = block.chunk.families, block.chunk
+        (self.family,), self.chunk, self.block = block.chunk.families, block.chunk, block
         self.count = self.family.loads
         self.known = {name: np.empty(self.count, kind) for name, kind in GATHERED.items()}
         self.rows = [0] * len(blocks(self.chunk))
@@ -113,11 +118,11 @@ class Gathering:
         self.lost: tuple[str, str] | None = None
         """Outcome and reason of the case where a block could not be computed."""
 
-    def add(self, block: CloudBlock, solved: SolvedCloudBlock) -> None:
-        """Take in what came of a block."""
-        for name, values in solved.loads.items():
+    def add(self, block: CloudBlock, loads: Columns, rows: int) -> None:
+        """Take in what came of the loads of a block, of which `rows` of states are kept."""
+        for name, values in loads.items():
             self.known[name][block.start : block.stop] = values
-        self.rows[block.number] = len(solved.states["case_id"])
+        self.rows[block.number] = rows
         self.missing -= 1
 
     def lose(self, outcome: str, reason: str) -> None:
@@ -145,7 +150,7 @@ def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:
     try:
         for block in todo:
             solved = solve_cloud_block(block)
-            gathering.add(block, solved)
+            gathering.add(block, solved.loads, solved.rows)
             states.append(solved.states)
     except FAILURES as error:
         reason = f"{type(error).__name__}: {error}"

@@ -6,10 +6,11 @@ import numpy as np
 
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.parts import Parts, part_name
+from prb3r.runs.pending import drop_pending, read_pending, write_pending
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, one_below_another, reason_column
-from prb3r.study.cloud import CloudBlock, Gathering
+from prb3r.study.cloud import CloudBlock, Gathering, failed_loads
 from prb3r.study.plan import Plan, Progress
 from prb3r.study.work import StudyTask, solve_task, tasks_of
 
@@ -42,10 +43,12 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
     tasks = [task for chunk in plan.chunks(missing) for task in tasks_of(chunk)]
     whole = plan.loads()
     what = "cases" if whole == len(plan.cases) else "loads"
-    progress.begin(plan.study.name, whole, whole - plan.loads(waiting), what)
+    keeper = _Keeper(plan, parts, tasks, progress)
+    left = keeper.resumed()
+    progress.begin(plan.study.name, whole, whole - plan.loads(waiting) + keeper.known, what)
     try:
-        keeper = _Keeper(plan, parts, tasks, progress)
-        run_tasks(solve_task, tasks, keeper, workers, split=lambda task: task.single())
+        keeper.finish()
+        run_tasks(solve_task, left, keeper, workers, split=lambda task: task.single())
     finally:
         progress.end()
     return int(waiting.sum())
@@ -57,6 +60,27 @@ class _Keeper:
     def __init__(self, plan: Plan, parts: Parts, tasks: Sequence[StudyTask], progress: Progress) -> None:
         self.plan, self.parts, self.tasks, self.progress = plan, parts, tasks, progress
         self.clouds: dict[int, Gathering] = {}
+        self.known = 0
+        """Loads that an earlier run, which did not come to its end, has left in blocks."""
+
+    def resumed(self) -> dict[int, StudyTask]:
+        """The tasks, by number, that are left when what an earlier run has kept of clouds is taken in."""
+        left = {}
+        for number, task in enumerate(self.tasks):
+            kept = None
+            if isinstance(task, CloudBlock):
+                kept = read_pending(self.parts.home, self._part(task), task.number, self._with_states(task))
+            if isinstance(task, CloudBlock) and kept is not None:
+                self._cloud(task).add(task, *kept)
+                self.known += task.loads
+            else:
+                left[number] = task
+        return left
+
+    def finish(self) -> None:
+        """Keep the cases of clouds of which no block is missing."""
+        for cloud in [cloud for cloud in self.clouds.values() if not cloud.missing]:
+            self._keep_cloud(cloud)
 
     def __call__(self, number: int, pieces: list[Piece]) -> None:
         task = self.tasks[number]
@@ -73,26 +97,42 @@ class _Keeper:
         return int(failed.sum()) * (chunk.loads // len(failed))
 
     def _block(self, block: CloudBlock, piece: Piece) -> int:
-        """Keep the states of a block and, when it is the last one, the case; the number of loads that failed."""
-        cloud = self.clouds.setdefault(block.case, Gathering(block))
+        """Keep a block and, when it is the last one, the case; the number of loads that failed."""
+        cloud = self._cloud(block)
         if piece.fate == "done":
-            cloud.add(block, piece.value)
-            if self.plan.states_item in block.chunk.items:
-                self.parts.add_block(self._part(block), block.number, piece.value.states)
+            solved, stem = piece.value, self._part(block)
+            if self._with_states(block):
+                self.parts.add_block(stem, block.number, solved.states)
+            write_pending(self.parts.home, stem, block.number, solved.loads)
+            cloud.add(block, solved.loads, solved.rows)
         else:
             cloud.lose(_lost_as(piece), piece.reason)
         if not cloud.missing:
-            count = sum(cloud.rows) if cloud.lost is None else 0
-            states = None
-            if self.plan.states_item in block.chunk.items:
-                blocks = tuple(cloud.rows) if cloud.lost is None else ()
-                states = States(str(self.plan.states_item), np.array([count]), None, blocks)
-            keep_columns(self.plan, self.parts, block.chunk, cloud.columns(), states)
-            del self.clouds[block.case]
-        return piece.value.failed if piece.fate == "done" else block.loads
+            self._keep_cloud(cloud)
+        return failed_loads(piece.value.loads) if piece.fate == "done" else block.loads
+
+    def _cloud(self, block: CloudBlock) -> Gathering:
+        if block.case not in self.clouds:
+            self.clouds[block.case] = Gathering(block)
+        return self.clouds[block.case]
+
+    def _with_states(self, block: CloudBlock) -> bool:
+        return self.plan.states_item in block.chunk.items
+
+    def _keep_cloud(self, cloud: Gathering) -> None:
+        """Keep the case of a cloud, of which no block is missing."""
+        states, block = None, cloud.block
+        if self._with_states(block):
+            rows = tuple(cloud.rows) if cloud.lost is None else ()
+            states = States(str(self.plan.states_item), np.array([sum(rows)]), None, rows)
+        keep_columns(self.plan, self.parts, block.chunk, cloud.columns(), states)
+        drop_pending(self.parts.home, self._part(block))
+        del self.clouds[block.case]
 
     def _part(self, block: CloudBlock) -> str:
-        items = [*item_columns(self.plan, block.chunk).values(), str(self.plan.states_item)]
+        items = list(item_columns(self.plan, block.chunk).values())
+        if self._with_states(block):
+            items.append(str(self.plan.states_item))
         return part_name([self.plan.keys[block.case]], items)
 
 
