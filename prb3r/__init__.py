@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.parts import Cable, Disk, Segment
     from prb3r.model.sensitivity import sensitivities
-    from prb3r.model.solve import solve
+    from prb3r.model.solve import solve, solve_in_blocks
     from prb3r.present.study.drawing import plot
     from prb3r.recording.reading import load_recording
     from prb3r.study.spec import load_study
@@ -37,6 +37,7 @@ _WHERE = {
     "run_study": "front",
     "sensitivities": "model.sensitivity",
     "solve": "model.solve",
+    "solve_in_blocks": "model.solve",
 }
 """Modules of what is offered by name; compiled kernels, pandas and matplotlib load when they are first needed."""
 __all__ = [
@@ -60,6 +61,7 @@ __all__ = [
     "run_study",
     "sensitivities",
     "solve",
+    "solve_in_blocks",
 ]
 
 

@@ -1,9 +1,21 @@
 """Commands on one manipulator: solve, reach."""
 
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from prb3r.cli.group import ExitCode
 from prb3r.cli.shared import say_what_is_compiled
+
+if TYPE_CHECKING:
+    from prb3r.study.plan import Progress
+
+FOUND = ("converged", "detour")
+"""Outcomes of steps with a stable equilibrium."""
 
 
 @click.command("solve")
@@ -16,28 +28,68 @@ from prb3r.cli.shared import say_what_is_compiled
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
-    from prb3r.model.files.table import csv_text, write_table
-    from prb3r.model.manipulator import load_manipulator
-    from prb3r.model.solve import POSITION_COLUMNS
-    from prb3r.model.solve import solve as solve_steps
+    from prb3r.model.files.table import ensure_table_place
+    from prb3r.model.solve import POSITION_COLUMNS, as_read, solve_in_blocks
 
+    place = ensure_table_place(output) if output else None
     say_what_is_compiled()
-    table = solve_steps(load_manipulator(manipulator), steps, model, as_measured, image_centre)[POSITION_COLUMNS]
-    last = table[table["disk"] == table["disk"].max()]
-    failed, detours = (
-        int((~last["outcome"].isin(["converged", "detour"])).sum()),
-        int((last["outcome"] == "detour").sum()),
-    )
+    blocks = solve_in_blocks(manipulator, steps, model)
+    outcomes: Counter[str] = Counter()
+
+    def told() -> Iterator[Any]:
+        with _progress(blocks.steps) as progress:
+            for block in blocks:
+                table = as_read(block, blocks.manipulator, image_centre) if as_measured else block
+                last = table.loc[table["disk"] == table["disk"].max(), "outcome"]
+                outcomes.update(last)
+                progress.advance(len(last), int((~last.isin(FOUND)).sum()))
+                yield table[POSITION_COLUMNS]
+
+    _write(told(), place)
+    failed = blocks.steps - sum(outcomes[name] for name in FOUND)
     if output:
-        write_table(table, output)
-        click.echo(f"{len(last)} steps, {failed} without a stable equilibrium, in {output}")
+        click.echo(f"{blocks.steps} steps, {failed} without a stable equilibrium, in {output}")
     else:
-        click.echo(csv_text(table), nl=False)
         if failed:
-            click.echo(f"prb3r: {failed} of {len(last)} steps have no stable equilibrium", err=True)
-        if detours:
+            click.echo(f"prb3r: {failed} of {blocks.steps} steps have no stable equilibrium", err=True)
+        if detours := outcomes["detour"]:
             click.echo(f"prb3r: {detours} after them are reached by leaving them out", err=True)
     ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
+
+
+@contextmanager
+def _progress(steps: int) -> Iterator["Progress"]:
+    """A listener to how many steps are solved, if there are many."""
+    from prb3r.model.solve import BLOCK
+    from prb3r.progress import reporter
+    from prb3r.study.plan import Silent
+
+    if steps <= BLOCK:
+        yield Silent()
+        return
+    with reporter() as progress:
+        progress.begin("solve", steps, 0, "steps")
+        try:
+            yield progress
+        finally:
+            progress.end()
+
+
+def _write(tables: Iterator[Any], place: Path | None) -> None:
+    """Write tables one below another to a file that is whole or not there, or to stdout where none is given."""
+    from prb3r.model.files.table import csv_text
+    from prb3r.runs.files import replaced
+    from prb3r.runs.store import write_one_below_another
+
+    texts = (csv_text(table, header=not number) for number, table in enumerate(tables))
+    if place is None:
+        for text in texts:
+            click.echo(text, nl=False)
+    elif place.suffix == ".parquet":
+        write_one_below_another((dict(table.items()) for table in tables), place)
+    else:
+        with replaced(place) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+            file.writelines(texts)
 
 
 @click.command("reach")

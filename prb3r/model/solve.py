@@ -1,6 +1,7 @@
 """Manipulator and load steps to states: columns in, columns out, whatever the number of sequences."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,6 +27,76 @@ POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outc
 """Columns of :func:`solve` that every manipulator has."""
 
 Extra = Literal["stress_pa", "lowest_eigenvalue_n_m_per_rad"]
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBlocks:
+    """Equilibria of many load steps, solved block by block as they are iterated over, every time anew.
+
+    Each block is a table as of :func:`solve`, of whole sequences: some 16,000 steps, or one sequence that has more.
+    """
+
+    manipulator: Manipulator
+    chain: Chain
+    table: LoadTable
+    also: Collection[Extra] = ()
+
+    @property
+    def steps(self) -> int:
+        """Number of load steps of all blocks."""
+        return len(self.table.steps)
+
+    def __iter__(self) -> Iterator[pd.DataFrame]:
+        return (_framed(block, columns) for block, columns in self.columns())
+
+    def whole(self) -> pd.DataFrame:
+        """All blocks as one table."""
+        blocks = [columns for _, columns in self.columns()]
+        return _framed(
+            self.table, {name: np.concatenate([block.pop(name) for block in blocks]) for name in [*blocks[0]]}
+        )
+
+    def columns(self) -> Iterator[tuple[LoadTable, dict[str, np.ndarray]]]:
+        """Each block with its columns of numbers, a row for every disk of every step."""
+        for block in self.table.blocks(BLOCK):
+            # moments that follow the state are found for all sequences of a call together
+            parts = block.blocks(1) if self.chain.closure else [block]
+            solved = [_solved(self.manipulator, self.chain, part, self.also) for part in parts]
+            yield block, {name: np.concatenate([part[name] for part in solved]) for name in solved[0]}
+
+
+@of_given
+def solve_in_blocks(
+    manipulator: Manipulator,
+    steps: pd.DataFrame | Mapping[str, Any] | str | Path,
+    model: ModelName | None = None,
+    also: Collection[Extra] = (),
+) -> SolvedBlocks:
+    """What :func:`solve` gives, in blocks: of a million steps no more than one block of results is in memory.
+
+    Parameters as of :func:`solve`.
+
+    Raises
+    ------
+    SpecError
+        With every problem of the table, before anything is solved.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> blocks = prb3r.solve_in_blocks("studies/manipulators/two-segment.toml", {"sequence": range(20_000), "step": 1})
+    >>> blocks.steps, [int(block["step"].count()) // 15 for block in blocks]
+    (20000, [16384, 3616])
+    """
+    if model is not None:
+        changed, wrong = validate(manipulator.model_dump(exclude_none=True) | {"model": model}, Manipulator)
+        if changed is None or wrong:
+            raise SpecError(*(Problem(f"{manipulator.name} as {model}", what) for _, what in wrong))
+        manipulator = changed
+    table, chain = load_steps(manipulator, steps), manipulator.chain()
+    if problem := stability_problem(chain, table.loads):
+        raise SpecError(Problem(manipulator.name, problem))
+    return SolvedBlocks(manipulator, chain, table, also)
 
 
 @of_given
@@ -59,21 +130,21 @@ def solve(
     SpecError
         With every problem of the table.
     """
-    if model is not None:
-        changed, wrong = validate(manipulator.model_dump(exclude_none=True) | {"model": model}, Manipulator)
-        if changed is None or wrong:
-            raise SpecError(*(Problem(f"{manipulator.name} as {model}", what) for _, what in wrong))
-        manipulator = changed
-    table, chain = load_steps(manipulator, steps), manipulator.chain()
-    if problem := stability_problem(chain, table.loads):
-        raise SpecError(Problem(manipulator.name, problem))
-    size = 1 if chain.closure else BLOCK  # moments that follow the state are found for all sequences of a call together
-    blocks = [_solved(manipulator, chain, block, also) for block in table.blocks(size)]
-    columns = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
-    if as_measured:
-        points = np.stack([columns["x_m"], columns["y_m"]], 1)
-        columns["x_m"], columns["y_m"] = observed(points, manipulator.effect, image_centre_m).T
-    count, disks = len(table.steps), chain.plates + 1
+    blocks = solve_in_blocks(manipulator, steps, model, also)
+    table = blocks.whole()
+    return as_read(table, blocks.manipulator, image_centre_m) if as_measured else table
+
+
+def as_read(table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float]) -> pd.DataFrame:
+    """A table of equilibria with its positions as a camera with the manipulator's observation effects reads them."""
+    x, y = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m).T
+    return table.assign(x_m=x, y_m=y)
+
+
+def _framed(table: LoadTable, columns: dict[str, np.ndarray]) -> pd.DataFrame:
+    """Load steps and the columns of their states as one table; `columns` is used up."""
+    count = len(table.steps)
+    disks = len(columns["x_m"]) // count
     sequence = np.repeat(np.cumsum(table.begins) - 1, disks)
     return pd.DataFrame(
         {
@@ -96,9 +167,10 @@ def stability_problem(chain: Chain, loads: Loads) -> str:
     Under dead loads, and where friction follows the cables' travel, all plates are coupled, and eigenvalues are those
     of a full matrix.
     """
+    if chain.tied or chain.plates <= MOST_COUPLED_PLATES:
+        return ""
     rows = acting(chain, loads)
-    coupled = chain.presliding > 0 or chain.umbilical != 0 or rows.force.any() or rows.tip.any()
-    if chain.tied or not coupled or chain.plates <= MOST_COUPLED_PLATES:
+    if not (chain.presliding > 0 or chain.umbilical != 0 or rows.force.any() or rows.tip.any()):
         return ""
     return (
         f"{chain.plates:,} plates under dead loads or with friction that follows the cables' travel: at most "

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.mechanics.chain import Chain, Loads, loads
+from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.files.cells import (
     numbers,
     with_keys,
@@ -84,21 +84,26 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
         newtons = column(f"cable_{name}_n", 0.0) + manipulator.gravity_m_s2 * column(f"cable_{name}_kg", 0.0)
         return np.maximum(newtons, 0.0)
 
-    names, disks = manipulator.cable_names, range(1, manipulator.plates + 1)
-    force = np.zeros((rows, manipulator.plates, 2))
-    for k in disks:
-        for a, axis in enumerate("xy"):
-            if f"disk{k}_{axis}_n" in table:
-                force[:, k - 1, a] = column(f"disk{k}_{axis}_n", 0.0)
+    names, plates = manipulator.cable_names, chain.plates
+    places = {f"disk{k}_{axis}_n": (k - 1, a) for k in range(1, plates + 1) for a, axis in enumerate("xy")}
+    named = [name for name in places if name in table]
+    force = np.zeros((rows, plates, 2)) if named else _zeros(rows, plates, 2)
+    for name in named:
+        force[(slice(None), *places[name])] = column(name, 0.0)
     stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((rows, 0))  # noqa: E731
-    return loads(
-        chain,
+    return Loads(
         stack([tension(name) for name in names]),
         stack([column(f"slip_{name}", -1.0) for name in names]),
         force,
         np.stack([column("tip_x_n", 0.0), column("tip_y_n", 0.0)], 1),
-        elapsed=np.arange(rows)[:, None],
+        _zeros(rows, plates),
+        np.arange(float(rows))[:, None],
     )
+
+
+def _zeros(*shape: int) -> np.ndarray:
+    """Zeros to be read, which take no memory: of a million steps, loads that nothing names would fill most of it."""
+    return np.broadcast_to(0.0, shape)
 
 
 def load_steps(

@@ -97,6 +97,20 @@ def write_arrow(data: pa.Table, path: Path) -> None:
         writer.write_table(data.cast(schema).combine_chunks(), row_group_size=ROW_GROUP)
 
 
+def write_one_below_another(tables: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Write tables of the same columns, one at least, as one that is whole or not there; one at a time is in memory.
+
+    Raises what `replaced` raises.
+    """
+    with contextlib.ExitStack() as opened:
+        writer = None
+        for columns in tables:
+            part = arrow_table(columns)
+            if writer is None:
+                writer = opened.enter_context(whole_table(path, typed_schema(part.schema)))
+            writer.write_table(part.cast(writer.schema), row_group_size=ROW_GROUP)
+
+
 @contextlib.contextmanager
 def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
     """A Parquet file that appears under its name when complete."""

@@ -1,5 +1,6 @@
 """Tables on disk: CSV and Parquet are interchangeable, by suffix."""
 
+import os
 import re
 import warnings
 from pathlib import Path
@@ -82,13 +83,17 @@ def _read(path: Path) -> pd.DataFrame:
     return frame.drop(columns=nothing)  # commas at the end of every line
 
 
-def csv_text(frame: pd.DataFrame) -> str:
+def csv_text(frame: pd.DataFrame, header: bool = True) -> str:
     """A table as CSV that no spreadsheet runs: an apostrophe stands before text that would begin a formula.
 
     Reading the table takes the apostrophe away again; numbers are as they are.
+
+    Parameters
+    ----------
+    header : begin with the names of the columns.
     """
     texts = {name: frame[name].astype(object).map(_marked) for name in frame.select_dtypes(["object", "string"])}
-    return frame.assign(**texts).to_csv(index=False)
+    return frame.assign(**texts).to_csv(index=False, header=header)
 
 
 def _marked(cell: Any) -> Any:
@@ -102,6 +107,25 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def ensure_table_place(path: str | Path) -> Path:
+    """A path where a table can be written.
+
+    Raises
+    ------
+    SpecError
+        For a foreign suffix or a place that cannot be written.
+    """
+    path = _table_path(path)
+    wrong = {
+        f"there is no folder {path.parent}": not path.parent.is_dir(),
+        "is a folder": path.is_dir(),
+        "permission denied": path.parent.is_dir() and not os.access(path.parent, os.W_OK),
+    }
+    for what in (what for what, holds in wrong.items() if holds):
+        raise SpecError(Problem(str(path), f"cannot be written: {what}"))
+    return path
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:
