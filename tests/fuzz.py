@@ -20,7 +20,8 @@ from prb3r.check import check_file
 from prb3r.errors import Prb3rError
 
 STUDIES = Path(__file__).parents[1] / "studies"
-LONGEST_S = 60
+LONGEST_S, LONGEST_WAIT_S = 60, 900
+"""How long checking a file may take: of the processor, which a busy machine shares out, and by the clock."""
 VALUES = (
     *(
         "0",
@@ -88,10 +89,11 @@ def outcome(path: Path) -> str:
     """What checking a file led to: `right`, `refused`, or else the end of the traceback."""
 
     def too_long(*_: object) -> None:
-        raise TimeoutError(f"no answer within {LONGEST_S} s")
+        raise TimeoutError(f"no answer within {LONGEST_S} s of the processor or {LONGEST_WAIT_S} s by the clock")
 
-    before = signal.signal(signal.SIGALRM, too_long)
-    signal.alarm(LONGEST_S)
+    before = {number: signal.signal(number, too_long) for number in (signal.SIGALRM, signal.SIGPROF)}
+    signal.alarm(LONGEST_WAIT_S)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
     try:
         check_file(path, None)
     except Prb3rError as error:
@@ -100,7 +102,9 @@ def outcome(path: Path) -> str:
         return "\n".join(traceback.format_exc().splitlines()[-4:])
     finally:
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     return "right"
 
 

@@ -1,18 +1,22 @@
 """The bench in miniature: its tables are whole and its errors are those of the models.  Time is never judged here."""
 
 import json
+import re
 from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from prb3r.bench import methods
+from prb3r.bench import commands, methods
+from prb3r.bench.commands import Cost, cost_of
 from prb3r.bench.diagnosis import GOALS_S, SEQUENCES, WORST, diagnosis_goals, grown
 from prb3r.bench.measure import measure
 from prb3r.bench.methods import FSOLVE, HISTORY_ENGINE, INTEGRAL, PRB_ENGINE
+from prb3r.bench.paths import PREDICTION, SOLVE, path_tasks, wrist
 from prb3r.bench.tables import bench_json, bench_page
 from prb3r.mechanics.plate import GAUSS_POINTS
+from prb3r.model.manipulator import Manipulator
 from prb3r.proof.concealed.designs import design_of, followed
 
 
@@ -48,12 +52,63 @@ def test_scaling_and_goals(result):
     assert (goals.loc[goals["goal"].str.contains("Jacobian"), "measured"] > 0).tolist() == [True] * 3
 
 
+def test_every_way_to_equilibria_is_timed_beside_the_kernel(result):
+    paths, growth = result.paths, result.growth
+    assert paths["path"].tolist() == [SOLVE, PREDICTION]
+    assert (paths[["times_kernel", "time_each_s", "kernel_time_each_s"]] > 0).all(axis=None)
+    firsts = growth.groupby("varied", sort=False).first()
+    assert firsts["of_first"].tolist() == [1, 1, 1]
+    assert firsts.index.tolist() == ["segments", "cables", "cases"]
+    assert result.commands is None
+    assert result.compilation is None
+
+
+def test_tasks_of_a_way_solve_what_the_kernel_solves():
+    kernel, table, states, readings = (task.run() for task in path_tasks(6, 2))
+    assert np.array_equal(table.reshape(kernel.shape), kernel)
+    x = readings.reshape(2, 40, 14, 3)[..., 0]
+    assert np.array_equal(x, states[:, :, 1:])
+
+
+@pytest.mark.parametrize("segments", [1, 2, 7])
+def test_the_prototype_has_as_many_plates_in_any_number_of_segments(segments):
+    chain = Manipulator.model_validate(wrist(segments, 5)).chain()
+    assert (chain.plates, chain.offset.shape) == (14, (14, 5))
+    assert chain.reach.max() == 14
+
+
+def test_costs_of_commands_are_told_by_what_one_more_configuration_takes(monkeypatch):
+    def cost_of(words, folder, **environment):
+        count, fast = next(int(n) for n in re.findall(r"\d+", words[1] + words[2]) if int(n) > 1), "2" in words[-1:]
+        assert (folder / "wrist.toml").exists()
+        return Cost(3.0 + 20e-6 * count, 5.0 + 20e-6 * count / (1.6 if fast else 1), 100.0)
+
+    monkeypatch.setattr(commands, "cost_of", cost_of)
+    monkeypatch.setattr(commands, "kernel_in", lambda rounds: iter([10e-6] * rounds))
+    told, ratios = commands.command_tables(2, lambda text: None)
+    assert len(told) == 8
+    assert ratios["times_kernel"].tolist() == pytest.approx([2, 2, 2])
+    assert ratios["two_workers"].tolist()[2] == pytest.approx(1.6)
+    assert told["peak_mib"].tolist() == [100.0] * 8
+
+
+def test_a_command_is_run_to_its_end_and_what_it_took_is_known(tmp_path):
+    cost = cost_of(["schema", "manipulator"], tmp_path)
+    assert min(cost) > 0
+    assert cost.peak_mib > 10
+    with pytest.raises(RuntimeError, match="no such file"):
+        cost_of(["check", "none.toml"], tmp_path)
+
+
 def test_result_is_a_page_and_json(result):
     page = bench_page(result)
     for name in (*result.methods["method"], *result.goals["goal"], result.machine["processor"]):
         assert name in page
     plain = json.loads(bench_json(result))
-    assert set(plain) == {"machine", "methods", "scaling", "jacobians", "diagnosis", "goals"}
+    assert set(plain) == {
+        *("machine", "compilation", "methods", "scaling", "jacobians", "paths", "growth", "commands"),
+        *("diagnosis", "goals"),
+    }
     assert plain["methods"][0]["method"] == PRB_ENGINE
     assert plain["machine"]["threads"] == 1
 

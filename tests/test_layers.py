@@ -27,7 +27,7 @@ ORDER = {
     "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style rc framing page spots study diagnosis proof index",
-    "bench": "prototype methods scaling jacobians diagnosis measure tables",
+    "bench": "prototype methods scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""

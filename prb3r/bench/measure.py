@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from prb3r.bench.commands import command_tables, compilation
 from prb3r.bench.diagnosis import diagnosis_goals, diagnosis_table
 from prb3r.bench.jacobians import jacobian_table, jacobian_tasks
 from prb3r.bench.methods import (
@@ -30,9 +31,13 @@ from prb3r.bench.methods import (
     method_table,
     method_tasks,
 )
+from prb3r.bench.paths import growth_table, growth_tasks, path_table, path_tasks
 from prb3r.bench.prototype import seconds_in_turns
 from prb3r.bench.scaling import LENGTHS, LINEAR_GROWTH, scaling_table, scaling_tasks
 from prb3r.runs.provenance import git_state
+
+MOST_TIMES_KERNEL = 4.0
+"""An equilibrium by any way costs at most so many times what it does in the kernel, files included."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,14 @@ class Measured:
     """One row a number of plates, with and without a tip load."""
     jacobians: pd.DataFrame
     """One row a kind of load: the time of a Jacobian over that of as many solves."""
+    paths: pd.DataFrame
+    """One row a way to equilibria: the time of one over that of the kernel."""
+    growth: pd.DataFrame
+    """One row a number of segments, cables or cases: the time of an equilibrium over that of the first of its kind."""
+    commands: pd.DataFrame | None
+    """One row a command, number of configurations and workers, if any was run: what it takes."""
+    compilation: dict[str, float] | None
+    """Seconds, of processors and of the clock, that compiling takes with an empty cache, if commands were run."""
     diagnosis: pd.DataFrame | None
     """One row a recording, if any was diagnosed."""
     goals: pd.DataFrame
@@ -57,6 +70,7 @@ def measure(
     rounds: int = 7,
     lengths: Sequence[int] = LENGTHS,
     designs: int = 0,
+    commands: int = 0,
     say: Callable[[str], None] = lambda text: None,
 ) -> Measured:
     """Measure everything, `rounds` times.
@@ -67,24 +81,39 @@ def measure(
     rounds : repetitions of every task but the diagnoses.
     lengths : plates of the chains for the scaling, multiples of 14, shortest first.
     designs : recordings to diagnose for each kind of friction, minutes each.
-    say : hears which diagnosis is under way.
+    commands : rounds of whole commands, each in a process of its own, a minute each.
+    say : hears which command or diagnosis is under way.
     """
     with threadpool_limits(1):
         methods, errors = zip(*method_tasks(max(1, equilibria // 20)), strict=True)
         chains = scaling_tasks(lengths, equilibria)
         jacobians = list(jacobian_tasks(max(1, equilibria // 400)))
-        seconds = seconds_in_turns([*methods, *chains, *jacobians], rounds)
-    parts = np.split(seconds, np.cumsum([len(methods), len(chains)]), axis=1)
+        ways, numbers = path_tasks(5 * equilibria // 2, max(1, equilibria // 40)), growth_tasks(equilibria)
+        kinds = [methods, chains, jacobians, ways, numbers]
+        seconds = seconds_in_turns([task for kind in kinds for task in kind], rounds)
+    parts = np.split(seconds, np.cumsum([len(kind) for kind in kinds])[:-1], axis=1)
     by_method = method_table(methods, errors, parts[0])
     by_length = scaling_table(lengths, chains, parts[1])
     by_load = jacobian_table(jacobians, parts[2])
+    by_way, by_number = path_table(ways, parts[3]), growth_table(numbers, parts[4])
+    run, compiled = None, None
+    if commands:
+        say("compiling with an empty cache")
+        compiled = compilation()
+        run, ratios = command_tables(commands, say)
+        by_way = pd.concat([by_way, ratios], ignore_index=True)
     diagnosed = diagnosis_table(designs, say) if designs else None
-    goals = _goals(by_method, by_length, by_load, diagnosed)
-    return Measured(_machine(rounds), by_method, by_length, by_load, diagnosed, goals)
+    goals = _goals(by_method, by_length, by_load, by_way, diagnosed)
+    tables = (by_method, by_length, by_load, by_way, by_number, run, compiled, diagnosed, goals)
+    return Measured(_machine(rounds), *tables)
 
 
 def _goals(
-    methods: pd.DataFrame, scaling: pd.DataFrame, jacobians: pd.DataFrame, diagnosed: pd.DataFrame | None
+    methods: pd.DataFrame,
+    scaling: pd.DataFrame,
+    jacobians: pd.DataFrame,
+    ways: pd.DataFrame,
+    diagnosed: pd.DataFrame | None,
 ) -> pd.DataFrame:
     """Ratios first, as they depend on the machine least."""
     by = methods.set_index("method")
@@ -99,6 +128,8 @@ def _goals(
             (f"Jacobian by {row.parameters} parameters, {row.loads}, of as many solves", "<=", 1, row.of_as_many_solves)
             for row in jacobians.itertuples()
         ),
+        *((f"{way.path}, times the kernel", "<=", MOST_TIMES_KERNEL, way.times_kernel) for way in ways.itertuples()),
+        *(("two workers, times as fast as one", ">=", 1.8, way.two_workers) for way in ways.itertuples() if _told(way)),
         ("elastica, tip error in % of length", "<=", 1e-4, by["tip_error_percent"][ELASTICA_ENGINE]),
         ("PRB 3R, 14 plates, us per equilibrium", "<=", 10, 1e6 * by["time_each_s"][PRB_ENGINE]),
         ("with a tip load, us per equilibrium", "<=", 60, 1e6 * by["time_each_s"][TIP_ENGINE]),
@@ -110,6 +141,11 @@ def _goals(
     table["of_asked"] = table["measured"] / table["asked"]
     table["met"] = np.where(at_least, table["of_asked"] >= 1, table["of_asked"] <= 1)
     return table
+
+
+def _told(way: Any) -> bool:
+    """Whether a way was timed with two workers too."""
+    return bool(np.isfinite(getattr(way, "two_workers", np.nan)))
 
 
 def _machine(rounds: int) -> dict[str, Any]:

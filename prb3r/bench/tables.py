@@ -1,6 +1,7 @@
 """What was measured as a page of Markdown and as JSON."""
 
 import json
+from typing import Any
 
 import pandas as pd
 
@@ -37,7 +38,23 @@ def bench_page(result: Measured) -> str:
         "Jacobians against as many solves:",
         "",
         *_jacobians(result.jacobians),
+        "",
+        "The same equilibria by each way to them, friction 0.3, a processor's time; whole commands: what one more "
+        "configuration takes, files included:",
+        "",
+        *_paths(result.paths),
+        "",
+        "One equilibrium of 14 plates in ever more segments, by ever more cables, and with ever fewer sequences in a "
+        "call of `prb3r.solve`:",
+        "",
+        *_growth(result.growth),
     ]
+    if result.commands is not None and result.compilation is not None:
+        lines += ["", "Whole commands, each in a process of its own:", "", *_commands(result.commands), ""]
+        lines.append(
+            f"With an empty cache the first command takes {result.compilation['cpu_s']:.0f} s of processors more, "
+            f"{result.compilation['clock_s']:.0f} s by the clock: it compiles the kernels that it needs."
+        )
     if result.diagnosis is not None:
         lines += [
             "",
@@ -49,11 +66,16 @@ def bench_page(result: Measured) -> str:
 
 
 def bench_json(result: Measured) -> str:
-    """The whole result as JSON: `machine`, `methods`, `scaling`, `jacobians`, `diagnosis` (null if none), `goals`."""
-    names = ("methods", "scaling", "jacobians", "diagnosis", "goals")
+    """The whole result as JSON: `machine`, `compilation`, and tables (null if not measured)."""
+    names = ("methods", "scaling", "jacobians", "paths", "growth", "commands", "diagnosis", "goals")
     tables = {name: getattr(result, name) for name in names}
-    records = {name: None if table is None else table.to_dict("records") for name, table in tables.items()}
-    return json.dumps({"machine": result.machine, **records}, indent=2)
+    records = {name: None if table is None else _records(table) for name, table in tables.items()}
+    return json.dumps({"machine": result.machine, "compilation": result.compilation, **records}, indent=2)
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows without what was not measured."""
+    return [{k: v for k, v in row.items() if v == v} for row in table.to_dict("records")]
 
 
 def _goals(goals: pd.DataFrame) -> list[str]:
@@ -107,6 +129,29 @@ def _jacobians(jacobians: pd.DataFrame) -> list[str]:
         for row in jacobians.itertuples()
     ]
     return markdown_table(["loads", "parameters", "of as many solves", "an equilibrium, us"], rows)
+
+
+def _paths(paths: pd.DataFrame) -> list[str]:
+    two = paths.get("two_workers", pd.Series(float("nan"), paths.index))
+    rows = [
+        [path, f"{ratio:.2f}", f"{1e6 * each:.3g}", f"{1 / each:,.0f}", f"{fast:.2f}" if fast == fast else ""]
+        for path, ratio, each, fast in zip(paths["path"], paths["times_kernel"], paths["time_each_s"], two, strict=True)
+    ]
+    return markdown_table(["way", "times the kernel", "one, us", "a second", "two workers, times one"], rows)
+
+
+def _growth(growth: pd.DataFrame) -> list[str]:
+    rows = [[r.varied, f"{r.number:,}", f"{r.of_first:.2f}", f"{1e6 * r.time_each_s:.3g}"] for r in growth.itertuples()]
+    return markdown_table(["", "number", "of the first", "equilibrium, us"], rows)
+
+
+def _commands(commands: pd.DataFrame) -> list[str]:
+    rows = [
+        [r.command, f"{r.configurations:,}", str(r.workers), f"{r.cpu_s:.1f}", f"{r.clock_s:.1f}", f"{r.peak_mib:.0f}"]
+        for r in commands.itertuples()
+    ]
+    head = ["command", "configurations", "workers", "processors, s", "clock, s", "largest process, MiB"]
+    return markdown_table(head, rows)
 
 
 def _diagnosis(diagnosis: pd.DataFrame) -> list[str]:

@@ -11,8 +11,9 @@ from prb3r.cli.shared import JOBS
 @click.command("bench")
 @click.option("--json", "as_json", is_flag=True, help="Numbers as JSON.")
 @click.option("--diagnosis", type=click.IntRange(0), default=0, metavar="N", help="Also time N diagnoses of each kind.")
+@click.option("--commands", type=click.IntRange(0), default=3, show_default=True, help="Rounds of whole commands.")
 @click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
-def bench_command(as_json, diagnosis, output) -> None:
+def bench_command(as_json, diagnosis, commands, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
     from prb3r.bench.measure import measure
     from prb3r.bench.tables import bench_json, bench_page
@@ -20,8 +21,13 @@ def bench_command(as_json, diagnosis, output) -> None:
 
     folder = Path(output)
     ensure_writable(folder)
-    click.echo(f"prb3r: measuring, {'minutes a diagnosis' if diagnosis else 'less than a minute'}", err=True)
-    result = measure(designs=diagnosis, say=lambda text: click.echo(f"prb3r: {text}", err=True))
+    lasts = [
+        "a minute",
+        *(["a minute a round of commands"] if commands else []),
+        *(["minutes a diagnosis"] * bool(diagnosis)),
+    ]
+    click.echo(f"prb3r: measuring, {', '.join(lasts)}", err=True)
+    result = measure(designs=diagnosis, commands=commands, say=lambda text: click.echo(f"prb3r: {text}", err=True))
     page, numbers = bench_page(result), bench_json(result)
     (folder / "bench.md").write_text(page)
     (folder / "bench.json").write_text(numbers)

@@ -1,0 +1,170 @@
+"""What whole commands cost, from files to files, in processes of their own: clock, processors, memory, compilation.
+
+A command is run with few and with many configurations, by turns; the difference is what one more costs.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from prb3r.bench.paths import kernel_in, pulls, wrist
+from prb3r.model.files.toml import toml_text
+from prb3r.model.manipulator import Manipulator
+
+SOLVE_COMMAND, GRID_COMMAND, CLOUD_COMMAND = "solve, table to table", "study, grid of tensions", "study, cloud"
+FEW_AND_MANY: Mapping[str, tuple[int, int]] = {
+    SOLVE_COMMAND: (16_384, 147_456),
+    GRID_COMMAND: (2_000, 22_000),
+    CLOUD_COMMAND: (16_384, 278_528),
+}
+"""Configurations of each command: few, and so many more that starting does not count."""
+KIB = 1 if sys.platform == "darwin" else 1024
+"""Bytes in what the system calls a unit of resident memory."""
+STUDY = """name = "bench-{count}"
+title = "bench"
+manipulator = "wrist.toml"
+"""
+GRID = """
+step = [{{ cable_1_n = 1, cable_3_n = 1 }}]
+metric = [{{ kind = "position" }}]
+[[factor]]
+name = "one_n"
+path = "step.1.cable_1_n"
+linspace = {{ from = 1, to = 100, count = {count} }}
+zip = "both"
+[[factor]]
+name = "three_n"
+path = "step.1.cable_3_n"
+linspace = {{ from = 40, to = 1, count = {count} }}
+zip = "both"
+"""
+CLOUD = """states = "path"
+state_disks = [14]
+metric = [{{ kind = "workspace" }}]
+plot = [{{ name = "reach", kind = "workspace" }}]
+[cloud]
+count = {count}
+tension_n = {{ 1 = 100.0, 2 = 100.0, 3 = 100.0, 4 = 100.0 }}
+"""
+
+
+class Cost(NamedTuple):
+    """What a process and those that it started have used."""
+
+    cpu_s: float
+    clock_s: float
+    peak_mib: float
+    """Of the largest of them."""
+
+
+def command_tables(rounds: int, say: Callable[[str], None]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Costs of commands with few and many configurations, and ratios: one row a way, medians over the rounds.
+
+    The first has `command, configurations, workers, cpu_s, clock_s, peak_mib`; the second `path, times_kernel,
+    time_each_s` and `two_workers`, how many times faster two workers are than one.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        _write_inputs(folder)
+        rows: list[dict[str, Any]] = []
+        kernel: list[float] = []
+        for number, kernel_s in enumerate(kernel_in(rounds), 1):
+            say(f"commands, round {number} of {rounds}")
+            kernel.append(kernel_s)
+            rows += [
+                {"command": name, "configurations": count, "workers": workers, **cost._asdict(), "round": number}
+                for name, counts in FEW_AND_MANY.items()
+                for workers in ((1, 2) if name == CLOUD_COMMAND else (1,))
+                for count in counts
+                for cost in [cost_of(_words(name, count, workers), folder)]
+            ]
+    measured = pd.DataFrame(rows)
+    told = measured.groupby(["command", "configurations", "workers"], sort=False, as_index=False)
+    return told.median().drop(columns="round"), _ratios(measured, pd.Series(kernel, range(1, rounds + 1)))
+
+
+def compilation() -> dict[str, float]:
+    """Seconds of processors and of the clock that the first command takes more than the second, with an empty cache."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        _write_inputs(folder)
+        words = _words(SOLVE_COMMAND, FEW_AND_MANY[SOLVE_COMMAND][0], 1)
+        first, second = (cost_of(words, folder, XDG_CACHE_HOME=place) for _ in range(2))
+    return {"cpu_s": first.cpu_s - second.cpu_s, "clock_s": first.clock_s - second.clock_s}
+
+
+def cost_of(words: list[str], folder: Path, **environment: str) -> Cost:
+    """What the command costs in a process of its own.
+
+    Raises
+    ------
+    RuntimeError
+        With its last line, if it fails.
+    """
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
+    begin = time.perf_counter()
+    with open(folder / "said", "w+") as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "prb3r", *words],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": path, **environment},
+            stdout=said,
+            stderr=subprocess.STDOUT,
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            said.seek(0)
+            raise RuntimeError(f"{' '.join(words)}: {said.read().strip().splitlines()[-1:]}")
+    clock = time.perf_counter() - begin
+    return Cost(used.ru_utime + used.ru_stime, clock, used.ru_maxrss * KIB / 2**20)
+
+
+def _write_inputs(folder: Path) -> None:
+    rig = Manipulator.model_validate(wrist())
+    (folder / "wrist.toml").write_text(toml_text(wrist()))
+    for count in FEW_AND_MANY[SOLVE_COMMAND]:
+        pd.DataFrame(pulls(rig, [1] * count)).to_parquet(folder / f"{count}.parquet")
+    for name, text in ((GRID_COMMAND, GRID), (CLOUD_COMMAND, CLOUD)):
+        for count in FEW_AND_MANY[name]:
+            (folder / _study_file(name, count)).write_text((STUDY + text).format(count=count))
+
+
+def _study_file(name: str, count: int) -> str:
+    return f"{'grid' if name == GRID_COMMAND else 'cloud'}-{count}.toml"
+
+
+def _words(name: str, count: int, workers: int) -> list[str]:
+    if name == SOLVE_COMMAND:
+        return ["solve", "wrist.toml", f"{count}.parquet", "-o", "out.parquet"]
+    return ["run", _study_file(name, count), "-o", "results", "--fresh", "-j", str(workers)]
+
+
+def _ratios(measured: pd.DataFrame, kernel: pd.Series) -> pd.DataFrame:
+    """What one more configuration costs, of the kernel's time in the same round."""
+    by = measured.set_index(["command", "workers", "configurations", "round"]).sort_index()
+    rows = []
+    for name, (few, many) in FEW_AND_MANY.items():
+        more = {
+            workers: (by.loc[(name, workers, many)] - by.loc[(name, workers, few)]) / (many - few)
+            for workers in measured.loc[measured["command"] == name, "workers"].unique()
+        }
+        two = (more[1]["clock_s"] / more[2]["clock_s"]).median() if 2 in more else float("nan")
+        each = more[1]["cpu_s"]
+        rows.append(
+            {
+                "path": name,
+                "times_kernel": float((each / kernel).median()),
+                "time_each_s": float(each.median()),
+                "two_workers": float(two),
+            }
+        )
+    return pd.DataFrame(rows)
