@@ -27,6 +27,15 @@ FEW_AND_MANY: Mapping[str, tuple[int, int]] = {
 """Configurations of each command: few, and so many more that starting does not count."""
 KIB = 1 if sys.platform == "darwin" else 1024
 """Bytes in what the system calls a unit of resident memory."""
+LAUNCHER = """
+import resource, subprocess, sys
+code = subprocess.call(sys.argv[1:])
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print()
+print(used.ru_utime + used.ru_stime, used.ru_maxrss)
+sys.exit(code)
+"""
+"""Runs a command and tells what it used; a process that is small, as memory counts from before a command is loaded."""
 STUDY = """name = "bench-{count}"
 title = "bench"
 manipulator = "wrist.toml"
@@ -110,22 +119,20 @@ def cost_of(words: list[str], folder: Path, **environment: str) -> Cost:
     """
     root = Path(__file__).parents[2]
     path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
+    command = [sys.executable, "-m", "prb3r", *words]
     begin = time.perf_counter()
-    with open(folder / "said", "w+") as said:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "prb3r", *words],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": path, **environment},
-            stdout=said,
-            stderr=subprocess.STDOUT,
-        )
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if process.returncode:
-            said.seek(0)
-            raise RuntimeError(f"{' '.join(words)}: {said.read().strip().splitlines()[-1:]}")
+    done = subprocess.run(
+        [sys.executable, "-c", LAUNCHER, *command],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+    )
     clock = time.perf_counter() - begin
-    return Cost(used.ru_utime + used.ru_stime, clock, used.ru_maxrss * KIB / 2**20)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(words)}: {''.join(done.stderr.strip().splitlines()[-1:])}")
+    cpu, peak = map(float, done.stdout.splitlines()[-1].split())
+    return Cost(cpu, clock, peak * KIB / 2**20)
 
 
 def _write_inputs(folder: Path) -> None:
