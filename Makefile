@@ -8,7 +8,7 @@ CASES ?=
 SEED ?=
 COUNT ?=
 
-.PHONY: study setup test check format docs schemas bench fuzz proof clean
+.PHONY: study setup test check format docs schemas bench fuzz combinations proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
@@ -53,6 +53,10 @@ bench: $(VENV)/.ready
 # Mutated files, which must all end with a sentence: about 20 minutes on one core.
 fuzz: $(VENV)/.ready
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(if $(COUNT),$(COUNT),100000)
+
+# The suite under every Python that is here, with the newest and the oldest dependencies: some ten minutes each.
+combinations: $(VENV)/.ready
+	$(BIN)/python tests/combinations.py
 
 # The whole benchmark takes about an hour on two cores, `make proof CASES=60` a few minutes.
 proof: $(VENV)/.ready

@@ -21,7 +21,7 @@ ORDER = {
     "inverse": "target pull search reach",
     "runs": "threads files secret store sealed states pending parts provenance tasks backends engine journal",
     "study": "workspace metrics wishes plots factors loading spec axes tree loads cases resolve columns compare "
-    "chunk measure cloud work plan tables manifest designs rigs search compute explore run "
+    "selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages together run",

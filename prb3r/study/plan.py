@@ -8,6 +8,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from prb3r.errors import Problem, SpecError
+from prb3r.model.files.toml import place_of
+from prb3r.model.manipulator import load_manipulator
 from prb3r.quantities import Quantity
 from prb3r.runs.parts import Parts
 from prb3r.runs.provenance import fingerprint
@@ -15,10 +18,11 @@ from prb3r.runs.store import content_hash
 from prb3r.study.axes import corners, count_cases
 from prb3r.study.cases import Cases, Family
 from prb3r.study.chunk import Chunk
-from prb3r.study.columns import FIXED_COLUMNS, check_columns, described
+from prb3r.study.columns import column_problems, described, known_columns
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
+from prb3r.study.selections import selection_problems
 from prb3r.study.spec import Study, load_study
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
@@ -153,11 +157,7 @@ class Plan:
     @property
     def columns(self) -> set[str]:
         """All columns of cases and states that plots and comparisons may name."""
-        fixed = {*FIXED_COLUMNS, *self.cases.factors}
-        fixed |= {quantity.name for metric in self.study.metric for quantity in metric.quantities()}
-        compared = {comparison.name for comparison in self.study.comparison}
-        states = {f"cable_{name}_n" for name in self.cables} | {"step"}
-        return fixed | compared | (states if self.study.states != "none" else set())
+        return known_columns(self.study, self.cables)
 
     @property
     def quantities(self) -> list[Quantity]:
@@ -177,15 +177,33 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
     if (count := count_cases(study)) < LONG_CHECK:
         progress = Silent()
     progress.begin(f"{study.name}, checking", int(min(count, MAX_CASES)), 0)
+    problems: list[Problem] = []
+    cases = None
     try:
         cases = resolve(path, study, lambda more: progress.advance(more, 0))
         if 0 < len(study.searched) <= MOST_CORNERED:
             resolve(path, study, designs=corners(study))
+    except SpecError as error:
+        problems += error.problems
     finally:
         progress.end()
-    plan = Plan(Path(path), study, cases, Path(output) / study.name)
-    check_columns(plan.path, study, plan.columns, plan.quantities)
-    return plan
+    problems += _problems_of_asked(Path(path), study, cases)
+    if problems or cases is None:
+        raise SpecError(*dict.fromkeys(problems))
+    return Plan(Path(path), study, cases, Path(output) / study.name)
+
+
+def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterator[Problem]:
+    """What is wrong with plots, fits, comparisons and wishes, with its line, whether or not the cases are in order."""
+    try:
+        manipulator = cases[0].manipulator() if cases else load_manipulator(path.parent / study.manipulator)
+    except SpecError:
+        return  # it is told as a problem of the cases
+    wrong = list(column_problems(study, known_columns(study, manipulator.cable_names)))
+    if cases is not None:
+        wrong += selection_problems(study, cases)
+    for keys, what in wrong:
+        yield Problem(place_of(path, keys), what)
 
 
 def _grouped(families: Sequence[Family], wanted: np.ndarray, size: int) -> Iterator[tuple[Family, ...]]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.inverse.target import target_rows
-from prb3r.model.files.toml import read_toml
-from prb3r.model.files.toml_lines import dotted
+from prb3r.model.files.toml import place_of, read_toml
+from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import refused, step_problems
@@ -51,14 +51,14 @@ def resolve(
         raise SpecError(Problem(f"{path} factor", what))
     manipulator = read_toml(path.parent / study.manipulator, Manipulator)
     families: list[Family] = []
-    first: dict[str, int] = {}
+    first: dict[tuple[Keys, str], int] = {}
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
         base = _base(study, manipulator) | {"reach": _reach(path, study)}
         for family, wrong in unchecked_cases(base, study, designs):
             families.append(family)
-            for row, what in [(0, what) for what in wrong] or _problems(family, study, checked):
-                first[what] = min(first.get(what, count), int(family.numbers[row]))
+            for row, keys, what in [(0, (), what) for what in wrong] or _problems(family, study, checked):
+                first[keys, what] = min(first.get((keys, what), count), int(family.numbers[row]))
             advance(len(family))
             if len(first) >= MAX_PROBLEMS:
                 break
@@ -67,8 +67,12 @@ def resolve(
     labels = label_columns(study, designs)
     if first:
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
-        told = sorted(first, key=lambda what: first[what])
-        raise SpecError(*(Problem(f"{path} ({of[first[what]] or 'the only case'})", what) for what in told))
+        told = sorted(first, key=lambda known: first[known])
+        cases = [of[first[known]] or "the only case" for known in told]
+        places = [place_of(path, keys) if keys else str(path) for keys, _ in told]
+        raise SpecError(
+            *(Problem(f"{place} ({case})", what) for place, case, (_, what) in zip(places, cases, told, strict=True))
+        )
     return Cases(labels, tuple(families))
 
 
@@ -118,8 +122,8 @@ def _reach(path: Path, study: Study) -> Tree:
     return {"disk": study.reach.disk, "target": rows, **most}
 
 
-def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, str]]:
-    """What is wrong with cases whose factors are set, with the row of the case."""
+def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, Keys, str]]:
+    """What is wrong with cases whose factors are set, with the row of the case and where the study file asks for it."""
     settings = family.settings
     part = settings["manipulator"]
     if id(part) not in checked:  # trees share what they have in common
@@ -128,11 +132,12 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
         checked[id(part)] = part, manipulator, [f"manipulator {dotted(keys)} {what}" for keys, what in wrong]
     _, manipulator, problems = checked[id(part)]
     if manipulator is None or problems:
-        yield from ((0, what) for what in problems)
+        yield from ((0, (), what) for what in problems)
         return
-    problems = [*_structure_problems(settings, manipulator), *_asked_problems(study, settings, manipulator)]
-    yield from ((0, what) for what in problems)
-    if problems or settings["cloud"] or settings["reach"]:
+    asked: list[tuple[Keys, str]] = [((), what) for what in _structure_problems(settings, manipulator)]
+    asked += _asked_problems(study, settings, manipulator)
+    yield from ((0, keys, what) for keys, what in asked)
+    if asked or settings["cloud"] or settings["reach"]:
         return
     if _plain_numbers(settings):
         rows = np.flatnonzero(refused(manipulator, load_columns(settings, len(family))))
@@ -140,7 +145,7 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
         rows = np.zeros(1, int)
     for row in rows[:MAX_TOLD].tolist():
         frame = steps_frame(family.settings_of(row))
-        yield from ((row, problem.what) for problem in step_problems(manipulator, frame, "", keys=()))
+        yield from ((row, (), problem.what) for problem in step_problems(manipulator, frame, "", keys=()))
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
@@ -170,15 +175,19 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
             yield f"the sweep of {sweep.column} goes on from {other}: give both in one unit"
 
 
-def _asked_problems(study: Study, settings: Tree, manipulator: Manipulator) -> Iterator[str]:
-    """What is asked for and cannot be had of a manipulator and its kind of loads."""
-    for metric in study.metric:
-        yield from (f"metric {metric.kind}: {what}" for what in metric.problems(manipulator, bool(settings["cloud"])))
+def _asked_problems(study: Study, settings: Tree, manipulator: Manipulator) -> Iterator[tuple[Keys, str]]:
+    """What is asked for, and where, that cannot be had of a manipulator and its kind of loads."""
+    for number, metric in enumerate(study.metric):
+        wrong = list(metric.problems(manipulator, bool(settings["cloud"])))
         if metric.of_paths and not settings["reach"]:
-            yield f"metric {metric.kind}: needs [reach], a path of targets"
-    for disk in study.state_disks or ():
+            wrong.append("needs [reach], a path of targets")
+        yield from ((("metric", number), f"metric {metric.kind}: {what}") for what in wrong)
+    for number, disk in enumerate(study.state_disks or ()):
         if disk > manipulator.plates:
-            yield f"state_disks: there is no disk {disk}, the tip is disk {manipulator.plates}"
+            yield (
+                ("state_disks", number),
+                f"state_disks: there is no disk {disk}, the tip is disk {manipulator.plates}",
+            )
 
 
 def _cloud_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:

@@ -127,9 +127,9 @@ def test_all_problems_are_told_at_once_with_their_lines(tmp_path):
         ({"manipulator": "nowhere.toml"}, "no such file"),
         ({"metric": [{"kind": "position"}, {"kind": "position"}]}, "two metrics give the column 'tip_x_m'"),
         ({"fit": [{"x": "mu", "y": "tip_x_m"}]}, "there is no column 'mu'"),
-        ({"factor": [MU | {"name": "case_id"}]}, "factor case_id: is the name of a column of every study"),
-        ({"factor": [MU | {"name": "outcome"}]}, "factor outcome: is the name of a column of every study"),
-        ({"factor": [MU | {"name": "tip_x_m"}]}, "factor tip_x_m: is the name of a column of a metric"),
+        ({"factor": [MU | {"name": "case_id"}]}, "factor.case_id: is the name of a column of every study"),
+        ({"factor": [MU | {"name": "outcome"}]}, "factor.outcome: is the name of a column of every study"),
+        ({"factor": [MU | {"name": "tip_x_m"}]}, "factor.tip_x_m: is the name of a column of a metric"),
         ({"factor": [setting("step", 5)]}, "step must be a list"),
         ({"factor": [setting("step", [5])]}, "step.1 must be a table of loads"),
         ({"factor": [setting("initial", 5)]}, "initial must be a table of loads"),
@@ -186,7 +186,7 @@ def test_workspaces_that_would_be_empty_are_refused(study, changes):
     if changes:
         changes = changes | {"states": "final", "metric": [{"kind": "workspace"}]}
     path = study(plot=[{"name": "reach", "kind": "workspace"}], **changes)
-    assert "plot reach: a plot of a workspace needs [cloud] and states = 'path'" in refusal(path)
+    assert "plot.reach: a plot of a workspace needs [cloud] and states = 'path'" in refusal(path)
 
 
 @pytest.mark.parametrize(

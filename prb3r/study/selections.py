@@ -1,0 +1,45 @@
+"""Whether the cases that plots, fits, comparisons and wishes pick by factors are there at all."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from prb3r.model.files.toml_lines import Keys
+from prb3r.study.cases import Cases
+from prb3r.study.columns import criteria_of
+from prb3r.study.compare import select
+from prb3r.study.spec import Study
+
+
+def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
+    """Selections that no case has the factor values of; what metrics give is not known before cases are solved."""
+    selections = list(_selections(study))
+    searched = {factor.name for factor in study.searched}
+    names = {name for _, where in selections for name in where} - searched
+    known = {name: pd.Series(cases.factors[name].tolist()) for name in names & cases.factors.keys()}
+    if "broken_cables" in names:
+        broken = np.empty(len(cases), object)
+        for family in cases.families:
+            broken[family.numbers] = ",".join(family.settings["broken"])
+        known["broken_cables"] = pd.Series(broken.tolist())
+    frame = pd.DataFrame(known)
+    for keys, where in selections:
+        wanted = {name: value for name, value in where.items() if name in known}
+        if wanted and select(frame, wanted).empty:
+            yield keys, f"no case has {', '.join(f'{name} = {_said(value)}' for name, value in wanted.items())}"
+
+
+def _selections(study: Study) -> Iterator[tuple[Keys, Mapping[str, Any]]]:
+    """Every selection of cases, with its place in the spec."""
+    for number, plot in enumerate(study.plot):
+        yield ("plot", number), plot.where
+        yield ("plot", number), plot.behind
+    yield from ((("fit", number), fit.where) for number, fit in enumerate(study.fit))
+    yield from ((("comparison", number), comparison.to) for number, comparison in enumerate(study.comparison))
+    yield from ((keys, criterion.where) for keys, criterion in criteria_of(study))
+
+
+def _said(value: Any) -> str:
+    return " or ".join(map(_said, value)) if isinstance(value, list) else repr(value)

@@ -1,0 +1,72 @@
+"""What is wrong with a study is said before anything is solved, all of it at once, each with its line."""
+
+import pytest
+from command import PROTOTYPE
+
+from prb3r.errors import SpecError
+from prb3r.study.plan import plan_study
+
+HEAD = f"""name = "wrong"
+title = "wrong"
+manipulator = "{PROTOTYPE}"
+[[factor]]
+name = "load_n"
+path = "step.1.cable_1_n"
+values = [1.0, 2.0]
+[[factor]]
+name = "broken"
+[[factor.level]]
+label = "none"
+[[factor.level]]
+label = "cable 2"
+broken = ["2"]
+[[step]]
+cable_1_n = 20
+"""
+TIP = '[[metric]]\nkind = "position"\n'
+WRONG = (
+    ('[[metric]]\nkind = "position"\ndisk = 77\n', "metric position: there is no disk 77"),
+    ('[[metric]]\nkind = "changing-point"\ncable = "9"\n', "metric changing-point: there is no cable '9'"),
+    ('[[metric]]\nkind = "workspace"\n', "metric workspace: needs tension_n, as there is no cloud"),
+    ('[[metric]]\nkind = "follow"\n', "metric follow: needs [reach]"),
+    ('[[plot]]\nname = "w"\nkind = "workspace"\n', "needs [cloud] and states = 'path'"),
+    ('[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["nothing_m"]\n', "there is no column 'nothing_m'"),
+    ('[[comparison]]\nname = "c_m"\nkind = "difference"\nof = "none_m"\nto = { load_n = 1.0 }\n', "no column 'none_m'"),
+)
+SELECTED = (
+    ('[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\nwhere = { load_n = 3.0 }\n', "load_n = 3.0"),
+    (
+        '[[plot]]\nname = "s"\nkind = "shapes"\nreference = { broken_cables = "3" }\n',
+        "broken_cables = '3'",
+    ),
+    ('[[fit]]\nx = "load_n"\ny = "tip_y_m"\nwhere = { broken = "cable 3" }\n', "broken = 'cable 3'"),
+    ('[[comparison]]\nname = "c_m"\nkind = "difference"\nof = "tip_y_m"\nto = { load_n = 9.0 }\n', "load_n = 9.0"),
+)
+
+
+def problems(folder, text):
+    path = folder / "wrong.toml"
+    path.write_text(text)
+    with pytest.raises(SpecError) as refused:
+        plan_study(path)
+    return path, [str(problem) for problem in refused.value.problems]
+
+
+@pytest.mark.parametrize(("parts", "said"), [(WRONG, ""), (SELECTED, "no case has ")])
+def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, parts, said):
+    text, lines = HEAD + (TIP if parts is SELECTED else ""), []
+    for part, _ in parts:
+        lines.append(text.count("\n") + 1)
+        text += part
+    path, told = problems(tmp_path, text)
+    assert len(told) == len(parts)
+    for line, (_, what) in zip(lines, parts, strict=True):
+        (problem,) = [problem for problem in told if said + what in problem]
+        assert problem.startswith(f"{path}:{line} ")
+
+
+def test_selections_by_what_is_there_or_by_metrics_are_in_order(tmp_path):
+    path = tmp_path / "right.toml"
+    plot = '[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\nwhere = '
+    path.write_text(HEAD + TIP + plot + '{ load_n = [3.0, 2.0], broken_cables = "2", tip_x_m = 17.0 }\n')
+    assert len(plan_study(path).cases) == 4
