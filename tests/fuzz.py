@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -86,21 +87,26 @@ def mutated(text: str, words: list[str], rng: random.Random) -> str:
 
 
 def outcome(path: Path) -> str:
-    """What checking a file led to: `right`, `refused`, or else the end of the traceback."""
+    """What checking a file led to: `right`, `refused`, or else the end of the traceback; warnings are errors."""
+    running = [True]
 
     def too_long(*_: object) -> None:
-        raise TimeoutError(f"no answer within {LONGEST_S} s of the processor or {LONGEST_WAIT_S} s by the clock")
+        if running:
+            raise TimeoutError(f"no answer within {LONGEST_S} s of the processor or {LONGEST_WAIT_S} s by the clock")
 
     before = {number: signal.signal(number, too_long) for number in (signal.SIGALRM, signal.SIGPROF)}
     signal.alarm(LONGEST_WAIT_S)
     signal.setitimer(signal.ITIMER_PROF, LONGEST_S)
     try:
-        check_file(path, None)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            check_file(path, None)
     except Prb3rError as error:
         return "refused" if str(error).strip() else "refused without a word"
     except Exception:
         return "\n".join(traceback.format_exc().splitlines()[-4:])
     finally:
+        running.clear()
         signal.alarm(0)
         signal.setitimer(signal.ITIMER_PROF, 0)
         for number, handler in before.items():

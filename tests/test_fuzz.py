@@ -4,6 +4,7 @@ import time
 from pathlib import Path
 
 import fuzz
+import numpy as np
 import pytest
 
 
@@ -17,6 +18,11 @@ def test_every_mutated_file_is_right_or_refused_in_a_sentence(tmp_path):
 def test_what_fails_is_found(monkeypatch):
     monkeypatch.setattr(fuzz, "check_file", lambda path, manipulator: 1 / 0)
     assert fuzz.outcome(Path("x.toml")).endswith("ZeroDivisionError: division by zero")
+
+
+def test_a_warning_is_no_answer(monkeypatch):
+    monkeypatch.setattr(fuzz, "check_file", lambda path, manipulator: np.degrees(np.float64(1e308)))
+    assert "RuntimeWarning: overflow" in fuzz.outcome(Path("x.toml"))
 
 
 def test_what_calculates_for_ever_is_found_and_what_waits_for_ever(monkeypatch):

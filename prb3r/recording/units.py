@@ -1,5 +1,6 @@
 """Foreign units betray themselves by their scale."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -56,6 +57,6 @@ def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
     if position and position > length / 10:
         yield f"position_sd_m = {position:g} is much for a length of {length:.4g} m; in metres?"
     if angle and angle > 0.3:
-        yield f"angle_sd_rad = {angle:g} is {np.degrees(angle):.0f} degrees; in radians?"
+        yield f"angle_sd_rad = {angle:g} is {math.degrees(angle):.3g} degrees; in radians?"
     if (share := measurement.tension_sd_relative) > 0.2:
         yield f"tension_sd_relative = {share:g} is {share:.0%}; not in percent?"

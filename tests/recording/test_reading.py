@@ -193,7 +193,7 @@ def test_numbered_sequences_meet_across_formats(bench):
     ("key", "value", "said"),
     [
         ("position_sd_m", 0.3, "position_sd_m = 0.3 is much for a length of 0.476 m; in metres?"),
-        ("angle_sd_rad", 0.5, "angle_sd_rad = 0.5 is 29 degrees; in radians?"),
+        ("angle_sd_rad", 0.5, "angle_sd_rad = 0.5 is 28.6 degrees; in radians?"),
         ("tension_sd_relative", 0.3, "tension_sd_relative = 0.3 is 30%; not in percent?"),
     ],
 )
