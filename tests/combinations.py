@@ -5,6 +5,7 @@ Says which combinations were run, with which versions, and what they gave: a tab
 """
 
 import argparse
+import contextlib
 import os
 import re
 import shutil
@@ -59,17 +60,12 @@ def combination(python: str, end: str, words: list[str], folder: Path) -> Outcom
     interpreter = interpreter_of(python)
     if interpreter is None:
         return Outcome(python, end, "", "no such Python here")
-    home, constraints = folder / f"{python}-{end}", folder / f"{end}.txt"
+    home, constraints = (folder / f"{python}-{end}").absolute(), (folder / f"{end}.txt").absolute()
+    folder.mkdir(parents=True, exist_ok=True)
     constraints.write_text("\n".join(map(oldest, bounds(PROJECT))) if end == "oldest" else "")
     own = home / "bin/python"
-    for command in (
-        [interpreter, "-m", "venv", home],
-        [own, "-m", "pip", "install", "-q", "--only-binary=:all:", "-c", constraints, *bounds(PROJECT)],
-        [own, "-m", "pip", "install", "-q", "--no-deps", "-e", ROOT],
-    ):
-        done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-        if done.returncode:
-            return Outcome(python, end, "", f"cannot be installed: {_reason(done.stderr)}")
+    if reason := installed(interpreter, home, constraints):
+        return Outcome(python, end, "", f"cannot be installed: {reason}")
     more = OLD_WARNINGS if end == "oldest" else ()
     begin = time.monotonic()
     done = subprocess.run(
@@ -83,6 +79,22 @@ def combination(python: str, end: str, words: list[str], folder: Path) -> Outcom
     (folder / f"{python}-{end}.log").write_text(done.stdout + done.stderr)
     end_line = re.sub(r"\s*in [\d.]+s.*", "", lines[-1].strip("= "))
     return Outcome(python, end, _versions(own), f"{end_line} ({(time.monotonic() - begin) / 60:.0f} min)")
+
+
+def installed(interpreter: str, home: Path, constraints: Path) -> str:
+    """Make an environment in the folder `home` unless it is there whole; what keeps it from being made, or nothing."""
+    own, whole = home / "bin/python", home / ".whole"
+    commands = (
+        [interpreter, "-m", "venv", home],
+        [own, "-m", "pip", "install", "-q", "--only-binary=:all:", "-c", constraints, *bounds(PROJECT)],
+        [own, "-m", "pip", "install", "-q", "--no-deps", "-e", ROOT],
+    )
+    for command in () if whole.exists() else commands:
+        done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+        if done.returncode:
+            return _reason(done.stderr)
+    whole.touch()
+    return ""
 
 
 def interpreter_of(python: str) -> str | None:
@@ -118,13 +130,14 @@ def main() -> int:
     asked.add_argument("--python", action="append", choices=PYTHONS, help="these alone; may be repeated")
     asked.add_argument("--dependencies", action="append", choices=ENDS)
     asked.add_argument("-o", "--output", default=ROOT / "results/combinations.md", type=Path)
-    asked.add_argument("tests", nargs="*", help="words for pytest [default: the whole suite]")
-    given, words = asked.parse_known_args()
+    asked.add_argument("--keep", type=Path, help="folder that keeps what is installed for the next time")
+    asked.add_argument("tests", nargs="*", help="words for pytest, after -- [default: the whole suite]")
+    given = asked.parse_args()
     outcomes = []
-    with tempfile.TemporaryDirectory() as folder:
+    with contextlib.nullcontext(given.keep) if given.keep else tempfile.TemporaryDirectory() as folder:
         for python in given.python or PYTHONS:
             for end in given.dependencies or ENDS:
-                outcomes.append(combination(python, end, [*given.tests, *words], Path(folder)))
+                outcomes.append(combination(python, end, given.tests, Path(folder)))
                 print(f"{python}, {end}: {outcomes[-1].gave}", file=sys.stderr, flush=True)
                 given.output.parent.mkdir(parents=True, exist_ok=True)
                 given.output.write_text("\n".join([*table(outcomes), ""]))
