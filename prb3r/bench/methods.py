@@ -23,8 +23,11 @@ from prb3r.mechanics.reference import integral_fsolve, seed_fsolve
 CONVERGED_POINTS = 6
 """Gauss points per plate of the elastica that counts as exact."""
 PRB_ENGINE, ELASTICA_ENGINE = "engine, PRB 3R", "engine, elastica"
+ONE_HINGE_ENGINE, ARC_ENGINE = "engine, PRB 1R", "engine, constant curvature"
 TIP_ENGINE, HISTORY_ENGINE = "engine, PRB 3R, tip load 5 N", "engine, PRB 3R, mu 0.3, loading history"
 FSOLVE, INTEGRAL = "reference: fsolve on Eq. 12", "reference: integral model"
+COMPARED = (ONE_HINGE_ENGINE, PRB_ENGINE, ELASTICA_ENGINE, ARC_ENGINE, FSOLVE, INTEGRAL)
+"""Methods that solve the same: cables alone, without friction."""
 
 
 def method_tasks(times: int) -> Iterator[tuple[Timed, float]]:
@@ -59,11 +62,12 @@ def _without_history(times: int) -> Iterator[tuple[Timed, float]]:
     cases = [
         (PRB_ENGINE, bare, NO_LOAD),
         (ELASTICA_ENGINE, prototype(elastica), NO_LOAD),
+        (ONE_HINGE_ENGINE, prototype(plate_model("prb3r", "one")), NO_LOAD),
         ("engine, PRB 3R, mu 0.3", prototype(springs, 0.3), NO_LOAD),
         ("engine, elastica, mu 0.3", prototype(elastica, 0.3), NO_LOAD),
         (TIP_ENGINE, bare, TIP_LOAD),
         ("engine, elastica, tip load 5 N", prototype(elastica), TIP_LOAD),
-        ("engine, constant curvature", prototype(elastica)._replace(tied=True), NO_LOAD),
+        (ARC_ENGINE, prototype(elastica)._replace(tied=True), NO_LOAD),
     ]
     for name, chain, tip in cases:
         task = engine_task(name, chain, table_2(chain, times, tip))

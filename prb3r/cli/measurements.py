@@ -16,7 +16,9 @@ from prb3r.cli.shared import JOBS
 def bench_command(as_json, diagnosis, commands, output) -> None:
     """Speed and accuracy against the seed's method and the integral model, measured in one run."""
     from prb3r.bench.measure import measure
+    from prb3r.bench.methods import COMPARED
     from prb3r.bench.tables import bench_json, bench_page
+    from prb3r.present.accuracy import publish_accuracy
     from prb3r.runs.files import ensure_writable
 
     folder = Path(output)
@@ -31,6 +33,8 @@ def bench_command(as_json, diagnosis, commands, output) -> None:
     page, numbers = bench_page(result), bench_json(result)
     (folder / "bench.md").write_text(page)
     (folder / "bench.json").write_text(numbers)
+    compared = result.methods[result.methods["method"].isin(COMPARED)]
+    publish_accuracy(compared, folder)
     click.echo(numbers if as_json else f"{page}\nin {folder}")
 
 

@@ -1,5 +1,6 @@
 """Tensions that bring a segment to a given bend."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
@@ -26,7 +27,7 @@ class DriveTension(Metric):
     up_to_n: Positive = 2000.0
 
     def quantities(self) -> list[Quantity]:
-        angle = f"{np.degrees(self.bend_rad):.0f} degrees"
+        angle = f"{math.degrees(self.bend_rad):.0f} degrees"
         meaning = f"tension of cable {self.cable} alone that bends segment {self.segment} by {angle}"
         return [Quantity("drive_tension_n", "T", "N", meaning)]
 

@@ -1,0 +1,41 @@
+"""Error against time: what an equilibrium costs by each method, and how far it is from the exact one."""
+
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from prb3r.present import rc, style
+from prb3r.present.page import save_figure
+
+NAME = "error-against-time"
+WIDTH, HEIGHT = 130 * style.MM, 75 * style.MM
+LEAST_PERCENT = 1e-9
+"""Errors below are drawn there: digits that the reference itself has not."""
+
+
+def accuracy_figure(methods: pd.DataFrame) -> Figure:
+    """A mark for each method, down and to the left is better.
+
+    Parameters
+    ----------
+    methods : with `method, time_each_s, tip_error_percent`, as the bench measures them.
+    """
+    with rc.in_use():
+        figure = Figure((WIDTH, HEIGHT), layout="constrained")
+        axes = figure.subplots()
+        for row, look in zip(methods.itertuples(), style.looks(list(methods["method"])).values(), strict=True):
+            place = 1e6 * row.time_each_s, max(row.tip_error_percent, LEAST_PERCENT)
+            axes.plot(*place, look.marker, color=look.colour, ms=6, mec="white", mew=0.6)
+            slow = row.time_each_s**2 > methods["time_each_s"].min() * methods["time_each_s"].max()
+            beside = {"xytext": (-6 if slow else 6, 5), "ha": "right" if slow else "left"}
+            axes.annotate(style.literal(row.method), place, textcoords="offset points", color=style.INK, **beside)
+        axes.set(xscale="log", yscale="log", xlabel="time of an equilibrium (µs)")
+        axes.set_ylabel("largest tip error (% of the length)")
+        axes.margins(x=0.08, y=0.12)
+    return figure
+
+
+def publish_accuracy(methods: pd.DataFrame, folder: Path) -> list[Path]:
+    """Write the figure as PNG and SVG into a folder; both files."""
+    return save_figure(accuracy_figure(methods), folder, NAME)
