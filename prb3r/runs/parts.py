@@ -12,6 +12,7 @@ import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -120,12 +121,16 @@ class Parts:
 
     def place(self, item: str, keys: Sequence[bytes]) -> Kept:
         """Where an item of the cases with these keys is kept."""
-        rows: dict[bytes, tuple[int, int]] = {}
-        for number, part in enumerate(self.parts):
+        rows: dict[bytes, int] = {}
+        ends = [0]
+        for part in self.parts:
+            first, count = ends[-1], len(part.cases)
             if part.has(item):
-                rows.update(zip(part.keys, ((number, row) for row in range(len(part.keys))), strict=True))
-        places = np.array([rows.get(key, (-1, -1)) for key in keys], np.int64).reshape(-1, 2)
-        return Kept(places[:, 0], places[:, 1])
+                rows.update(zip(part.keys, range(first, first + count), strict=True))
+            ends.append(first + count)
+        index = np.fromiter(map(rows.get, keys, repeat(-1)), np.int64, len(keys))
+        number = np.searchsorted(ends, index, side="right") - 1
+        return Kept(number, np.where(index < 0, -1, index - np.asarray(ends)[number]))
 
     def add(self, keys: Sequence[bytes], cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
         """Keep some cases.
