@@ -100,11 +100,14 @@ def _write(tables: Iterator[Any], place: Path | None) -> None:
 @click.option("--angle", "angle_rad", type=float, metavar="RAD", help="Its angle, rad.")
 @click.option("--path", metavar="TABLE", help="Instead: a table of x_m, y_m, angle_rad, one target after the other.")
 @click.option("--most", type=float, metavar="N", help="Largest tension of a cable [default: bends by a whole turn].")
+@click.option(
+    "--least", type=click.Choice(["force", "stress"]), default="force", show_default=True, help="Of all pulls."
+)
 @click.option("--broken", multiple=True, metavar="CABLE", help="A cable that carries nothing; may be repeated.")
 @click.option("-o", "--output", metavar="STEPS", help="A .csv or .parquet file instead of CSV on stdout.")
 @click.pass_context
-def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -> None:
-    """Tensions of least sum that bring a disk to a place or an angle, as a table of steps that `solve` takes.
+def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
+    """Tensions of least sum or stress that bring a disk to a place or an angle, as a table of steps that `solve` takes.
 
     Exit code 1, and the nearest it comes, where that cannot be.
     """
@@ -112,10 +115,10 @@ def reach_command(ctx, manipulator, disk, path, most, broken, output, **place) -
     from prb3r.model.files.table import csv_text, write_table
     from prb3r.model.manipulator import load_manipulator
 
-    wanted = {name: value for name, value in place.items() if value is not None}
+    wanted = {name: value for name, value in asked.items() if value is not None}
     number = int(disk) if disk.isdigit() else disk
     say_what_is_compiled()
-    answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, broken=broken, **wanted)
+    answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
     if output:
         write_table(answer.steps, output)
     else:

@@ -1,7 +1,7 @@
 """Cable tensions of one more load step as unknowns: where they bring the disks, and the derivatives of that."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,19 @@ from prb3r.model.laws.self_consistent import equilibria_of
 
 PULL_STEP = 1e-5
 """Change of a tension to either side, of the largest one: loads are linear in it, so that any small one does."""
+
+
+Least = Literal["force", "stress"]
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What is to be least of all pulls that lead to a target, and what stresses the plates."""
+
+    least: Least
+    """The sum of the tensions, or the highest bending stress of a plate."""
+    fibre: np.ndarray
+    """(n,) bending stress of each plate's outermost fibre for one newton metre, Pa; NaN where it is not known."""
 
 
 class Answer(NamedTuple):
@@ -35,6 +48,7 @@ class Pull:
     slip: np.ndarray
     """(m,) declared slip of the step."""
     target: Target
+    aim: Aim
     known: dict[bytes, Answer] = field(default_factory=dict)
     """Answers by the tensions that they were asked with."""
 
@@ -48,6 +62,20 @@ class Pull:
     def states(self, tension: np.ndarray) -> Equilibria:
         """The equilibrium of the last step, with its lowest eigenvalue, as one step."""
         return equilibria_of(self.chain, self.path(tension), eigenvalue=True)
+
+    def stress(self, tension: np.ndarray) -> np.ndarray:
+        """(n,) highest bending stress of each plate at tensions (m,), Pa."""
+        return self.stress_of(self.states(np.maximum(tension, 0.0)))
+
+    def stress_of(self, states: Equilibria) -> np.ndarray:
+        """(n,) that of the last of some states."""
+        return np.abs(states.moment[-1]).max(-1) * self.aim.fibre
+
+    def cost(self, tension: np.ndarray) -> float:
+        """What is to be least, at tensions (m,): N, or Pa."""
+        if self.aim.least == "force":
+            return float(tension.sum())
+        return float(np.fmax.reduce(self.stress(tension)))
 
     def __call__(self, tension: np.ndarray) -> Answer:
         """Off and rate at tensions (m,)."""

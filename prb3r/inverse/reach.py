@@ -1,15 +1,15 @@
 """Tensions that bring a disk where it should be: the entrance, and what comes back."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypedDict, Unpack
+from typing import Literal, TypedDict, Unpack, get_args
 
 import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.inverse.pull import Pull, lengths
+from prb3r.inverse.pull import Aim, Least, Pull, lengths
+from prb3r.inverse.reached import Reached
 from prb3r.inverse.search import Found, best_pull, natural_limits
 from prb3r.inverse.target import COORDINATES, Target, targets_of
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
@@ -18,57 +18,38 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 
-class Coordinates(TypedDict, total=False):
-    """Where a disk should be; what is left out is free."""
+class Wanted(TypedDict, total=False):
+    """Where a disk should be; coordinates that are left out are free."""
 
+    disk: int | Literal["tip"]
     x_m: float
     y_m: float
     angle_rad: float
-
-
-@dataclass(frozen=True)
-class Reached:
-    """Tensions that bring a disk along its targets, or as near as it comes."""
-
-    steps: pd.DataFrame
-    """A table of steps, as `solve` takes it: tensions and, where friction is declared, slips."""
-    table: pd.DataFrame
-    """A row for each target: `step, disk`, what was wanted (`wanted_x_m`, ...), where the disk comes (`x_m`, ...),
-    `distance_m`, `turn_off_rad`, `total_n` (the sum of the tensions), `reached`, and a `note`."""
-
-    @property
-    def reached(self) -> bool:
-        """Whether every target is reached, within the tolerance of the search."""
-        return bool(self.table["reached"].all())
-
-    @property
-    def sentences(self) -> list[str]:
-        """What to say of each target."""
-        return [_sentence(row) for row in self.table.to_dict("records")]
 
 
 @of_given
 def reach(
     manipulator: Manipulator,
     *,
-    disk: int | Literal["tip"] = "tip",
     path: pd.DataFrame | str | Path | None = None,
     most_n: float | None = None,
     broken: Collection[str] = (),
-    **place: Unpack[Coordinates],
+    least: Least = "force",
+    **wanted: Unpack[Wanted],
 ) -> Reached:
-    """Tensions of least sum that bring a disk to a place, an angle, both, or along a path of them.
+    """Tensions of least sum, or of least stress, that bring a disk to a place, an angle, both, or along a path of them.
 
     Parameters
     ----------
-    disk : number of the disk, or `"tip"`.
-    path : instead of `place`, a table (or the file that holds it) of targets in their order, with columns among
+    path : instead of a place, a table (or the file that holds it) of targets in their order, with columns among
         `x_m, y_m, angle_rad`; an empty cell leaves a coordinate free.  The pull that leads to one is followed to the
         next, and another one is looked for only where it leads no further.
     most_n : largest tension of a cable, N; by itself where the cable alone would bend what it drives by a
         whole turn if nothing rubbed.
     broken : cables that carry nothing.
-    place : `x_m`, `y_m`, `angle_rad` of the disk's centre.
+    least : what is least of all pulls that lead there: `"force"`, the sum of the tensions, or `"stress"`, the highest
+        bending stress of a plate.
+    wanted : `disk`, its number or `"tip"` (by itself), and `x_m`, `y_m`, `angle_rad` of its centre.
 
     Returns
     -------
@@ -92,15 +73,20 @@ def reach(
     >>> markers[["x_m", "y_m"]].iloc[-1].round(6).tolist()
     [0.4, 0.15]
     """
-    wanted = {name: float(value) for name, value in place.items() if value is not None}  # type: ignore[arg-type]
-    problems = _problems(manipulator, wanted, most_n, broken)
+    disk = wanted.pop("disk", "tip")
+    place = {name: float(value) for name, value in wanted.items() if value is not None}  # type: ignore[arg-type]
+    problems = _problems(manipulator, place, most_n, broken)
+    if least not in get_args(Least):
+        problems.append(Problem("least", f"unknown {least!r}; valid: {', '.join(get_args(Least))}"))
+    if least == "stress" and np.isnan(manipulator.outer_fibre).all():
+        problems.append(Problem("least", "stress needs thickness_m or outer_fibre_m of a segment"))
     if problems:
         raise SpecError(*problems)
     chain = manipulator.chain(broken)
-    targets = targets_of(chain, disk, wanted, path)
+    targets = targets_of(chain, disk, place, path)
     most = limits(chain, most_n)
-    found = pulls_along(chain, targets, most)
-    return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator.cable_names))
+    found = pulls_along(chain, targets, most, aim_of(manipulator, least))
+    return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator))
 
 
 def _problems(
@@ -129,7 +115,12 @@ def limits(chain: Chain, most_n: float | None) -> np.ndarray:
     return np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
 
 
-def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[Found | None]:
+def aim_of(manipulator: Manipulator, least: Least) -> Aim:
+    """What is to be least, with the stress of the manipulator's plates."""
+    return Aim(least, manipulator.youngs_modulus_pa * manipulator.outer_fibre / manipulator.bending_stiffness)
+
+
+def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim) -> list[Found | None]:
     """The best pull for each target, each from the state that the last one has left; None where nothing stands still.
 
     Parameters
@@ -142,7 +133,7 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray) -> list[F
     found: list[Found | None] = []
     near = None
     for target in targets:
-        pull = Pull(chain, before, -np.ones(len(most)), target)
+        pull = Pull(chain, before, -np.ones(len(most)), target, aim)
         best = best_pull(pull, most, length, near)
         found.append(best)
         if best is not None:
@@ -162,8 +153,10 @@ def _steps(manipulator: Manipulator, found: list[Found | None]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _table(targets: list[Target], found: list[Found | None], most: np.ndarray, names: list[str]) -> pd.DataFrame:
-    rows = []
+def _table(
+    targets: list[Target], found: list[Found | None], most: np.ndarray, manipulator: Manipulator
+) -> pd.DataFrame:
+    rows, names = [], manipulator.cable_names
     for number, (target, best) in enumerate(zip(targets, found, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
@@ -176,11 +169,20 @@ def _table(targets: list[Target], found: list[Found | None], most: np.ndarray, n
                 "distance_m": float(np.hypot(off[0], off[1])),
                 "turn_off_rad": float(abs(off[2])),
                 "total_n": np.nan if best is None else float(best.tension.sum()),
+                "peak_stress_pa": np.nan if best is None else best.stress,
+                "safety_factor": np.nan if best is None else _safety(manipulator, best.stress),
                 "reached": best is not None and best.steady and target.reached(place),
                 "note": _note(target, best, most, names),
             }
         )
     return pd.DataFrame(rows)
+
+
+def _safety(manipulator: Manipulator, stress: float) -> float:
+    """Safety factor against yield; NaN where the manipulator does not tell."""
+    if manipulator.yield_stress_pa is None or not np.isfinite(stress):
+        return np.nan
+    return manipulator.yield_stress_pa / stress if stress else np.inf
 
 
 def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]) -> str:
@@ -195,28 +197,3 @@ def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]
         return "only with friction that does not go with the cables' travel"
     stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
     return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""
-
-
-def _sentence(row: dict) -> str:
-    wanted = _in_words([row[f"wanted_{name}"] for name in COORDINATES])
-    if not np.isfinite(row["x_m"]):
-        return f"step {row['step']}: disk {row['disk']} at {wanted}: {row['note']}"
-    if row["reached"]:
-        note = f"; {row['note']}" if row["note"] else ""
-        return f"step {row['step']}: disk {row['disk']} at {wanted}: reached with {row['total_n']:.4g} N in sum{note}"
-    asked = [row[name] if np.isfinite(row[f"wanted_{name}"]) else np.nan for name in COORDINATES]
-    parts = [f"{1e3 * row['distance_m']:.3g} mm"] if np.isfinite(asked[:2]).any() else []
-    parts += [f"{row['turn_off_rad']:.3g} rad"] if np.isfinite(asked[2]) else []
-    return (
-        f"step {row['step']}: disk {row['disk']} at {wanted} is not reached; nearest is {_in_words(asked)}, "
-        f"{' and '.join(parts)} off, with {row['total_n']:.4g} N in sum; {row['note']}"
-    )
-
-
-def _in_words(place: list[float]) -> str:
-    parts = [
-        f"{name.split('_')[0]} {value:.5g} {name.split('_')[1]}"
-        for name, value in zip(COORDINATES, place, strict=True)
-        if np.isfinite(value)
-    ]
-    return ", ".join(parts)

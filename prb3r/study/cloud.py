@@ -4,7 +4,7 @@ What all blocks are gathered into is a few numbers for each load, from which the
 states that are kept go to disk block by block.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -19,17 +19,16 @@ from prb3r.study.loading import Cloud
 from prb3r.study.measure import kept_states, measured_columns
 from prb3r.study.metrics.base import Solved
 from prb3r.study.metrics.drive import drive_tension
-from prb3r.study.workspace import block_size, cloud_loads
+from prb3r.study.workspace import Tips, block_size, cloud_loads, tips_of
 
 GATHERED = {
     "outcome": np.int8,
     "iterations": np.int64,
     "residual": float,
     "lowest_eigenvalue": float,
-    "x": float,
-    "y": float,
 }
-"""What is kept in memory of the equilibrium under each load: these fields, the place as that of the tip disk."""
+"""What is kept in memory of the equilibrium under each load, beside its `Tips`."""
+OF_TIPS = {"x": float, "y": float, "solved": bool, "strain": float, "pull": float}
 
 
 @dataclass(frozen=True)
@@ -91,12 +90,16 @@ def solve_cloud_block(block: CloudBlock) -> SolvedCloudBlock:
     manipulator = family.manipulator()
     chain, cloud = manipulator.chain(family.settings["broken"]), Cloud.model_validate(family.settings["cloud"])
     loads = cloud_loads(manipulator, chain, limits_of(cloud, manipulator, chain), block.loads, block.start)
-    states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True, detail=False)
-    known = {name: getattr(states, name) for name in GATHERED} | {"x": states.x[:, -1], "y": states.y[:, -1]}
+    states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True)
+    tips = tips_of(manipulator, loads, states)
+    known = {name: getattr(states, name) for name in GATHERED} | {name: getattr(tips, name) for name in OF_TIPS}
     kept = state_columns(chunk.cables)
     if chunk.states == "path" or (chunk.states == "final" and block.stop == cloud.count):
-        solved = Solved(manipulator, chain, loads, states, cloud=True)
+        solved = Solved(manipulator, chain, loads, replace(states, tension=states.tension[:0]), cloud=True)
         kept = kept_states(family.numbers, solved, chunk, block.start)
+        left_out = np.flatnonzero(tips.beyond(manipulator, cloud.safety)) + block.start + 1
+        counted = ~np.isin(kept["step"], left_out)
+        kept = {name: values[counted] for name, values in kept.items()}
     return SolvedCloudBlock({name: np.ascontiguousarray(values) for name, values in known.items()}, kept)
 
 
@@ -111,7 +114,7 @@ class Gathering:
     def __init__(self, block: CloudBlock) -> None:
         (self.family,), self.chunk, self.block = block.chunk.families, block.chunk, block
         self.count = self.family.loads
-        self.known = {name: np.empty(self.count, kind) for name, kind in GATHERED.items()}
+        self.known = {name: np.empty(self.count, kind) for name, kind in (GATHERED | OF_TIPS).items()}
         self.rows = [0] * len(blocks(self.chunk))
         """Kept states of each block."""
         self.missing = len(self.rows)
@@ -137,10 +140,12 @@ class Gathering:
         manipulator = self.family.manipulator()
         chain = manipulator.chain(self.family.settings["broken"])
         nothing: dict[str, Any] = {field.name: np.zeros((0, 0, 0)) for field in fields(Equilibria)}
-        places = {name: self.known[name][:, None] for name in ("x", "y")}
-        states = Equilibria(**nothing | self.known | places | {"closed": None})
+        known = {name: self.known[name] for name in GATHERED} | {name: self.known[name][:, None] for name in ("x", "y")}
+        states = Equilibria(**nothing | known | {"closed": None})
         none = Loads(*(np.zeros((0, 0)) for _ in Loads._fields))
-        return measured_columns(numbers, Solved(manipulator, chain, none, states, cloud=True), metrics)
+        tips, safety = Tips(**{name: self.known[name] for name in OF_TIPS}), self.family.settings["cloud"]["safety"]
+        solved = Solved(manipulator, chain, none, states, cloud=True, tips=tips, safety=safety)
+        return measured_columns(numbers, solved, metrics)
 
 
 def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:

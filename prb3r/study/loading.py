@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from prb3r.inverse.pull import Least
 from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import Strict
 
@@ -18,6 +19,9 @@ class Cloud(Strict):
     limit: Literal["tension", "bend"] = "tension"
     """`bend`: instead, each cable is driven up to where it alone bends its segment by `bend_rad`."""
     bend_rad: Positive | None = None
+    safety: Annotated[float, Field(ge=0)] = 1.0
+    """Loads that bring a plate nearer to yield than this factor are left out, where `yield_stress_pa` is given; 0: all
+    loads count."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "Cloud":
@@ -61,7 +65,7 @@ class DiskPlace(Strict):
 
 
 class TargetPath(Strict):
-    """Tensions of least sum that bring a disk from target to target, in place of steps."""
+    """Tensions of least sum, or of least stress, that bring a disk from target to target, in place of steps."""
 
     disk: Annotated[int, Field(ge=1)] | Literal["tip"] = "tip"
     path: str | None = None
@@ -72,6 +76,8 @@ class TargetPath(Strict):
     """Targets from each one of `target` to the next, in equal parts."""
     most_n: Positive | None = None
     """Largest tension of a cable, N; absent: where it alone would bend what it drives by a whole turn."""
+    least: Least = "force"
+    """What is least of all pulls that lead to a target: the sum of the tensions, or the highest stress of a plate."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "TargetPath":

@@ -119,7 +119,7 @@ def _reach(path: Path, study: Study) -> Tree:
             for share in np.arange(1, study.reach.count + 1) / study.reach.count
         ]
     most = {} if study.reach.most_n is None else {"most_n": study.reach.most_n}
-    return {"disk": study.reach.disk, "target": rows, **most}
+    return {"disk": study.reach.disk, "target": rows, "least": study.reach.least, **most}
 
 
 def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, Keys, str]]:
@@ -205,6 +205,10 @@ def _reach_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
         yield f"reach: there is no disk {reach.disk}, the tip is disk {manipulator.plates}"
     if not set(manipulator.cable_names) - set(settings["broken"]):
         yield "reach: no cable is left to pull"
+    if settings["reach"]["least"] == "stress" and np.isnan(manipulator.outer_fibre).all():
+        yield "reach: least = 'stress' needs thickness_m or outer_fibre_m of a segment"
+    if settings["reach"]["least"] == "stress" and np.isnan(manipulator.outer_fibre).all():
+        yield "reach: least = 'stress' needs thickness_m or outer_fibre_m of a segment"
 
 
 def _plain_numbers(settings: Tree) -> bool:

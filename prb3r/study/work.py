@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.inverse.reach import limits, pulls_along
+from prb3r.inverse.reach import aim_of, limits, pulls_along
 from prb3r.inverse.target import chain_targets
 from prb3r.mechanics.chain import Chain, loads
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -79,7 +79,8 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
     cables = len(manipulator.cable)
     tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
-    for step, found in enumerate(pulls_along(chain, targets, limits(chain, reach.get("most_n")))):
+    most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])
+    for step, found in enumerate(pulls_along(chain, targets, most, aim)):
         tension[step], slip[step] = (
             (tension[step - 1], slip[step - 1]) if found is None else (found.tension, found.slip)
         )

@@ -1,18 +1,53 @@
 """Force-controlled workspaces: load clouds, and the area, outline and width that a tip reaches."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import scipy
 
 from prb3r.mechanics.chain import Chain, Loads, loads
-from prb3r.mechanics.equilibrium import Outcome
+from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.mechanics.strain import peak_strain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 CLOUD_SEED = 20181
 MOST_DISKS = 2**18
 """Disks of all loads that are solved in one call: about 50 MB of states."""
+
+
+@dataclass(frozen=True)
+class Tips:
+    """Where the tip disk comes under each load of a cloud, (count,) each."""
+
+    x: np.ndarray
+    """m; NaN without an equilibrium."""
+    y: np.ndarray
+    solved: np.ndarray
+    """Whether a stable equilibrium was found."""
+    strain: np.ndarray
+    """Highest bending strain of a plate; NaN where it is not known."""
+    pull: np.ndarray
+    """Highest tension of a cable, N."""
+
+    def beyond(self, manipulator: Manipulator, safety: float) -> np.ndarray:
+        """(count,) whether a plate is nearer to yield than the factor `safety`; nowhere if no yield stress is known."""
+        if not safety or manipulator.yield_stress_pa is None:
+            return np.zeros(len(self.x), bool)
+        return self.strain * manipulator.youngs_modulus_pa * safety > manipulator.yield_stress_pa
+
+    def without(self, rows: np.ndarray) -> "Tips":
+        """The same with nothing known of some loads (count,), a mask, but whether they were solved."""
+        kept = {name: np.where(rows, np.nan, getattr(self, name)) for name in ("x", "y", "strain", "pull")}
+        return replace(self, **kept)
+
+
+def tips_of(manipulator: Manipulator, some: Loads, states: Equilibria) -> Tips:
+    """What is known of the tip under loads, from their equilibria with detail."""
+    strain = peak_strain(states, manipulator.bending_stiffness, manipulator.outer_fibre)
+    solved, pull = states.outcome == Outcome.CONVERGED, some.tension.max(1, initial=0.0)
+    return Tips(states.x[:, -1], states.y[:, -1], solved, np.fmax.reduce(strain, axis=1), pull)
 
 
 def cloud_loads(
@@ -50,20 +85,14 @@ def block_size(plates: int) -> int:
     return 2 ** max(4, int(np.log2(MOST_DISKS / (plates + 1))))
 
 
-def tips_reached(
-    manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x and y (m) of the tip disk under each of the loads of a cloud, and whether its equilibrium was found; (count,).
-
-    They are solved block by block: no more than a block of equilibria is in memory.
-    """
-    x, y, converged = np.empty(count), np.empty(count), np.empty(count, bool)
+def tips_reached(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Tips:
+    """The tip under each of the loads of a cloud, solved block by block: no more than one is in memory."""
+    blocks = []
     for start in range(0, count, size := block_size(chain.plates)):
         rows = slice(start, min(start + size, count))
         some = cloud_loads(manipulator, chain, limits, rows.stop - start, start)
-        states = equilibria_of(chain, some, from_rest=True, detail=False)
-        x[rows], y[rows], converged[rows] = states.x[:, -1], states.y[:, -1], states.outcome == Outcome.CONVERGED
-    return x, y, converged
+        blocks.append(tips_of(manipulator, some, equilibria_of(chain, some, from_rest=True)))
+    return Tips(*(np.concatenate([getattr(block, field.name) for block in blocks]) for field in fields(Tips)))
 
 
 def area(x: np.ndarray, y: np.ndarray, side: float) -> float:

@@ -7,6 +7,7 @@ import pytest
 import prb3r
 from prb3r.errors import SpecError
 from prb3r.inverse.pull import Pull, lengths
+from prb3r.inverse.reach import aim_of
 from prb3r.inverse.search import natural_limits
 from prb3r.inverse.target import targets_of
 from prb3r.mechanics.chain import loads, no_loads
@@ -79,7 +80,7 @@ def test_no_pull_of_a_hundred_thousand_gets_there_with_less(seed):
     off = np.hypot(*(tips[:, :2] - target).T)
     least = answer.table["total_n"][0]
     (asked,) = targets_of(chain, "tip", {"x_m": target[0], "y_m": target[1]}, None)
-    pull = Pull(chain, loads(chain, np.zeros((0, 4))), -np.ones(4), asked)
+    pull = Pull(chain, loads(chain, np.zeros((0, 4))), -np.ones(4), asked, aim_of(FREE, "force"))
     rate = pull(answer.steps.filter(like="_n").to_numpy(float)[0]).rate / chain.length  # share of the length per N
     per_metre = np.linalg.norm(np.linalg.pinv(rate * chain.length**2), 1)  # N of all cables per metre, at most
     for metres in (0.002, 0.004, 0.008):
@@ -97,6 +98,46 @@ def test_a_grid_of_two_cables_finds_the_same_least_force():
     brute = tension[near].sum(1).min()
     answer = prb3r.reach(RUBBING, angle_rad=wanted, broken=["3", "4"])
     assert answer.table["total_n"][0] == pytest.approx(brute, abs=0.1)
+
+
+def test_a_grid_of_two_cables_finds_the_same_least_stress():
+    """Stress from a solve of every pull; a grid this fine misses the least one by less than a percent."""
+    grid = np.linspace(0, 140, 281)
+    first, second = (axis.ravel() for axis in np.meshgrid(grid, grid))
+    pulls = {"sequence": range(len(first)), "step": 1, "cable_1_n": first, "cable_3_n": second, "slip_3": 1}
+    disks = prb3r.solve(RUBBING, pulls, also=["stress_pa"])
+    shape = (len(first), 7)
+    angle, stress = (disks[name].to_numpy().reshape(shape) for name in ("angle_rad", "stress_pa"))
+    near = np.abs(angle[:, -1] - 0.8) < 2e-3
+    lightest, least = (
+        prb3r.reach(RUBBING, angle_rad=0.8, broken=["2", "4"], least=kind) for kind in ("force", "stress")
+    )
+    assert least.reached
+    assert least.table["peak_stress_pa"][0] == pytest.approx(stress[near, 1:].max(1).min(), rel=0.01)
+    assert least.table["peak_stress_pa"][0] < 0.97 * lightest.table["peak_stress_pa"][0]
+    assert least.table["total_n"][0] > lightest.table["total_n"][0]
+
+
+def test_of_pulls_that_stress_plates_alike_the_lightest_is_told():
+    """Two even bends lead to a place without friction, whichever cables make them: more force stresses no less."""
+    light, gentle = (prb3r.reach(FREE, x_m=0.17, y_m=0.08, least=kind).table.iloc[0] for kind in ("force", "stress"))
+    assert gentle["peak_stress_pa"] == pytest.approx(light["peak_stress_pa"], rel=2e-3)
+    assert gentle["total_n"] == pytest.approx(light["total_n"], rel=1e-2)
+
+
+def test_what_is_told_of_strength_is_what_a_solve_finds():
+    strong = RUBBING.replace("yield_stress_pa", 1.1e9)
+    path = pd.DataFrame({"y_m": [0.04, 0.13, -0.03]})
+    for manipulator in (strong, strong.replace("friction.direction", "history")):
+        answer = prb3r.reach(manipulator, path=path)
+        stress = prb3r.solve(manipulator, answer.steps, also=["stress_pa"]).groupby("step")["stress_pa"].max()
+        assert answer.table["peak_stress_pa"].tolist() == pytest.approx(stress.tolist(), rel=1e-6)
+        assert answer.table["safety_factor"].tolist() == pytest.approx((1.1e9 / stress).tolist(), rel=1e-6)
+        said = ["beyond yield" in sentence for sentence in answer.sentences]
+        assert said == (answer.table["safety_factor"] < 1).tolist() == [False, True, False]
+    unknown = prb3r.reach(RUBBING, y_m=0.04)
+    assert unknown.table["safety_factor"].isna().all()
+    assert "highest stress" in unknown.sentences[0]
 
 
 @pytest.mark.parametrize("manipulator", [FREE, RUBBING, STICKY], ids=["free", "rubbing", "history"])
@@ -180,6 +221,7 @@ def test_lengths_of_cables_of_a_straight_and_of_an_evenly_bent_manipulator():
         ({"x_m": 0.1, "broken": ["5"]}, "there is no cable '5'"),
         ({"x_m": 0.1, "broken": ["1", "2", "3", "4"]}, "no cable is left"),
         ({"x_m": 0.1, "most_n": -1.0}, "must be more than 0 N"),
+        ({"x_m": 0.1, "least": "pain"}, "valid: force, stress"),
         ({"z_m": 0.1}, "unknown coordinate 'z_m'"),
         ({"path": pd.DataFrame({"x_mm": [1.0]})}, "unknown column 'x_mm'"),
         ({"x_m": 0.1, "path": pd.DataFrame({"x_m": [0.1]})}, "exclude each other"),

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.model.solve import solve
 from prb3r.present.study import thinning
 from prb3r.present.study.publish import publish
 from prb3r.runs.parts import Parts
@@ -125,7 +126,7 @@ def test_a_final_state_of_a_cloud_is_that_of_its_last_load(spec, tmp_path):
 def test_figures_show_the_first_loads_of_large_clouds_and_say_so_where_some_fail(spec, tmp_path, monkeypatch):
     monkeypatch.setattr(thinning, "MOST_ROWS", 3000)
     monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("all states were read"))
-    result = solve_study(spec(SPEC.replace("3 = 60.0", "3 = 1e6")), Options(tmp_path / "out"))
+    result = solve_study(spec(SPEC.replace("3 = 60.0 }", "3 = 1e6 }\nsafety = 0")), Options(tmp_path / "out"))
     drawn = thinning.states_to_draw(result)
     assert (thinning.loads_to_draw(result), drawn["step"].max(), len(drawn)) == (3000, 3000, 3000)
     assert set(drawn) == {"case_id", "step", "disk", "x_m", "y_m"}
@@ -150,3 +151,42 @@ def test_what_would_not_fit_into_memory_is_refused_with_the_limit(spec, before, 
     assert before in SPEC
     with pytest.raises(SpecError, match=said):
         plan_study(spec(SPEC.replace(before, after)))
+
+
+YIELDING = SPEC.replace("100.0", "160.0").replace("40_000", "4_000") + '\n[[metric]]\nkind = "safety"\n'
+
+
+def test_loads_that_make_plates_yield_count_only_where_they_are_asked_for(spec, tmp_path):
+    """What is left out is what a solve of the same loads finds beyond yield; the rest is untouched."""
+    found = {
+        safety: solve_study(
+            spec(YIELDING.replace("[cloud]", f"[cloud]\nsafety = {safety}")), Options(tmp_path / safety)
+        )
+        for safety in ("0", "1", "1.5")
+    }
+    manipulator = found["0"].plan.cases[0].manipulator()
+    loads = cloud_loads(manipulator, manipulator.chain(), {"1": 160.0, "3": 60.0}, 4_000)
+    pulls = {f"cable_{name}_n": loads.tension[:, k] for k, name in enumerate(manipulator.cable_names)}
+    stress = solve(manipulator, {"sequence": range(4_000), "step": 1} | pulls, also=["stress_pa"])
+    highest = stress["stress_pa"].to_numpy().reshape(4_000, -1)[:, 1:].max(1)
+    for safety, result in found.items():
+        row, counted = result.cases.iloc[0], highest * float(safety) <= 1.1e9
+        assert result.states()["step"].tolist() == (np.flatnonzero(counted) + 1).tolist()
+        assert row["peak_stress_pa"] == pytest.approx(highest[counted].max(), rel=1e-9)
+        assert row["workspace_beyond_yield"] == pytest.approx(np.mean(highest * (float(safety) or 1.0) > 1.1e9))
+        assert row["workspace_tension_n"] == pytest.approx(loads.tension[counted].max())
+    areas = [found[safety].cases["workspace_area_m2"].item() for safety in ("0", "1", "1.5")]
+    assert areas == sorted(areas, reverse=True)
+    assert areas[2] < areas[1] < areas[0]
+    assert found["1.5"].cases["safety_factor"].item() >= 1.5 > found["1"].cases["safety_factor"].item() >= 1
+    publish(found["1"])
+    assert "of the loads left out, plates would yield" in (found["1"].folder / "reach.svg").read_text()
+
+
+def test_without_a_yield_stress_all_loads_count(spec, tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text((ROOT / "studies/manipulators/two-segment.toml").read_text().replace("yield_stress_pa", "# "))
+    text = YIELDING.replace(f"{ROOT}/studies/manipulators/two-segment.toml", str(path))
+    result = solve_study(spec(text), Options(tmp_path / "out"))
+    assert len(result.states()) == 4_000
+    assert result.cases["workspace_beyond_yield"].isna().all()

@@ -28,10 +28,14 @@ def workspace_figure(sheet: Sheet) -> Figure:
     failed = []
     for _, row in sheet.rows.iterrows():
         count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
+        drawn = max(steps.get(row["case_id"], ()), default=0)  # steps of loads beyond yield are left out
         if good < count or not count:
-            shown = f"{'the first ' if sheet.scene.loads == count else ''}{count:,} loads"
+            shown = f"{'the first ' if sheet.scene.loads is not None else ''}{count:,} loads"
             what = f"{count - good:,} of {shown} without equilibrium" if count else str(row["outcome"])
             failed.append(not_drawn(sheet, row, what))
+        if count < drawn:
+            share = style.digits(float(f"{100 * (1 - count / drawn):.2g}"))
+            failed.append(not_drawn(sheet, row, f"{share} % of the loads left out, plates would yield"))
     titles, parts = sheet.panels()
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
     corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])

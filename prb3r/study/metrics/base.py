@@ -17,6 +17,7 @@ from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.quantities import Quantity
+from prb3r.study.workspace import Tips
 
 LEFT_OUT_OF_FURTHER = ("lowest_eigenvalue", "closed")
 """What equilibria of a metric's own loads do without."""
@@ -43,6 +44,10 @@ class Solved:
     and other fields of the states may be left out."""
     count: int = 1
     """Number of cases, `c`."""
+    tips: Tips | None = None
+    """Of clouds: what is known of each load."""
+    safety: float = 0.0
+    """Of clouds: loads nearer to yield than this factor do not count."""
     targets: tuple[Target, ...] = ()
     """Of each step, where the loads are to bring a disk, if they are; then there is one case."""
 

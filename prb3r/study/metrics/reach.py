@@ -17,7 +17,8 @@ from prb3r.study.workspace import area, outline, tips_reached
 class Workspace(Metric):
     """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
 
-    Without `tension_n` the loads are the study's own cloud.
+    Without `tension_n` the loads are the study's own cloud.  Loads that bring a plate nearer to yield than the factor
+    `safety` do not count, where the manipulator gives a yield stress.
     """
 
     kind: Literal["workspace"]
@@ -26,6 +27,8 @@ class Workspace(Metric):
     """Side of a cell, of the straight length."""
     count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
     tension_n: dict[str, Positive] | None = None
+    safety: Annotated[float, Field(ge=0)] | None = None
+    """Safety factor against yield of what counts; 0: all do.  Absent: 1, or that of the study's cloud."""
 
     def quantities(self) -> list[Quantity]:
         cell = f"cells of {100 * self.cell:g} % of the length"
@@ -37,22 +40,32 @@ class Workspace(Metric):
             Quantity("workspace_hull_m2", "", "m^2", "area inside the outline (convex hull) of all points reached"),
             Quantity("workspace_width_m", "", "m", "extent of all points reached across the manipulator"),
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
+            Quantity("workspace_beyond_yield", "", "1", "share of the loads nearer to yield than the safety asked for"),
+            Quantity("workspace_tension_n", "T_max", "N", "highest tension of a cable among the loads that count"),
         ]
 
     def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
         yield from super().problems(manipulator, cloud)
         if not cloud and self.tension_n is None:
             yield "needs tension_n, as there is no cloud of loads"
+        if self.safety is not None and self.tension_n is None:
+            yield "safety goes with tension_n; that of the study's own loads is said in [cloud]"
 
     def values(self, case: Solved) -> Sequence[float]:
-        x, y, good = case.states.x[:, -1], case.states.y[:, -1], case.states.outcome == Outcome.CONVERGED
-        if self.tension_n is not None:
-            limits = {name: tension for name, tension in self.tension_n.items() if case.chain.reach[case.cable(name)]}
-            x, y, good = tips_reached(case.manipulator, case.chain, limits, self.count)
+        tips, safety = case.tips, case.safety
+        if tips is None or self.tension_n is not None:
+            drawn = self.tension_n or {}
+            limits = {name: tension for name, tension in drawn.items() if case.chain.reach[case.cable(name)]}
+            tips = tips_reached(case.manipulator, case.chain, limits, self.count)
+            safety = 1.0 if self.safety is None else self.safety
+        told = case.manipulator.yield_stress_pa is not None and bool(np.isfinite(tips.strain).any())
+        yielding = float(np.mean(tips.beyond(case.manipulator, safety or 1.0))) if told else np.nan
+        tips = tips.without(tips.beyond(case.manipulator, safety))
+        x, y, good = tips.x, tips.y, tips.solved
         half, side = len(x) // 2, self.cell * case.chain.length
         whole = area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
-        return whole, share, *outline(x, y), float(np.mean(~good))
+        return whole, share, *outline(x, y), float(np.mean(~good)), yielding, float(np.fmax.reduce(tips.pull))
 
 
 class Follow(Metric):

@@ -15,10 +15,14 @@ from prb3r.study.metrics.base import Metric, Solved, largest
 
 
 class Safety(Metric):
-    """Highest strain and stress of a plate over all load steps, and the safety factor against yield."""
+    """Highest strain and stress of a plate over all load steps, and the safety factor against yield.
+
+    Of a cloud over those loads that its own `safety` lets count.
+    """
 
     kind: Literal["safety"]
     together: ClassVar[bool] = True
+    of_clouds: ClassVar[bool] = True
 
     def quantities(self) -> list[Quantity]:
         return [
@@ -28,7 +32,10 @@ class Safety(Metric):
         ]
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
-        strain = peak_strain(cases.states, cases.manipulator.bending_stiffness, cases.manipulator.outer_fibre)
+        if cases.tips is None:
+            strain = peak_strain(cases.states, cases.manipulator.bending_stiffness, cases.manipulator.outer_fibre)
+        else:
+            strain = cases.tips.without(cases.tips.beyond(cases.manipulator, cases.safety)).strain
         peak = largest(cases.by_case(strain).reshape(cases.count, -1))
         stress = peak * cases.manipulator.youngs_modulus_pa
         with np.errstate(divide="ignore"):
