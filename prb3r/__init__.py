@@ -3,10 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from prb3r.diagnosis.result.design_prediction import predict_design as predict
+    from prb3r import effects
     from prb3r.errors import EngineError, Prb3rError, RecordingError, SpecError
-    from prb3r.front import compare, diagnose, run_study
-    from prb3r.inverse.reach import reach
+    from prb3r.front.comparison import compare
+    from prb3r.front.diagnoses import diagnose
+    from prb3r.front.inverse import reach
+    from prb3r.front.prediction import predict_on as predict
+    from prb3r.front.studies import run_study
     from prb3r.model.manipulator import Manipulator, load_manipulator
     from prb3r.model.parts import Cable, Disk, Segment
     from prb3r.model.sensitivity import sensitivities
@@ -26,15 +29,16 @@ _WHERE = {
     "RecordingError": "errors",
     "Segment": "model.parts",
     "SpecError": "errors",
-    "compare": "front",
-    "diagnose": "front",
+    "compare": "front.comparison",
+    "diagnose": "front.diagnoses",
+    "effects": "",
     "load_manipulator": "model.manipulator",
     "load_recording": "recording.reading",
     "load_study": "study.spec",
     "plot": "present.study.drawing",
-    "predict": "diagnosis.result.design_prediction:predict_design",
-    "reach": "inverse.reach",
-    "run_study": "front",
+    "predict": "front.prediction:predict_on",
+    "reach": "front.inverse",
+    "run_study": "front.studies",
     "sensitivities": "model.sensitivity",
     "solve": "model.solve",
     "solve_in_blocks": "model.solve",
@@ -52,6 +56,7 @@ __all__ = [
     "__version__",
     "compare",
     "diagnose",
+    "effects",
     "load_manipulator",
     "load_recording",
     "load_study",
@@ -70,8 +75,8 @@ def __getattr__(name: str):
 
     if name not in _WHERE:
         raise AttributeError(f"module 'prb3r' has no attribute {name!r}")
-    module, _, defined = _WHERE[name].partition(":")
-    offered = getattr(import_module(f"prb3r.{module}"), defined or name)
+    where, _, defined = _WHERE[name].partition(":")
+    offered = getattr(import_module(f"prb3r.{where}"), defined or name) if where else import_module(f"prb3r.{name}")
     globals()[name] = offered
     return offered
 

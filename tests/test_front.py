@@ -17,7 +17,7 @@ import prb3r
 ROOT = Path(__file__).parents[1]
 PROTOTYPE = ROOT / "studies/manipulators/two-segment.toml"
 OBJECTS = "Cable Disk Manipulator Segment __version__ compare diagnose load_manipulator load_recording load_study"
-DEEDS = "plot predict reach run_study sensitivities solve solve_in_blocks"
+DEEDS = "effects plot predict reach run_study sensitivities solve solve_in_blocks"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
 SHOWN_IN_DOCS = "diagnose load_recording predict solve"

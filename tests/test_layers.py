@@ -11,7 +11,7 @@ import prb3r
 
 ROOT = Path(prb3r.__file__).parent
 ORDER = {
-    "": "errors markdown quantities mechanics model inverse runs study recording diagnosis proof present front "
+    "": "errors markdown quantities mechanics model effects inverse runs study recording diagnosis proof present front "
     "bench progress check schema cli",
     "mechanics": "kernel angle plate chain records accepted state cable balance variation stability march newton "
     "tangent complementarity stick_slip turning attempt history_path path_output same_way path equilibrium strain "
@@ -26,7 +26,7 @@ ORDER = {
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
     "proof": "rig settings concealed judging prove sweep",
-    "present": "style rc framing page accuracy spots study diagnosis proof index",
+    "present": "style canvas rc framing page accuracy spots study diagnosis proof index",
     "bench": "prototype methods scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }
@@ -45,7 +45,8 @@ ALLOWED = {
     "diagnosis": {"numpy", "pandas", "scipy", "pydantic"},
     "proof": {"numpy", "scipy", "numba", "pandas"},
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
-    "front": {"matplotlib"},
+    "effects": set(),
+    "front": {"matplotlib", "pandas"},
     "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "progress": {"rich"},
     "check": set(),

@@ -44,7 +44,7 @@ def _alone(loaded, output: str | None, asked: dict) -> list[str]:
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.diagnosis.stages import STAGES
-    from prb3r.front import diagnose as diagnosed
+    from prb3r.front.diagnoses import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable
 
@@ -65,7 +65,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.diagnosis.together import joint_steps
-    from prb3r.front import diagnose as diagnosed
+    from prb3r.front.diagnoses import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable
 

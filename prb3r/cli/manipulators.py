@@ -111,14 +111,14 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
 
     Exit code 1, and the nearest it comes, where that cannot be.
     """
-    from prb3r.inverse.reach import reach
+    from prb3r.inverse.reach import pulls_to
     from prb3r.model.files.table import csv_text, write_table
     from prb3r.model.manipulator import load_manipulator
 
     wanted = {name: value for name, value in asked.items() if value is not None}
     number = int(disk) if disk.isdigit() else disk
     say_what_is_compiled()
-    answer = reach(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
+    answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
     if output:
         write_table(answer.steps, output)
     else:

@@ -91,7 +91,9 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
     if not others:
         return diagnosis
     carried = [(other, on_other(diagnosis, other)) for other in others]
-    remarks = [f"{other.name}: {reason}" for other, prediction in carried for reason in prediction.left_behind]
+    remarks = [
+        f"{other.name} does without {reason}" for other, prediction in carried for reason in prediction.left_behind
+    ]
     return replace(diagnosis, heldout=pooled(carried), remarks=(*diagnosis.remarks, *remarks))
 
 

@@ -28,7 +28,7 @@ class Wanted(TypedDict, total=False):
 
 
 @of_given
-def reach(
+def pulls_to(
     manipulator: Manipulator,
     *,
     path: pd.DataFrame | str | Path | None = None,
@@ -39,39 +39,7 @@ def reach(
 ) -> Reached:
     """Tensions of least sum, or of least stress, that bring a disk to a place, an angle, both, or along a path of them.
 
-    Parameters
-    ----------
-    path : instead of a place, a table (or the file that holds it) of targets in their order, with columns among
-        `x_m, y_m, angle_rad`; an empty cell leaves a coordinate free.  The pull that leads to one is followed to the
-        next, and another one is looked for only where it leads no further.
-    most_n : largest tension of a cable, N; by itself where the cable alone would bend what it drives by a
-        whole turn if nothing rubbed.
-    broken : cables that carry nothing.
-    least : what is least of all pulls that lead there: `"force"`, the sum of the tensions, or `"stress"`, the highest
-        bending stress of a plate.
-    wanted : `disk`, its number or `"tip"` (by itself), and `x_m`, `y_m`, `angle_rad` of its centre.
-
-    Returns
-    -------
-    The steps to pull, and whether each target is reached; where one is not, the nearest state (distances and angles
-    compare by the manipulator's length) is told.  Where friction is declared, each cable's slip goes with its travel
-    in that step; with `direction = "history"` friction follows the whole path.
-
-    Raises
-    ------
-    SpecError
-        With everything that is wrong with what is asked.
-
-    Examples
-    --------
-    >>> import prb3r
-    >>> manipulator = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
-    >>> answer = prb3r.reach(manipulator, x_m=0.40, y_m=0.15)
-    >>> answer.reached
-    True
-    >>> markers = prb3r.solve(manipulator, answer.steps)
-    >>> markers[["x_m", "y_m"]].iloc[-1].round(6).tolist()
-    [0.4, 0.15]
+    Parameters and errors as of `prb3r.reach`.
     """
     disk = wanted.pop("disk", "tip")
     place = {name: float(value) for name, value in wanted.items() if value is not None}  # type: ignore[arg-type]

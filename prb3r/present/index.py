@@ -116,7 +116,7 @@ def _thumbnail(figure: Path | None) -> str:
         pixels = imread(figure)[:, :, :3]
         height, width = (size // THUMBNAIL for size in pixels.shape[:2])
         blocks = pixels[: height * THUMBNAIL, : width * THUMBNAIL].reshape(height, THUMBNAIL, width, THUMBNAIL, 3)
-        imsave(content, blocks.mean((1, 3)), format="png", metadata={"Software": None})
+        imsave(content, blocks.mean((1, 3)), format="png", metadata={"Software": None})  # type: ignore[dict-item]
     except (OSError, SyntaxError, ValueError):
         return ""
     return data_address("image/png", content.getvalue())
@@ -174,7 +174,7 @@ def _proof(folder: Path) -> Entry | None:
     known = _json(folder / "proof.json")
     if "scores" not in known:
         return None
-    scores = next(iter(known["scores"].values()), [])
+    scores: list[dict] = next(iter(known["scores"].values()), [])
     met = sum(bool(score.get("met")) for score in scores)
     answer = (
         f"{met} of {len(scores)} goals are met, over {known.get('recordings', 0):,} recordings with concealed effects."

@@ -3,7 +3,7 @@
 import base64
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ class Cell(str):
     """The text of a cell, and the number by which a page sorts its column where texts alone would not tell."""
 
     __slots__ = ("key",)
+    key: str
 
     def __new__(cls, text: str, key: float) -> "Cell":
         """Text and number."""
@@ -74,6 +75,12 @@ def templates() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def briefly(title: str, sentences: Sequence[str], table: Table | None = None) -> str:
+    """A result as a piece of HTML without pictures, for notebooks: title, sentences, a table that is not sorted."""
+    plain = None if table is None else replace(table, sortable=False)
+    return templates().get_template("brief.html.j2").render(title=title, sentences=sentences, rows=plain)
 
 
 def picture(folder: Path, name: str, caption: str, kind: str = "", spots: Mapping | None = None) -> Picture:

@@ -50,7 +50,8 @@ def spots_of(figure: Figure) -> dict[str, Any] | None:
     `scales`: of each panel that is to scale the place of (0, 0) and the lengths of a millimetre along x and y, in the
     same shares, else None; `ratio`: height over width; `all`: how many places there were.
     """
-    points, scales = [], []
+    points: list[np.ndarray] = []
+    scales: list[list[float] | None] = []
     for axes in figure.axes:
         found = [artist for artist in axes.get_children() if isinstance(artist, Spots)]
         shares = axes.transData - figure.transFigure

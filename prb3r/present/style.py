@@ -3,13 +3,10 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from prb3r.quantities import SHORT_FOR, Quantity, describe, label, printed, scale
 
@@ -146,43 +143,6 @@ def with_unit(value: float, unit: str) -> str:
     return f"{digits(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
 
 
-def panels(
-    titles: Sequence[str],
-    handles: Sequence[Artist],
-    ratio: float,
-    shared: bool | Literal["row"] = True,
-    columns: int | None = None,
-) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel for each title and one legend below; a single panel has the width of one column.
-
-    Parameters
-    ----------
-    ratio : height of a panel over its width.
-    shared : all panels (of a row) show the same range, and only outer ones carry numbers.
-    columns : panels in a row, up to three (four where there are many) by themselves.
-    """
-    count = max(len(titles), 1)
-    width = SINGLE if count == 1 else DOUBLE
-    columns = columns or (count if count <= 3 else 2 if count == 4 else 3 if count <= 12 else 4)
-    rows = -(-count // columns)
-    beside = legend_columns([str(handle.get_label()) for handle in handles], width)
-    inner = (width - (14 if shared else 14 * columns)) / columns
-    labels = (9 if shared else 9 * rows) + 4 * -(-len(handles) // beside)
-    height = rows * (ratio * inner + (4 if any(titles) else 1)) + labels + 1
-    figure = Figure(figsize=(width * MM, height * MM), layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.8 * MM, h_pad=0.8 * MM, wspace=0.02, hspace=0.02)
-    grid = figure.subplots(rows, columns, sharex=bool(shared), sharey=shared, squeeze=False).ravel()
-    for axes in grid[count:]:
-        axes.remove()
-    for index, (axes, text) in enumerate(zip(grid, titles, strict=False)):
-        axes.set_title(text, pad=3)
-        left, bottom = index % columns == 0, index + columns >= count
-        axes.tick_params(labelleft=left or not shared, labelbottom=bottom or not shared)
-    if handles:
-        figure.legend(handles=list(handles), loc="outside lower center", ncols=beside, labelspacing=0.35)
-    return figure, list(grid[:count])
-
-
 def legend_columns(entries: Sequence[str], width: float) -> int:
     """The most columns in which a legend, filled column by column, fits into `width` (mm)."""
     for columns in range(len(entries), 1, -1):
@@ -190,13 +150,3 @@ def legend_columns(entries: Sequence[str], width: float) -> int:
         if sum(14 + 1.4 * length for length in longest) < width - 2:
             return columns
     return 1
-
-
-def outer_labels(axes: Sequence[Axes], x: str, y: str) -> None:
-    """Label the left and lowest panels of a grid with shared axes."""
-    columns = axes[0].get_gridspec().ncols
-    for index, panel in enumerate(axes):
-        if index % columns == 0:
-            panel.set_ylabel(y)
-        if index + columns >= len(axes):
-            panel.set_xlabel(x)

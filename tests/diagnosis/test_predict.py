@@ -52,7 +52,10 @@ def test_bands_hold_the_truth_of_the_same_rig_and_are_narrow(folder):
 def test_another_number_of_plates_carries_material_and_leaves_the_fault_behind(folder):
     result = run(folder, folder / "longer.toml", "-o", folder / "learnt.toml")
     assert result.exit_code == 0, result.output
-    assert "# left behind: weakened_plate: is a fault of one part of this rig" in (folder / "learnt.toml").read_text()
+    assert (
+        "# left behind: weakened plate, which is a fault of one part of this rig"
+        in (folder / "learnt.toml").read_text()
+    )
     learnt, constants = load_manipulator(folder / "learnt.toml"), diagnosed().constants
     assert learnt.plates == 8
     assert not learnt.effect

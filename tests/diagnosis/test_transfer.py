@@ -81,7 +81,7 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
         effect = hypothesis.effect(hypothesis.starts(friction)[0], friction)
         moved = SUSPECTS[hypothesis.kind].transfer(effect, here, there)
         if isinstance(moved, str):
-            assert moved.startswith(f"{hypothesis.kind}: ")
+            assert moved.startswith(f"{hypothesis.kind.replace('_', ' ')}, which ")
         else:
             assert not [name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n")]
             carried.add(hypothesis.kind)
@@ -105,7 +105,7 @@ def test_what_belongs_to_clamps_gaps_or_holes_carries_over_with_them_alone(effec
         there = there.replace("disk", changed["disk"])
     known = EFFECT_KINDS[effect["kind"]].model_validate(effect)
     assert SUSPECTS[known.kind].transfer(known, here, other_design()) == known
-    assert "which differ" in SUSPECTS[known.kind].transfer(known, here, there)
+    assert "and these differ" in SUSPECTS[known.kind].transfer(known, here, there)
 
 
 def test_an_umbilical_carries_over_to_a_rig_as_long():
@@ -114,4 +114,4 @@ def test_an_umbilical_carries_over_to_a_rig_as_long():
     tube = EFFECT_KINDS["umbilical"](kind="umbilical", stiffness_n_m_per_rad=1.0)
     transfer = SUSPECTS["umbilical"].transfer
     assert transfer(tube, here, other_design(2.0, plates=3)) == tube
-    assert "lengths, which differ" in transfer(tube, here, other_design(1.0, plates=4))
+    assert "lengths, and these differ" in transfer(tube, here, other_design(1.0, plates=4))

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from prb3r.diagnosis.confidence import INTERVAL_RISE
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.rivals import Rival
-from prb3r.front import DiagnosisReport
+from prb3r.front.diagnoses import DiagnosisReport
 from prb3r.present import rc
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking

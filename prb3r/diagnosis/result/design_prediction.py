@@ -133,7 +133,7 @@ def _carried(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manip
     """The design with what carries over, and what does not."""
     effects, left = carried_effects(drawn.effects, here, there)
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:
-        left = (*left, "friction: the design states none")
+        left = (*left, "friction, of which the design states none")
     return adjusted(there, carried_constants(drawn.constants, here, there), effects), left
 
 

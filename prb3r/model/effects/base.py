@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal, Protocol, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -51,6 +51,12 @@ class Effect(BaseModel, ABC):
     """One effect; `kind` names it in a manipulator file."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def __init__(self, **parameters: Any) -> None:
+        """Its parameters by name; `kind` may be left out."""
+        (kind,) = get_args(type(self).model_fields["kind"].annotation) or (None,)
+        super().__init__(**({"kind": kind} if kind else {}) | parameters)
+
     late: ClassVar[int] = 0
     """Effects are applied in this order, then in that of the file."""
     once: ClassVar[bool] = False

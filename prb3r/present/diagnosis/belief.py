@@ -142,5 +142,4 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
         carry = "carry" if " " in constants else "carries"
         yield f"To other designs of the same material and cables {constants} {carry} over, no effect does."
     for reason in dict.fromkeys(left):
-        kind, _, why = reason.partition(": ")
-        yield f"Stays with this rig: {say.spaced(kind)}, which {why}." if why else f"Stays with this rig: {reason}."
+        yield f"Stays with this rig: {reason}."

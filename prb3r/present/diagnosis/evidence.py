@@ -1,7 +1,10 @@
 """Where the mismatch sits and what was chosen: missing moments, ranking of hypotheses, profiles of parameters."""
 
+from typing import Any
+
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -69,8 +72,10 @@ def ranking(diagnosis: Diagnosis) -> Figure:
     """The strongest place of each kind of effect, how far it is beyond chance, who won and who rivals the winner."""
     rows, threshold = diagnosis.tables["ranking"].head(MOST_BARS), diagnosis.score_calibrated.threshold
     roles = set(rows["role"])
-    handles = [Line2D([], [], color=style.INK, ls=(0, (4, 2)), lw=0.8, label="by chance once in a hundred recordings")]
-    looks = {
+    handles: list[Artist] = [
+        Line2D([], [], color=style.INK, ls=(0, (4, 2)), lw=0.8, label="by chance once in a hundred recordings")
+    ]
+    looks: dict[Any, dict[str, Any]] = {
         "named": {"fc": style.PALETTE[0], "ec": style.PALETTE[0]},
         "rival": {"fc": pale(style.PALETTE[0]), "ec": style.PALETTE[0], "hatch": "//////"},
         "other": {"fc": style.PALE, "ec": style.PALE},
@@ -115,9 +120,7 @@ def profiles(diagnosis: Diagnosis) -> Figure | None:
         Line2D([], [], color=style.PALETTE[0], marker="o", ms=3, label="chi-square, all else refitted"),
     ]
     width = style.SINGLE if columns == 1 else style.DOUBLE
-    figure, grid = panel_grid(rows, columns, 50 * rows, handles, width, sharey=True)
-    for axes in grid.ravel()[len(curves) :]:
-        axes.remove()
+    figure, grid = panel_grid(rows, columns, 50 * rows, handles, width, sharey=True, count=len(curves))
     for axes, (effect, name, curve) in zip(grid.ravel(), curves, strict=False):
         _profile(axes, effect, name, curve)
     for row in grid:

@@ -1,6 +1,7 @@
 """How much better it fits: residuals in units of the noise, and the sequences that no fit has seen."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +28,7 @@ from prb3r.present.diagnosis.panels import (
 
 OUTERMOST = 6.0
 """Residuals beyond so many sd are counted in the outermost bars."""
-HELD = {"fc": "#f3ead2", "ec": "none"}
+HELD: dict[str, Any] = {"fc": "#f3ead2", "ec": "none"}
 
 
 def residual_sizes(diagnosis: Diagnosis) -> Figure:

@@ -1,6 +1,7 @@
 """Measured, calibrated and explained over each other, at the steps that calibration misses most."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -110,7 +111,7 @@ def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
 def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
     bends = kind == "bend_rad"
     entries = legend_entries(diagnosis.shown, noise_patch(), measured=True)
-    shared = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}
+    shared: dict[str, Any] = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}
     figure, axes = panel_grid(2, len(steps), 82, entries, **shared)
     for k, (key, part) in enumerate(zip(steps, parts, strict=True)):
         above, below = axes[:, k]

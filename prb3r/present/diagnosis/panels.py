@@ -8,20 +8,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 
-MEASURED = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
-LOOKS = {
+MEASURED: dict[str, Any] = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
+LOOKS: dict[str, dict[str, Any]] = {
     "calibrated": {"color": style.PALETTE[2], "ls": (0, (4, 1.4)), "marker": "s", "ms": 3.0, "lw": 1.1},
     "explained": {"color": style.PALETTE[0], "ls": "-", "marker": "^", "ms": 3.2, "lw": 1.1},
 }
 """Lines of the two models; dash and mark tell them apart without colour."""
 SAID = {"calibrated": "constants refitted alone", "explained": "with the effects named"}
-NOISE = {"fc": "#e4e4e4", "ec": "none"}
+NOISE: dict[str, Any] = {"fc": "#e4e4e4", "ec": "none"}
 POSITIONS = ("x_m", "y_m")
 
 
@@ -45,14 +44,16 @@ def noise_patch() -> Patch:
 def panel_grid(
     rows: int, columns: int, height: float, handles: Sequence[Artist], width: float = style.DOUBLE, **grid: Any
 ):
-    """A figure (`width` and `height` in mm, the legend's comes on top) and its axes (rows, columns)."""
+    """A figure (`width` and `height` in mm, the legend's comes on top) and its axes (rows, columns).
+
+    `grid` may say the `count` of panels that are drawn on, the first ones, and holds what `Figure.subplots` takes.
+    """
     beside = style.legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
     whole = height + 4 * -(-len(handles) // beside)
-    figure = Figure(figsize=(width * style.MM, whole * style.MM), layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.8 * style.MM, h_pad=0.8 * style.MM, wspace=0.02, hspace=0.02)
-    axes = figure.subplots(rows, columns, squeeze=False, **grid)
+    figure, axes = canvas.axes_grid((width, whole), (rows, columns), grid.pop("count", rows * columns), **grid)
+    canvas.close_up(figure)
     if handles:
-        figure.legend(handles=list(handles), loc="outside lower center", ncols=beside, labelspacing=0.35)
+        canvas.legend(figure, axes[-1, -1], beside, handles, labelspacing=0.35)
     return figure, axes
 
 
@@ -86,7 +87,8 @@ class StepAxis:
         """Sequence names as ticks below `axes`, that are `width` mm wide; tilted where they are long."""
         ends = self.sequences
         longest = max(map(len, ends), default=0)
-        tilted = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if 1.5 * longest * len(ends) > width else {}
+        tilt: dict[str, Any] = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"}
+        tilted = tilt if 1.5 * longest * len(ends) > width else {}
         middles = [(a + b) / 2 for a, b in ends.values()]
         axes.set_xticks(middles, [_short(name) for name in ends], **tilted)
         axes.tick_params(axis="x", length=0)

@@ -8,17 +8,18 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
 from prb3r.present.style import pale
+from prb3r.study.plots.kinds import BarsPlot
 
 
-def bars_figure(sheet: Sheet) -> Figure:
+def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
     handles = [*sheet.handles(patch=True, solid=True), *(entry(ink) for ink in failures(rows))]
     units = [sheet.shown(metric, plot.y_unit) for metric in plot.y]
-    figure, axes = style.panels([unit.label for unit in units], handles, 0.62, shared=False)
+    figure, axes = canvas.panels([unit.label for unit in units], handles, 0.62, shared=False)
     places = ordered(values_of(rows, plot.x))
     groups = list(sheet.groups(rows))
     width = 0.8 / max(len(groups), 1)
@@ -50,7 +51,7 @@ def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink
         axes.plot(failed, np.full(len(failed), 0.03), transform=axes.get_xaxis_transform(), **FAILED_MARK)
 
 
-def _tick(sheet: Sheet, value: Any) -> str:
+def _tick(sheet: Sheet[BarsPlot], value: Any) -> str:
     column = sheet.plot.x
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))

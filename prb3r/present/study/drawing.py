@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.solve import solve
-from prb3r.present import rc, style
+from prb3r.present import canvas, rc, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.study.shapes import GHOST, body, draw_body, draw_ghost, straight
 
@@ -39,8 +39,10 @@ def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, 
     manipulator = manipulator_of(manipulator)
     rest, drawn = straight(manipulator), {}
     if table is not None:
-        solved = isinstance(table, pd.DataFrame) and {"disk", "x_m", "y_m", "angle_rad"} <= set(table)
-        states = table if solved else solve(manipulator, table)
+        if isinstance(table, pd.DataFrame) and {"disk", "x_m", "y_m", "angle_rad"} <= set(table):
+            states = table
+        else:
+            states = solve(manipulator, table)
         drawn = {
             str(name): body(manipulator, rows[rows["step"] == rows["step"].max()])
             for name, rows in states.dropna(subset=["x_m"]).groupby("sequence", sort=False)
@@ -53,7 +55,7 @@ def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, 
     strongest = max((tension.max() for part in bodies.values() for tension in part.tensions), default=0.0)
     with rc.in_use():
         if axes is None:
-            (axes,) = style.panels([""], [], view_of(corners)[2])[1]
+            (axes,) = canvas.panels([""], [], view_of(corners)[2])[1]
         if drawn:
             draw_ghost(axes, rest)
             axes.plot([], [], color=GHOST.colour, label="straight")

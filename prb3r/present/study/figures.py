@@ -1,6 +1,7 @@
 """Figures of a study: a table and a plot spec in, a figure out."""
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from prb3r.present.study.workspace import workspace_figure
 from prb3r.study.plots.base import Plot
 from prb3r.study.plots.kinds import BarsPlot, LinesPlot, LoopsPlot, PathPlot, ShapesPlot, WorkspacePlot
 
-DRAWN_BY: Mapping[type[Plot], Callable[[Sheet], Figure]] = {
+DRAWN_BY: Mapping[type[Plot], Callable[[Sheet[Any]], Figure]] = {
     LinesPlot: lines_figure,
     BarsPlot: bars_figure,
     LoopsPlot: loops_figure,

@@ -2,13 +2,14 @@
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.spots import point_at
 from prb3r.study.decision import Decision
 from prb3r.study.phrases import bound_in_words, wish_in_words
@@ -27,6 +28,7 @@ MOST_OTHERS = 40
 """Of more designs, those without a look of their own are left out where they would lie on top of each other."""
 LEGEND_ROW = 4.0
 """Height of a row of a legend, mm."""
+Ink = dict[str, Any]
 OTHERS = style.Look(style.PALE, ".", "-", "")
 
 
@@ -55,8 +57,9 @@ def decision_figure(decision: Decision) -> Figure:
     handles = _design_handles(decision, looks)
     beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
     height = 7.5 * sum(heights) + 12 * len(heights) + LEGEND_ROW * -(-len(handles) // beside)
-    figure = Figure(figsize=(style.DOUBLE * style.MM, height * style.MM), layout="constrained")
-    panels = iter(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False).ravel())
+    count = len(heights)
+    figure, grid = canvas.axes_grid((style.DOUBLE, height), (count, 1), count, height_ratios=heights)
+    panels = iter(grid.ravel())
     if decision.requirements:
         axes, quantities = next(panels), decision.quantities[: len(decision.requirements)]
         axes.axvspan(-1.2, 0, color="#f3e3e5", lw=0)
@@ -77,7 +80,7 @@ def decision_figure(decision: Decision) -> Figure:
         _rows(axes, decision.worth, words, looks)
         axes.set_xlim(-0.05, 1.05)
         axes.set_xlabel("worth, from the worst (0) to the best (1) of the designs to choose from")
-    figure.legend(handles=handles, loc="outside lower center", ncols=beside)
+    canvas.legend(figure, grid[-1, 0], beside, handles)
     return figure
 
 
@@ -135,15 +138,14 @@ def front_figure(decision: Decision) -> Figure:
     beside = min(2, style.legend_columns([*told, "Pareto front of these two"], style.SINGLE))
     rows = sum(text.count("\n") + 1 for text in told) / beside + 2
     size = style.SINGLE, 0.68 * style.SINGLE + LEGEND_ROW * rows
-    figure = Figure(figsize=(size[0] * style.MM, size[1] * style.MM), layout="constrained")
-    axes = figure.subplots()
+    figure, ((axes,),) = canvas.axes_grid(size, (1, 1), 1)
     out = ~decision.feasible
     many = len(decision.designs) > MOST_OTHERS
     if out.any():
-        ink = {"ms": 2.5, "mew": 0.5, "alpha": 0.5, "zorder": 1.5} if many else {"ms": 4, "mew": 0.9}
-        axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, label="breaks a requirement", **ink)
+        crosses: Ink = {"ms": 2.5, "mew": 0.5, "alpha": 0.5, "zorder": 1.5} if many else {"ms": 4, "mew": 0.9}
+        axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, label="breaks a requirement", **crosses)
     edge = _edge(decision.scores[:, columns], decision.feasible)
-    ink = {"lw": 0.9, "ls": (0, (4, 2)), "zorder": 2.5}
+    ink: Ink = {"lw": 0.9, "ls": (0, (4, 2)), "zorder": 2.5}
     axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front of these two", **ink)
     if many and decision.feasible.any():  # what breaks a requirement may lie anywhere
         axes.set(xlim=_around(x[decision.feasible]), ylim=_around(y[decision.feasible]))
@@ -159,7 +161,7 @@ def front_figure(decision: Decision) -> Figure:
         better = "→" if preference.better == "greater" else "←"
         text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better {better}"
         setter(textwrap.fill(text, letters))
-    figure.legend(loc="outside lower center", ncols=beside)
+    canvas.legend(figure, axes, beside)
     return figure
 
 
@@ -174,7 +176,7 @@ def _edge(scores: np.ndarray, feasible: np.ndarray) -> list[int]:
     """Designs on the front of two preferences alone, in the order of the first."""
     edge = [
         k
-        for k in np.flatnonzero(feasible)
+        for k in np.flatnonzero(feasible).tolist()
         if not any(np.all(scores[j] >= scores[k]) and np.any(scores[j] > scores[k]) for j in np.flatnonzero(feasible))
     ]
     return sorted(edge, key=lambda k: scores[k, 0])

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures
 from prb3r.present.style import Shown, shown
@@ -20,7 +20,7 @@ from prb3r.study.plots.base import COLUMN
 from prb3r.study.plots.kinds import LinesPlot
 
 
-def lines_figure(sheet: Sheet) -> Figure:
+def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     """Columns against a column, with published points, fits, a marked value and failed cases."""
     plot, rows = sheet.plot, sheet.rows
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
@@ -28,7 +28,7 @@ def lines_figure(sheet: Sheet) -> Figure:
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *failures(rows)]
-    figure, axes = style.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
+    figure, axes = canvas.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
@@ -51,16 +51,16 @@ def lines_figure(sheet: Sheet) -> Figure:
             panel.minorticks_off()
     if plot.y_from_zero:
         begin_at_zero(axes)
-    style.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
+    canvas.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
 
 
-def _in_order(sheet: Sheet) -> bool:
+def _in_order(sheet: Sheet[LinesPlot]) -> bool:
     """Whether the plot is a locus, y positions over x positions, whose lines follow the cases instead of x."""
     return sheet.plot.x.endswith("x_m") and all(y.endswith("y_m") for y in sheet.plot.y)
 
 
-def _band(sheet: Sheet) -> list[Patch]:
+def _band(sheet: Sheet[LinesPlot]) -> list[Patch]:
     """Legend entry of the bands, if cases of one line share a place."""
     spread = sheet.rows.groupby(["_panel", "_by", "_style", "_at"])["_up"].agg(np.ptp)
     if _in_order(sheet) or sheet.scene.sampled or not (spread > 0).any():
@@ -68,7 +68,7 @@ def _band(sheet: Sheet) -> list[Patch]:
     return [Patch(fc=style.PALE, lw=0, label="median and range of cases that differ otherwise")]
 
 
-def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
+def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
     """One line: sorted, several values at one place as median and band; a locus in the order of the cases.
 
     Samples are marks alone.  Failed cases are crosses: at their value if they have one, else at the lower edge.
@@ -90,7 +90,7 @@ def _line(axes: Axes, sheet: Sheet, rows: pd.DataFrame, ink: Mapping[str, Any], 
         axes.plot(edge["_at"], height, transform=axes.get_xaxis_transform(), zorder=3, **cross)
 
 
-def _verticals(sheet: Sheet, parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:
+def _verticals(sheet: Sheet[LinesPlot], parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:
     """The marked value of each panel; its line names it, with the value if all panels have the same."""
     column = sheet.plot.vertical
     if column is None or sheet.rows[column].isna().all():
@@ -110,7 +110,7 @@ def _published(plot: LinesPlot) -> dict[str, dict[str, Any]]:
     return {text: {**common, "marker": next(marks), "label": style.literal(text)} for text in labels}
 
 
-def _fits(sheet: Sheet, x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:
+def _fits(sheet: Sheet[LinesPlot], x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:
     """Which rows each fit of this plot is about, its law in shown units, and its line with the law in words."""
     plot = sheet.plot
     fits = [fit for fit in sheet.scene.fits if fit["x"] == plot.x and fit["y"] in plot.y]
@@ -136,7 +136,7 @@ def _symbol(quantity: Quantity) -> str:
     return f"unit {quantity.symbol or quantity.title.lower()}"
 
 
-def _common(sheet: Sheet, unit: str) -> str:
+def _common(sheet: Sheet[LinesPlot], unit: str) -> str:
     """Axis label of several columns: the words that all of their names end with."""
     titles = [sheet.quantity(column).title.lower().split() for column in sheet.plot.y]
     same = [words[0] for words in zip(*(title[::-1] for title in titles), strict=False) if len(set(words)) == 1]

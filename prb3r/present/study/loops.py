@@ -7,16 +7,16 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.spots import point_at
 from prb3r.present.study.sheet import Sheet, begin_at_zero, entry, failures
 from prb3r.study.metrics.response import last_loop
-from prb3r.study.plots.kinds import disk_of
+from prb3r.study.plots.kinds import LoopsPlot, disk_of
 
 ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
 
 
-def loops_figure(sheet: Sheet) -> Figure:
+def loops_figure(sheet: Sheet[LoopsPlot]) -> Figure:
     """Positions of disks over a tension along the path of each case: a row of panels for each position.
 
     The last fall and rise are drawn in full, with an arrow on the fall of the first, what came before thin.
@@ -28,7 +28,7 @@ def loops_figure(sheet: Sheet) -> Figure:
         for number, ((column, _), title) in enumerate(zip(rows, itertools.cycle(titles), strict=False))
     ]
     handles = [*sheet.handles(solid=True), *map(entry, failures(sheet.rows))]
-    figure, axes = style.panels(panels, handles, 0.85, "row", len(parts))
+    figure, axes = canvas.panels(panels, handles, 0.85, "row", len(parts))
     tension = sheet.shown(str(plot.x), plot.x_unit)
     for number, (panel, (column, part)) in enumerate(zip(axes, rows, strict=True)):
         position = sheet.shown(column, plot.y_unit)
@@ -47,7 +47,7 @@ def loops_figure(sheet: Sheet) -> Figure:
     return figure
 
 
-def _path(sheet: Sheet, case: int, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _path(sheet: Sheet[LoopsPlot], case: int, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Tension as it enters the base, position of a disk and number of every step of a case."""
     states = sheet.states if sheet.states is not None else pd.DataFrame()
     states = states[states["case_id"] == case].sort_values("step", kind="stable")

@@ -1,6 +1,7 @@
 """Paths that a disk is brought along: targets, where the disk comes, and the manipulator on some of them."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,23 +10,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.inverse.target import COORDINATES, Target, chain_targets
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.present.study.shapes import Body, body, draw_body, draw_ghost, not_drawn, notes, straight
 from prb3r.present.study.sheet import Scene, Sheet
+from prb3r.study.plots.kinds import PathPlot
 from prb3r.study.run import Result
 
 DRAWN_STATES = 4
 """Manipulators that are drawn along a path, evenly spaced, the first and the last among them."""
 MOST_TOLD_PATHS = 24
 """So many cases are told one by one; all are in the table."""
-REACHED = {"ls": "", "marker": "o", "ms": 3.2, "mfc": "white", "mec": style.INK, "mew": 0.8}
-MISSED = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": style.ALARM}
+REACHED: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.2, "mfc": "white", "mec": style.INK, "mew": 0.8}
+MISSED: dict[str, Any] = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": style.ALARM}
 
 
-def paths_figure(sheet: Sheet) -> Figure:
+def paths_figure(sheet: Sheet[PathPlot]) -> Figure:
     """The way of a disk past its targets, with the manipulator at some of them; targets that it misses are crosses."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws paths and needs states")
@@ -43,14 +45,14 @@ def paths_figure(sheet: Sheet) -> Figure:
         Line2D([], [], **MISSED, label="not reached, and the way to it"),
     ]
     marks = marks if failed else marks[:1]
-    figure, axes = style.panels(titles, [*sheet.handles(solid=True), *marks, *notes(failed)], view_of(corners)[2])
+    figure, axes = canvas.panels(titles, [*sheet.handles(solid=True), *marks, *notes(failed)], view_of(corners)[2])
     for panel, part in zip(axes, parts, strict=True):
         for look, _, group in sheet.groups(part):
             for case in group["case_id"]:
                 ways[case].draw(panel, look)
                 point_at(panel, 1e3 * ways[case].places[:, :2], case, ways[case].steps, to_scale=True)
         to_scale(panel, corners)
-    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    canvas.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
 
 
@@ -64,7 +66,7 @@ class _Way:
         self.reached = np.array([target.reached(place) for target, place in zip(targets, places, strict=True)])
 
     @classmethod
-    def of(cls, sheet: Sheet, case: int) -> "_Way":
+    def of(cls, sheet: Sheet[PathPlot], case: int) -> "_Way":
         """That of a case, from the table of states."""
         manipulator, states = sheet.scene.manipulator(int(case)), sheet.states
         assert states is not None

@@ -20,6 +20,19 @@ from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
 
 
+def scene_of(result: Result) -> Scene:
+    """What the figures of a study are drawn from beside its tables."""
+    plan = result.plan
+    return Scene(
+        lambda n: plan.cases[n].manipulator(),
+        tuple(plan.quantities),
+        tuple(result.manifest["fits"]),
+        frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None),
+        lambda n: plan.cases[n].settings["reach"],
+        loads_to_draw(result),
+    )
+
+
 def publish(result: Result) -> list[Path]:
     """Draw every plot of the study and write its report; the files written.
 
@@ -28,17 +41,7 @@ def publish(result: Result) -> list[Path]:
     SpecError
         For plots that cannot be drawn from the tables, after everything else has been written.
     """
-    plan, states = result.plan, states_to_draw(result)
-    sampled = frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None)
-    fits = tuple(result.manifest["fits"])
-    scene = Scene(
-        lambda n: plan.cases[n].manipulator(),
-        tuple(plan.quantities),
-        fits,
-        sampled,
-        lambda n: plan.cases[n].settings["reach"],
-        loads_to_draw(result),
-    )
+    plan, states, scene = result.plan, states_to_draw(result), scene_of(result)
     files, figures, problems = [], [], []
     spots: dict[str, Any] = {}
     for plot in plan.study.plot:

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +59,11 @@ def write_report(
         "note": note_on(answers.counsel.decision, MOST_IN_PAGE) if answers.counsel else "",
         "cases": len(cases),
         "sections": answers.sections,
-        "count": _count(source),
+        "count": in_short(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, source.measured),
         "comparisons": _ranges(source, source.compared),
-        "every_case": _every_case(source) if len(cases) <= WHOLE_TABLE else None,
+        "every_case": every_case(source) if len(cases) <= WHOLE_TABLE else None,
         "fits": list(_fits(source)),
         "failed": _failed(source),
         "more_failed": max(0, len(source.failed) - MOST_LISTED),
@@ -80,10 +80,11 @@ def _answer(source: Source, answers: Answers) -> str:
     """The sentence that stands for the page where there is room for one."""
     said = [answers.counsel.recommendation] if answers.counsel else []
     said += [section.sentences[0] for section in answers.sections if section.sentences]
-    return (said[0] if said else f"{_count(source)}.").replace("**", "")
+    return (said[0] if said else f"{in_short(source)}.").replace("**", "")
 
 
-def _count(source: Source) -> str:
+def in_short(source: Source) -> str:
+    """How many cases there are, and how many of them failed."""
     total, failed = len(source.cases), len(source.failed)
     which = f"{failed:,} of them without a stable equilibrium" if failed else "all in stable equilibrium"
     return f"{total:,} case{'s' * (total != 1)}, {which}"
@@ -134,7 +135,13 @@ def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
     return [(", ".join(map(str, values)), part) for values, part in groups]
 
 
-def _every_case(source: Source) -> Table:
+def first_cases(source: Source, most: int = 10) -> Table:
+    """The first cases with all that was varied and measured."""
+    return every_case(replace(source, cases=source.cases.head(most)))
+
+
+def every_case(source: Source) -> Table:
+    """All cases with all that was varied and measured."""
     columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
     records = source.cases.to_dict("records")
     rows = [[*(source.cell(name, row[name]) for name in columns), str(row["outcome"])] for row in records]

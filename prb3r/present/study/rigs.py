@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from prb3r.present import rc, style
+from prb3r.present import canvas, rc, style
 from prb3r.present.page import Table, save_figure
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
@@ -166,7 +166,7 @@ def rigs_pictures(result: Result) -> list[Path]:
 def _drawn(study: Study, most: int) -> list[tuple[Quantity, Requirement | None]]:
     """What has a panel: the metrics of requirements, each with its requirement, or else the first metrics."""
     quantities = {quantity.name: quantity for quantity in metrics_of(study)}
-    asked = [(_of(requirement, quantities), requirement) for requirement in study.requirement]
+    asked: list[tuple[Quantity, Requirement | None]] = [(_of(r, quantities), r) for r in study.requirement]
     return (asked or [(quantity, None) for quantity in quantities.values()])[:most]
 
 
@@ -182,7 +182,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
     handles = handles if study.design_factors else []
     if study.requirement:
         handles.append(Line2D([], [], color=style.ALARM, lw=1.0, label="bound of the requirement"))
-    figure, axes = style.panels([""] * len(panels), handles, 0.7, shared=False)
+    figure, axes = canvas.panels([""] * len(panels), handles, 0.7, shared=False)
     for panel, (quantity, requirement) in zip(axes, panels, strict=True):
         rows = drawn if requirement is None else select(drawn, requirement.where)
         shown = style.shown(quantity, rows[quantity.name])
@@ -198,7 +198,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
         panel.set(xlabel=shown.label, ylim=(0, 1))
         panel.locator_params(axis="x", nbins=4)
         panel.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
-    for panel in axes[:: axes[0].get_gridspec().ncols]:
+    for panel in axes[:: canvas.panels_in_row(axes)]:
         panel.set_ylabel("share of rigs below")
     return figure
 
@@ -227,7 +227,7 @@ def indices_figure(study: Study, rigs: Rigs) -> Figure:
     looks = style.PALETTE[0], style.pale(style.PALETTE[0], 0.3)
     handles = [Patch(fc=looks[0], label="by itself"), Patch(fc=looks[1], label="with others")]
     titles = [_title(study, quantity.name) for quantity in metrics] or [""]
-    figure, axes = style.panels(titles, handles, max(0.35, 0.09 * len(errors) + 0.12), shared=True)
+    figure, axes = canvas.panels(titles, handles, max(0.35, 0.09 * len(errors) + 0.12), shared=True)
     rows = np.arange(len(errors))[::-1]
     for panel, quantity in zip(axes, metrics, strict=False):
         table = part[part["metric"] == quantity.name].set_index("error").reindex(errors)
@@ -239,5 +239,5 @@ def indices_figure(study: Study, rigs: Rigs) -> Figure:
         panel.set_yticks(rows, [style.literal(_error(name)) for name in errors])
         panel.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
         panel.grid(False, axis="y")
-    style.outer_labels(axes, "share of the variance", "")
+    canvas.outer_labels(axes, "share of the variance", "")
     return figure

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from prb3r.present import rc, style
+from prb3r.present import canvas, rc, style
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.study.advice import LEVEL
@@ -73,7 +73,7 @@ def search_picture(decision: Decision) -> Figure:
 
 
 def _search_figure(decision: Decision) -> Figure:
-    figure, (axes,) = style.panels([""], [], 0.62)
+    figure, (axes,) = canvas.panels([""], [], 0.62)
     number, score = np.arange(1, len(decision.designs) + 1), merit(decision)
     able = np.isfinite(score)
     axes.plot(number[able], score[able], ls="", marker=".", ms=3, color=style.PALE, label="keeps every requirement")
@@ -86,5 +86,5 @@ def _search_figure(decision: Decision) -> Figure:
     axes.step(number[shown], best[shown], where="post", color=style.PALETTE[0], label="best so far")
     point_at(axes, np.stack([number, score], 1), number - 1)
     axes.set(xlabel="designs tried", ylabel="score" if decision.preferences else "smallest reserve")
-    figure.legend(loc="outside lower center", ncols=2)
+    canvas.legend(figure, axes, 2)
     return figure

@@ -13,12 +13,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from prb3r.model.manipulator import Manipulator
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
 from prb3r.present.style import Look, pale
 from prb3r.study.compare import select
+from prb3r.study.plots.kinds import ShapesPlot
 
 MOST_SHAPES = 48
 """So many manipulators can still be told apart in a figure, which stays below 2 MB; of more, evenly spaced ones."""
@@ -79,7 +80,7 @@ def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
     return Body(disks, plates, tuple(cables), tuple(tensions))
 
 
-def shapes_figure(sheet: Sheet) -> Figure:
+def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
     """Manipulators to scale: plates, disks, cables (as thick as they are tensioned), a mark at each tip."""
     some = sheet.rows
     if len(some) > MOST_SHAPES:
@@ -98,7 +99,7 @@ def shapes_figure(sheet: Sheet) -> Figure:
     if behind:
         text = ", ".join(sheet.text(column, value) for column, value in sheet.plot.reference.items())
         handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
-    figure, axes = style.panels(titles, handles, view_of(corners)[2])
+    figure, axes = canvas.panels(titles, handles, view_of(corners)[2])
     for panel, part in zip(axes, parts, strict=True):
         for ghost in behind:
             draw_ghost(panel, ghost)
@@ -106,20 +107,20 @@ def shapes_figure(sheet: Sheet) -> Figure:
             for index in group.index.intersection(list(drawn)):
                 draw_body(panel, drawn[index], look, line if sheet.style else "-", strongest)
         seen = part.loc[part.index.intersection(list(drawn))]
-        tips = [1e3 * drawn[index].disks[-1].mean(0) for index in seen.index]
+        tips = np.array([1e3 * drawn[index].disks[-1].mean(0) for index in seen.index])
         point_at(panel, tips, seen["case_id"], seen.get("step", LAST), to_scale=True)
         _ground(panel, drawn)
         to_scale(panel, corners)
-    style.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
+    canvas.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
 
 
-def _reference(sheet: Sheet) -> pd.DataFrame:
+def _reference(sheet: Sheet[ShapesPlot]) -> pd.DataFrame:
     """Rows of the cases that are drawn behind all others."""
     return select(sheet.cases, sheet.plot.reference) if sheet.plot.reference else sheet.cases[:0]
 
 
-def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
+def _bodies(sheet: Sheet[ShapesPlot], rows: pd.DataFrame) -> dict[int, Body]:
     """What can be drawn of `rows`, by row: the state of that row's step, or the last one of its case."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
@@ -133,7 +134,7 @@ def _bodies(sheet: Sheet, rows: pd.DataFrame) -> dict[int, Body]:
     return drawn
 
 
-def not_drawn(sheet: Sheet, row: pd.Series, what: str) -> str:
+def not_drawn(sheet: Sheet[Any], row: pd.Series, what: str) -> str:
     """A sentence that names a case by what tells it from the others, and says why it is not drawn."""
     keys = {sheet.panel: "_panel", sheet.by: "_by", sheet.style: "_style"}
     names = [sheet.text(column, row[key]) for column, key in keys.items() if column]
@@ -168,12 +169,12 @@ def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) 
         spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
         if strongest > 0 and tension[0] > 1e-9 * strongest:
             widths = 0.35 + 1.1 * tension / strongest
-            axes.add_collection(LineCollection(spans, colors=[look.colour], linewidths=widths, zorder=2.4))
+            axes.add_collection(LineCollection(list(spans), colors=[look.colour], linewidths=widths, zorder=2.4))
         else:
-            axes.add_collection(LineCollection(spans, colors=[style.PALE], linewidths=0.4, zorder=2.0))
-    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[look.colour], linewidths=1.5, zorder=2.6))
-    fill = {"facecolors": [pale(look.colour)], "edgecolors": [look.colour], "linewidths": 0.5}
-    axes.add_collection(PolyCollection(1e3 * drawn.disks, zorder=2.5, **fill))
+            axes.add_collection(LineCollection(list(spans), colors=[style.PALE], linewidths=0.4, zorder=2.0))
+    axes.add_collection(LineCollection(list(1e3 * drawn.plates), colors=[look.colour], linewidths=1.5, zorder=2.6))
+    fill: dict[str, Any] = {"facecolors": [pale(look.colour)], "edgecolors": [look.colour], "linewidths": 0.5}
+    axes.add_collection(PolyCollection(list(1e3 * drawn.disks), zorder=2.5, **fill))
     tip = 1e3 * drawn.disks[-1].mean(0)
     if line != "-":
         axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
@@ -182,5 +183,5 @@ def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) 
 
 def draw_ghost(axes: Axes, drawn: Body) -> None:
     """A manipulator to compare others with: plates and disks alone."""
-    axes.add_collection(LineCollection(1e3 * drawn.plates, colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
-    axes.add_collection(PolyCollection(1e3 * drawn.disks, facecolors=[GHOST.colour], linewidths=0, zorder=1.9))
+    axes.add_collection(LineCollection(list(1e3 * drawn.plates), colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
+    axes.add_collection(PolyCollection(list(1e3 * drawn.disks), facecolors=[GHOST.colour], linewidths=0, zorder=1.9))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -15,9 +15,12 @@ from prb3r.present import style
 from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
-from prb3r.study.plots.base import COLUMN, Plot
+from prb3r.study.plots.base import COLUMN, Panelled, Plot
 
-FAILED_MARK = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
+FAILED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
+
+PlotKind = TypeVar("PlotKind", bound=Plot)
+"""The kind of plot that is drawn."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +42,10 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class Sheet(Generic[PlotKind]):
     """A plot with its data: who is drawn, in which panel, and in which look."""
 
-    plot: Plot
+    plot: PlotKind
     cases: pd.DataFrame
     states: pd.DataFrame | None
     scene: Scene
@@ -104,8 +107,10 @@ class Sheet:
         known = column in self.rows and pd.api.types.is_numeric_dtype(self.rows[column])
         return shown(self.quantity(column), self.rows[column] if known else (), unit)
 
-    def text(self, column: str, value: Any) -> str:
-        """A value of a key column as a legend or a panel title says it."""
+    def text(self, column: str | None, value: Any) -> str:
+        """A value of a key column as a legend or a panel title says it; nothing without a column."""
+        if column is None:
+            return ""
         if column == COLUMN:
             return self.quantity(value).title
         if column == "broken_cables":
@@ -130,7 +135,7 @@ class Sheet:
 
     def _note(self, part: pd.DataFrame) -> str:
         """The value of the noted column, to two digits, where a panel has one."""
-        column = self.plot.note
+        column = self.plot.note if isinstance(self.plot, Panelled) else None
         if column is None or part[column].nunique() != 1:
             return ""
         unit = self.shown(column)

@@ -8,15 +8,16 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from scipy import ndimage
 
-from prb3r.present import style
+from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.spots import point_at
 from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight
 from prb3r.present.study.sheet import Sheet
 from prb3r.present.style import Look, pale
+from prb3r.study.plots.kinds import WorkspacePlot
 
 
-def workspace_figure(sheet: Sheet) -> Figure:
+def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
     """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
@@ -39,7 +40,7 @@ def workspace_figure(sheet: Sheet) -> Figure:
     titles, parts = sheet.panels()
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
     corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])
-    figure, axes = style.panels(titles, sheet.handles(patch=True) + notes(failed), view_of(corners)[2])
+    figure, axes = canvas.panels(titles, sheet.handles(patch=True) + notes(failed), view_of(corners)[2])
     for panel, part, rest in zip(axes, parts, rests, strict=True):
         draw_body(panel, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
         groups = list(sheet.groups(part))
@@ -51,7 +52,7 @@ def workspace_figure(sheet: Sheet) -> Figure:
             if len(clouds[number]):
                 point_at(panel, 1e3 * clouds[number], number, steps[number], to_scale=True)
         to_scale(panel, corners)
-    style.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
+    canvas.outer_labels(axes, "tip $x$ (mm)", "tip $y$ (mm)")
     return figure
 
 
@@ -67,7 +68,7 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 200, size / 8)
     counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
     edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
-    filled, *_ = np.histogram2d(*points.T, bins=edges)
+    filled, *_ = np.histogram2d(points[:, 0], points[:, 1], bins=edges)
     mask = ndimage.binary_closing(filled > 0, ndimage.iterate_structure(ndimage.generate_binary_structure(2, 1), 3))
     x, y = (edge[:-1] + side / 2 for edge in edges)
     return x, y, filled, ndimage.gaussian_filter(mask.astype(float), 1.0)

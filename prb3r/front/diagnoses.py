@@ -1,7 +1,8 @@
-"""The front door of studies, comparisons and diagnoses: files in, objects out that show what they say."""
+"""Diagnoses of recordings that draw their figures and write their files."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Literal, overload
 
@@ -14,111 +15,32 @@ from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
 from prb3r.diagnosis.together import JointDiagnosis
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given
+from prb3r.present.canvas import Panels, drawn_on
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
-from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
-from prb3r.present.study.current import publish_what_changed
 from prb3r.recording.recording import Recording
-from prb3r.runs.tasks import Workers
-from prb3r.study.designs import read_designs
-from prb3r.study.plan import Silent, plan_study
-from prb3r.study.run import Options, Result, execute, writing
-from prb3r.study.wishes import load_wishes
-
-
-def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1, fresh: bool = False) -> Result:
-    """Run one study and write what `prb3r run` writes: tables, figures, summary and report, into `output/<name>`.
-
-    Parameters
-    ----------
-    output : folder that receives one folder a study.
-    jobs : worker processes.
-    fresh : compute everything anew instead of going on from what is stored.
-
-    Raises
-    ------
-    SpecError
-        Before any work, for anything wrong with the input.
-    EngineError
-        If workers or disk fail; what is already computed stays and the next run goes on from there.
-
-    Examples
-    --------
-    >>> import prb3r
-    >>> result = prb3r.run_study("studies/friction-direction.toml")
-    >>> (result.folder / "report.html").exists(), result.failed
-    (True, 0)
-    """
-    options = Options(Path(output), Workers(jobs=jobs), fresh)
-    plan = plan_study(path, output)
-    with writing(plan):
-        result = execute(plan, options, Silent())
-        publish_what_changed(result)
-    return result
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Counsel(Advice):
-    """A decision between designs that shows what it says."""
-
-    def report(self, folder: str | Path) -> list[Path]:
-        """Write into `folder` all that `prb3r compare -o` writes; the files written.
-
-        Raises
-        ------
-        SpecError
-            If the folder cannot be made or written to.
-        """
-        return [Path(folder) / name for name in publish_comparison(self, Path(folder))]
-
-    def __repr__(self) -> str:
-        return self.recommendation.replace("**", "")
-
-    def _repr_markdown_(self) -> str:
-        return self.markdown
-
-
-def compare(*results: Result | str | Path, requirements: str | Path | None = None) -> Counsel:
-    """Which design to build, of those in one or several results.
-
-    Parameters
-    ----------
-    results : of `run_study`, or the folders that hold them.
-    requirements : file of requirements and preferences, instead of those of the studies.
-
-    Raises
-    ------
-    SpecError
-        With everything that keeps the designs from being compared.
-
-    Examples
-    --------
-    >>> import prb3r
-    >>> counsel = prb3r.compare(prb3r.run_study("studies/which-design.toml"))
-    >>> counsel.decision.winner in counsel.decision.designs
-    True
-    """
-    folders = [result.folder if isinstance(result, Result) else Path(result) for result in results]
-    if not folders:
-        raise SpecError(Problem("results", "none are given"))
-    return Counsel(**vars(advice_on(read_designs(folders, load_wishes(requirements) if requirements else None))))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisReport(Diagnosis):
     """A diagnosis that draws its figures and writes its files."""
 
-    def plot(self, kind: str) -> Figure:
+    def plot(self, kind: str, *, axes: Panels = None) -> Figure:
         """A figure of the report: shapes, missing-moment, ranking, profiles, residuals or held-out.
+
+        Parameters
+        ----------
+        axes : to draw on, as many as the figure has panels; without them on a new figure.
 
         Raises
         ------
         ValueError
-            If there is no such kind, or if this diagnosis has nothing to show in it.
+            If there is no such kind, if this diagnosis has nothing to show in it, or for another number of axes.
         """
         if kind not in FIGURES:
             raise ValueError(f"no plot {kind!r}: the kinds are {', '.join(FIGURES)}")
-        figure = figure_of(self, kind)
+        with drawn_on(axes):
+            figure = figure_of(self, kind)
         if figure is None:
             raise ValueError(f"nothing to plot: this diagnosis has no {kind.replace('-', ' ')}")
         return figure
@@ -167,6 +89,9 @@ class JointReport(JointDiagnosis):
 
     def __repr__(self) -> str:
         return "\n".join([*map(repr, self.diagnoses), *self.common.sentences])
+
+    def _repr_html_(self) -> str:
+        return "\n".join([*map(brief, self.diagnoses), *(f"<p>{escape(text)}</p>" for text in self.common.sentences)])
 
 
 Recorded = Recording | str | Path

@@ -1,0 +1,71 @@
+"""Extra physics by name, for the `effect` of a `Manipulator`; docs/effects.md says what each one means.
+
+Examples
+--------
+>>> import prb3r
+>>> manipulator = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
+>>> weak = prb3r.effects.WeakenedPlate(plate=4, factor=0.8)
+>>> manipulator.replace("effect", [weak]).effect[0].kind
+'weakened_plate'
+"""
+
+from prb3r.model.effects.cables import DeadCable, HoleClearance, HoleOffset, LoadCell, TensionDrift, TensionOffset
+from prb3r.model.effects.camera import CameraScale, LensDistortion
+from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
+from prb3r.model.effects.friction import (
+    CableFriction,
+    EdgeWrap,
+    LoadDependentFriction,
+    PulleyFriction,
+    SlipHistory,
+    WornHole,
+)
+from prb3r.model.effects.loads import Gravity, TipForce, TipLoadFriction, Umbilical, WeightFriction
+from prb3r.model.effects.plates import (
+    BaseCompliance,
+    CableBending,
+    ClampCompliance,
+    DiskContact,
+    HystereticPlate,
+    NonlinearPlate,
+    NotchClosing,
+    PlateSoftening,
+    Precurvature,
+    SegmentStiffness,
+    WeakenedPlate,
+)
+
+__all__ = [
+    "BaseCompliance",
+    "CableBending",
+    "CableFriction",
+    "CameraScale",
+    "ClampCompliance",
+    "DeadCable",
+    "DiskContact",
+    "EdgeWrap",
+    "EmpiricalMoment",
+    "Gravity",
+    "HoleClearance",
+    "HoleOffset",
+    "HystereticPlate",
+    "LensDistortion",
+    "LoadCell",
+    "LoadDependentFriction",
+    "MomentTerm",
+    "NonlinearPlate",
+    "NotchClosing",
+    "PlateSoftening",
+    "Precurvature",
+    "PulleyFriction",
+    "SegmentStiffness",
+    "SlipHistory",
+    "TensionDrift",
+    "TensionOffset",
+    "TipForce",
+    "TipLoadFriction",
+    "Umbilical",
+    "WeakenedPlate",
+    "WeightFriction",
+    "WornHole",
+]

@@ -1,0 +1,100 @@
+"""What a diagnosis says of a design, with a drawing of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from prb3r.diagnosis.result.design_prediction import DRAWS, DesignPrediction, predict_design
+from prb3r.model.files.table import write_table
+from prb3r.model.given import Given
+from prb3r.present import rc
+from prb3r.present.page import briefly, save_figure
+from prb3r.present.study.drawing import plot
+from prb3r.runs.files import ensure_writable, write_whole
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(DesignPrediction):
+    """What a diagnosis says of a design, and what shows it."""
+
+    @property
+    def frame(self) -> pd.DataFrame | None:
+        """Positions with their bands, as `positions`."""
+        return self.positions
+
+    def plot(self, *, axes: Axes | None = None) -> Figure:
+        """The design at the end of every load sequence, with the 95 % bands of its disks; without steps straight.
+
+        Parameters
+        ----------
+        axes : to draw on, in mm; without them on a new figure.
+        """
+        figure = plot(self.manipulator, self.positions, axes=axes)
+        if self.positions is None:
+            return figure
+        panel = axes or figure.axes[0]
+        last = self.positions.groupby("sequence")["step"].transform("max") == self.positions["step"]
+        with rc.in_use():
+            for row in self.positions[last & (self.positions["disk"] > 0)].to_dict("records"):
+                panel.plot([1e3 * row["x_low_m"], 1e3 * row["x_high_m"]], [1e3 * row["y_m"]] * 2, color="k", lw=0.8)
+                panel.plot([1e3 * row["x_m"]] * 2, [1e3 * row["y_low_m"], 1e3 * row["y_high_m"]], color="k", lw=0.8)
+        return figure
+
+    def report(self, folder: str | Path) -> list[Path]:
+        """Write `manipulator.toml`, `positions.csv` and the figure `prediction` into `folder`; the files written.
+
+        Raises
+        ------
+        SpecError
+            If the folder cannot be made or written to.
+        """
+        into = Path(folder)
+        ensure_writable(into)
+        files = [write_whole(into / "manipulator.toml", self.to_toml().encode())]
+        if self.positions is not None:
+            write_table(self.positions, into / "positions.csv")
+            files.append(into / "positions.csv")
+        return [*files, *save_figure(self.plot(), into, "prediction")]
+
+    def __repr__(self) -> str:
+        steps = 0 if self.positions is None else len(self.positions[["sequence", "step"]].drop_duplicates())
+        return f"{self.manipulator.name}: {', '.join(self._said)}, positions at {steps} step{'s' * (steps != 1)}"
+
+    def _repr_html_(self) -> str:
+        return briefly(self.manipulator.name, [f"{text}." for text in (*self._said, *self.remarks)])
+
+    @property
+    def _said(self) -> list[str]:
+        kinds = ", ".join(effect.kind.replace("_", " ") for effect in self.manipulator.effect)
+        return [f"carried over: {kinds or 'constants alone'}", *(f"left behind: {text}" for text in self.left_behind)]
+
+
+def predict_on(
+    diagnosis: str | Path,
+    manipulator: Given,
+    steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Prediction:
+    """What a diagnosis teaches about another design, or about the same one.
+
+    Parameters
+    ----------
+    diagnosis : the folder that `prb3r diagnose` wrote, or its diagnosis.json.
+    manipulator : the design, its file, or what the file would hold.
+    steps : a table of steps as for `solve`, if positions are wanted.
+    draws : models and parameters that are solved for the bands.
+    seed : of these draws; the same seed, the same bands.
+
+    Raises
+    ------
+    SpecError
+        With what is wrong with a file, or if `draws` are too few for a band.
+    """
+    return Prediction(**vars(predict_design(diagnosis, manipulator, steps, draws=draws, seed=seed)))
