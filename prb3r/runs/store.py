@@ -147,6 +147,11 @@ def read_first(path: Path, wanted: Collection[str], by: str, most: int) -> pa.Ta
         return pa.concat_tables(groups) if groups else file.schema_arrow.empty_table().select(columns)
 
 
+def read_some(path: Path, by: str, values: Collection[int]) -> pa.Table:
+    """The rows of a table in which the column `by` has one of some values."""
+    return pq.read_table(path, filters=[(by, "in", list(values))], page_checksum_verification=True)
+
+
 def read_arrow(path: Path) -> pa.Table:
     """A table with its metadata.
 

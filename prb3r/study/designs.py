@@ -36,6 +36,8 @@ class DesignCases:
     wishes: Wishes
     quantities: dict[str, Quantity] = dataclasses.field(default_factory=dict)
     """Of the columns, by name."""
+    firsts: dict[str, tuple[Path, int]] = dataclasses.field(default_factory=dict)
+    """Of each design the folder and the number of its first case."""
 
     @property
     def names(self) -> list[str]:
@@ -73,6 +75,7 @@ def read_designs(folders: Sequence[Path], asked: Wishes | None = None) -> Design
     studies = [_study_of(folder) for folder in folders]
     wishes = asked if asked.given else studies[0].wishes
     frames, rests = [], []
+    firsts: dict[str, tuple[Path, int]] = {}
     quantities: dict[str, Quantity] = {}
     for folder, study in zip(folders, studies, strict=True):
         table = read_arrow(folder / "cases.parquet")
@@ -81,12 +84,15 @@ def read_designs(folders: Sequence[Path], asked: Wishes | None = None) -> Design
         rests.append([factor.name for factor in study.factor if factor.name not in factors])
         prefix = f"{study.name}: " if len(folders) > 1 else ""
         frames.append(_with_designs(table.to_pandas(), factors, rests[-1], prefix))
+        known = frames[-1].drop_duplicates("design")
+        found = zip(known["design"], known["case_id"].tolist(), strict=True)
+        firsts = {name: (folder, case) for name, case in found} | firsts
     where = ", ".join(map(str, folders))
     if any(rest != rests[0] for rest in rests):
         raise SpecError(Problem(where, "vary different factors, so they share no cases"))
     errors = {error.name for study in studies for error in study.errors}
     circumstances = [name for name in rests[0] if name not in errors]
-    cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities)
+    cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities, firsts)
     _check(cases, where)
     return cases
 

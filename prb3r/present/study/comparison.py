@@ -1,7 +1,7 @@
 """A decision between designs as a page in Markdown or a section of a report, a table on disk and figures."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from prb3r.present import rc, style
 from prb3r.present.page import Cell, Table, picture, save_figure, templates
 from prb3r.present.spots import spots_of
+from prb3r.present.study.firsts import designs_standing
 from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
@@ -41,6 +42,8 @@ class Advice:
     """What the numbers of the table are of."""
     points: list[tuple[str, list[str]]]
     """Headings with the sentences below them; none without a sentence."""
+    firsts: Mapping[str, tuple[Path, int]] = field(default_factory=dict)
+    """Of each design the folder and the number of its first case, which stands for it where it is drawn."""
 
     @property
     def markdown(self) -> str:
@@ -68,6 +71,7 @@ def advice_on(cases: DesignCases) -> Advice:
         decision_table(decision),
         note_on(decision, MOST_LISTED_DESIGNS),
         [(heading, sentences) for heading, sentences in points if sentences],
+        cases.firsts,
     )
 
 
@@ -186,6 +190,7 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
     captions = {key.replace("decision", name): text for key, text in DECISION_CAPTIONS.items()}
     found = {key: part for key, part in spots.items() if part is not None}
     told = dict(enumerate(designs_told(counsel.decision)))
+    states, half = designs_standing(counsel.firsts, counsel.decision.designs) if found else ({}, 0.0)
     page = templates().get_template("comparison.html.j2")
     text = page.render(
         counsel=counsel,
@@ -195,7 +200,7 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
         title=f"{len(counsel.decision.designs)} designs compared",
         answer=counsel.recommendation.replace("**", ""),
         figures=[picture(folder, key, captions[key], "", spots[key]) for key in spots],
-        pointed={"figures": found, "cases": told, "states": {}, "half": 0.0, "paths": []} if found else None,
+        pointed={"figures": found, "cases": told, "states": states, "half": half, "paths": []} if found else None,
     )
     taken = any((folder / other).exists() for other in ("manifest.json", "diagnosis.json"))
     return write_whole(folder / (f"{name}.html" if taken else "report.html"), text.encode())

@@ -1,19 +1,17 @@
 """What a page tells of the cases that a reader points at: words, and the manipulator where states are kept."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from prb3r.inverse.target import COORDINATES
 from prb3r.mechanics.chain import loads
 from prb3r.model.laws.self_consistent import equilibria_of
-from prb3r.present import style
 from prb3r.present.spots import LAST
 from prb3r.present.study.comparison import designs_told
-from prb3r.present.study.shapes import straight
+from prb3r.present.study.firsts import disk_half, packed_state, stored_states, tensions_in_words
 from prb3r.present.study.source import Source
 from prb3r.study.cases import Case
 from prb3r.study.cloud import limits_of
@@ -85,17 +83,17 @@ def pointed(
         elif whole:
             paths = _paths(kept) if plan.study.states == "path" else []
             played = {(case, step) for case, steps in paths for step in steps}
-            states = dict(_stored(kept, wanted | played))
+            states = dict(stored_states(kept, wanted | played))
     first = _first_cases(source, decision) if decision else []
     if kept is not None and plan.study.cloud is None and whole and first:
-        stood = dict(_stored(kept, {(case, LAST) for case in first}))
+        stood = dict(stored_states(kept, {(case, LAST) for case in first}))
         keys = {k: f"{case}:{LAST}" for k, case in enumerate(first)}
         states |= {f"{count + k}:{LAST}": stood[key] for k, key in keys.items() if key in stood}
     shown = source.cases[source.cases["case_id"].isin({case for case, _ in wanted} | {case for case, _ in paths})]
     known = {int(row["case_id"]): source.told(row) for row in shown.to_dict("records")}
     if decision is not None:
         known |= {count + k: text for k, text in enumerate(designs_told(decision)) if (count + k, LAST) in asked}
-    half = 1e3 * float(np.ptp(straight(plan.cases[0].manipulator()).disks[0, :, 1])) / 2
+    half = disk_half(plan.cases[0].manipulator())
     return Pointed(figures, known, states, round(half, 2), paths)
 
 
@@ -119,23 +117,6 @@ def _paths(states: pd.DataFrame) -> list[tuple[int, list[int]]]:
     return paths
 
 
-def _stored(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, tuple[list[int], str]]]:
-    """The wanted states that a table of all disks holds, where there is an equilibrium."""
-    last = states.groupby("case_id")["step"].max()
-    asked: dict[tuple[int, int], list[int]] = {}
-    for case, step in wanted:
-        asked.setdefault((case, last.get(case, LAST) if step == LAST else step), []).append(step)
-    keys = list(zip(states["case_id"], states["step"], strict=True))
-    some = states[[key in asked for key in keys]]
-    cables = [name for name in states if name.startswith("cable_")]
-    for (case, step), state in some.sort_values("disk").groupby(["case_id", "step"]):
-        places = state[list(COORDINATES)].to_numpy(float)
-        if np.isfinite(places).all():
-            named = {name.removeprefix("cable_").removesuffix("_n"): float(state[name].iloc[0]) for name in cables}
-            for name in asked[case, step]:
-                yield f"{case}:{name}", (_packed(places), _tensions(named))
-
-
 def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tuple[list[int], str]]:
     """Manipulators at some loads of a cloud, solved again as the table may hold tips alone."""
     manipulator = case.manipulator()
@@ -149,15 +130,5 @@ def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tu
         places = np.stack([found.x[row], found.y[row], found.angle[row]], -1)
         if np.isfinite(places).all() and np.abs(places[-1, :2] - tips[row]).max() < SAME_TIP_M:
             pulls = dict(zip(manipulator.cable_names, tension[row].tolist(), strict=True))
-            states[f"{case.number}:{step}"] = _packed(places), _tensions(pulls)
+            states[f"{case.number}:{step}"] = packed_state(places), tensions_in_words(pulls)
     return states
-
-
-def _packed(places: np.ndarray) -> list[int]:
-    """Place and angle of every disk in 0.1 mm and mrad."""
-    return (places * [1e4, 1e4, 1e3]).round().astype(int).ravel().tolist()
-
-
-def _tensions(pulls: Mapping[str, float]) -> str:
-    pulled = [f"{name}: {style.with_unit(round(pull, 1), 'N')}" for name, pull in pulls.items() if pull > 0.05]
-    return f"Pulled: cable {', cable '.join(pulled)}." if pulled else "No cable is pulled."
