@@ -97,7 +97,11 @@ class Decision:
     @cached_property
     def worth(self) -> np.ndarray:
         """(d, p) from 0 for the worst to 1 for the best design on the front; NaN off the requirements."""
-        choice = np.where(np.isfinite(self.scores), self.scores, np.nan)[self.front]
+        return self._worth_among(np.array(self.front))
+
+    def _worth_among(self, some: np.ndarray) -> np.ndarray:
+        """(d, p) from 0 for the worst to 1 for the best of some designs, a mask (d,); NaN off the requirements."""
+        choice = np.where(np.isfinite(self.scores), self.scores, np.nan)[some]
         worth = np.full(self.scores.shape, np.nan)
         if len(choice) and self.preferences:
             low, high = np.nanmin(choice, 0, initial=np.inf), np.nanmax(choice, 0, initial=-np.inf)
@@ -120,10 +124,15 @@ class Decision:
 
     @cached_property
     def ranking(self) -> list[int]:
-        """The designs that keep the requirements, best first; without preferences the one with most reserve first."""
-        reserve = self.margins.min(1, initial=np.inf)
-        keys = [reserve] if not self.preferences else [~np.array(self.front), -self.score]
-        order = np.lexsort([-reserve] if not self.preferences else keys[::-1])
+        """The designs that keep the requirements, best first; without preferences the one with most reserve first.
+
+        Where the front tells designs behind it not apart, as it is a single design, all that keep the requirements do.
+        """
+        keys = [-self.margins.min(1, initial=np.inf)]
+        if self.preferences:
+            behind = self._worth_among(self.feasible) @ self.weights
+            keys = [~np.array(self.front), -self.score, -behind]
+        order = np.lexsort(keys[::-1])
         return [int(k) for k in order if self.feasible[k]]
 
     @property

@@ -195,7 +195,7 @@ def _unit_of(values: Iterable[float], quantity: Quantity) -> tuple[float, str]:
 
 
 def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = ()) -> str:
-    """A value with three digits and its unit, that of the values `beside` it; `-` where there is none.
+    """A value with three digits, a real minus, and its unit, that of the values `beside` it; `-` where there is none.
 
     Lengths are told in millimetres where one of them is small.
     """
@@ -204,4 +204,4 @@ def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = (
     factor, unit = _unit_of([value, *beside], quantity)
     value *= factor
     text = f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
-    return f"{text} {unit}".rstrip()
+    return f"{text.replace('-', '−')} {unit}".rstrip()

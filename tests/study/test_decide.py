@@ -222,3 +222,12 @@ def test_designs_that_share_no_case():
     table = {"design": ["x", "y"], "a": [1.0, 2.0], "scenario": ["p", "q"]}
     with pytest.raises(SpecError, match="share no case"):
         decide(cases(table, [], [greater("a")]))
+
+
+def test_designs_behind_a_single_one_are_ranked_by_what_they_are_worth():
+    table = TABLE | {"force": [50.0, 80.0, 90.0, 60.0]}  # thin has most area and needs least force
+    alone = decide(cases(TABLE, (), [greater("area")]))
+    assert [alone.designs[k] for k in alone.ranking] == ["thin", "middle", "odd", "thick"]
+    both = decide(cases(table, (), [greater("area", weight=1), less("force", weight=3)]))
+    assert both.front == [True, False, False, False]
+    assert [both.designs[k] for k in both.ranking] == ["thin", "odd", "middle", "thick"]

@@ -71,7 +71,7 @@ def decision_figure(decision: Decision) -> Figure:
         ]
         _rows(axes, reserves, words, looks)
         axes.set_xlim(-1.07 * FULL_RESERVE, 1.07 * FULL_RESERVE)
-        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %".replace("-", "−"))
         axes.set_xlabel("reserve to the bound (left of 0: broken; more than 100 % at the edge)")
     if choice:
         axes = next(panels)
