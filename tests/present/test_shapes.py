@@ -86,6 +86,22 @@ def test_workspaces_are_told_apart_and_small(tmp_path):
         assert save_figure(figure, tmp_path, name)[1].stat().st_size < 400_000
 
 
+def test_workspaces_of_other_numbers_of_disks_and_thin_ones_are_drawn():
+    """Of a line nothing can be filled: its points are seen; a region needs none, and each arm has its own tip."""
+    angle = np.linspace(-1, 1, 2000)
+    line = pd.DataFrame({"case_id": 0, "step": range(2000), "disk": 5, "x_m": np.cos(angle), "y_m": np.sin(angle)})
+    square = np.random.default_rng(4).uniform(-1, 1, (2, 2000))
+    wide = pd.DataFrame({"case_id": 1, "step": range(2000), "disk": 14, "x_m": square[0], "y_m": square[1]})
+    states = pd.concat([line, wide])
+    figure = study_figure(
+        plot_of(name="w", kind="workspace", panel="design"), cases_of(design=["a", "b"]), states, SCENE
+    )
+    seen = [sum(len(mark.get_xydata()) for mark in axes.lines if mark.get_marker() == ".") for axes in figure.axes]
+    assert seen[0] > 1500
+    assert seen[1] == 0
+    assert texts(figure) == []
+
+
 def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
     states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(3))
     cases = cases_of(effect=["none", "this", "that"], tip_shift_m=[0.0, 0.01234, 0.2])

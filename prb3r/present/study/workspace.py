@@ -16,12 +16,15 @@ from prb3r.present.study.sheet import Sheet
 from prb3r.present.style import Look, pale
 from prb3r.study.plots.kinds import WorkspacePlot
 
+MOST_BESIDE = 0.1
+"""Of the points so many lie beside the outline of a region that is nowhere thin."""
+
 
 def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
     """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
-    tips = sheet.states[sheet.states["disk"] == sheet.states["disk"].max()]
+    tips = sheet.states[sheet.states["disk"] == sheet.states.groupby("case_id")["disk"].transform("max")]
     clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in tips.groupby("case_id")}
     steps = {number: cloud["step"].to_numpy() for number, cloud in tips.groupby("case_id")}
     clouds = {number: clouds.get(number, np.zeros((0, 2))) for number in sheet.rows["case_id"].unique()}
@@ -88,4 +91,14 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
             fills[1].set(edgecolor=pale(look.colour, 0.55), linewidth=0.0)
         for fill in fills:
             fill.set_rasterized(True)
+    _thin(axes, points, (x, y, inside), look)
     axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.0, zorder=1.6)
+
+
+def _thin(axes: Axes, points: np.ndarray, region: tuple[np.ndarray, np.ndarray, np.ndarray], look: Look) -> None:
+    """The points beside the region, where that is too thin to be outlined, as where cables bend a single segment."""
+    x, y, inside = region
+    column, row = (np.abs(ends[:, None] - points[:, axis]).argmin(0) for axis, ends in enumerate((x, y)))
+    beside = points[inside[column, row] <= 0.5]
+    if len(beside) > MOST_BESIDE * len(points):
+        axes.plot(*1e3 * beside.T, ls="", marker=".", ms=1.6, mew=0, color=look.colour, rasterized=True, zorder=1.5)
