@@ -6,12 +6,12 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope
-from prb3r.diagnosis.library.suspect import Occurrence
+from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
 from prb3r.model.manipulator import Manipulator
 
-NEEDS_FIBRE = "carries over as strain, which needs outer_fibre_m in both manipulator files"
+NEEDS_FIBRE = "carries over as strain and needs outer_fibre_m in both manipulator files"
 
 
 def law_places(scope: Scope) -> Iterator[Place]:
@@ -74,7 +74,7 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
     fibre, other = here.outer_fibre, there.outer_fibre
     known = np.isfinite(other).all() and (effect.knee_strain is not None or np.isfinite(fibre).all())
     if not known:
-        return f"{effect.kind}: {NEEDS_FIBRE}"
+        return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
     if effect.knee_strain is not None:
         return effect
     ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
@@ -121,7 +121,7 @@ def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Ef
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
     if not np.isfinite(other).all() or (effect.yield_strain is None and not np.isfinite(fibre).all()):
-        return f"{effect.kind}: {NEEDS_FIBRE}"
+        return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
     if effect.yield_per_m is None:
         return effect
     return effect.model_copy(update={"yield_per_m": effect.yield_per_m * float(np.mean(fibre) / np.mean(other))})

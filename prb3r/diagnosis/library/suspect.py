@@ -74,13 +74,13 @@ Transfer = Callable[[Effect, Manipulator, Manipulator], Effect | str]
 
 def left_behind(reason: str) -> Transfer:
     """What does not carry over to another geometry."""
-    return lambda effect, here, there: f"{_spaced(effect)}, which {reason}"
+    return lambda effect, here, there: f"{effect_in_words(effect)}, which {reason}"
 
 
 def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
     """What carries over unchanged, unless it sits on some cables only."""
     if getattr(effect, "cables", None):
-        return f"{_spaced(effect)}, which sits on a cable of this rig"
+        return f"{effect_in_words(effect)}, which sits on a cable of this rig"
     return effect
 
 
@@ -90,12 +90,13 @@ def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
     def transfer(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
         if of(here) == of(there):
             return effect
-        return f"{_spaced(effect)}, which belongs to the {parts}, and these differ"
+        return f"{effect_in_words(effect)}, which belongs to the {parts}, and these differ"
 
     return transfer
 
 
-def _spaced(effect: Effect) -> str:
+def effect_in_words(effect: Effect) -> str:
+    """Its kind as a sentence has it."""
     return effect.kind.replace("_", " ")
 
 

@@ -14,11 +14,13 @@ from prb3r.present.study.shapes import straight
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_some
 
-State = tuple[list[int], str]
+PackedState = tuple[list[int], str]
 """Place (0.1 mm) and angle (mrad) of every disk, and the tensions in words."""
 
 
-def designs_standing(firsts: Mapping[str, tuple[Path, int]], designs: Sequence[str]) -> tuple[dict[str, State], float]:
+def designs_standing(
+    firsts: Mapping[str, tuple[Path, int]], designs: Sequence[str]
+) -> tuple[dict[str, PackedState], float]:
     """The last state of the first case of each design, by `number:-1`, where its study keeps those of all disks.
 
     Parameters
@@ -30,7 +32,7 @@ def designs_standing(firsts: Mapping[str, tuple[Path, int]], designs: Sequence[s
     -------
     The states, and half the height of a disk, mm.
     """
-    states: dict[str, State] = {}
+    states: dict[str, PackedState] = {}
     half = 0.0
     for folder in dict.fromkeys(folder for folder, _ in firsts.values()):
         manifest = read_manifest(folder) or {}
@@ -50,7 +52,7 @@ def disk_half(manipulator: Manipulator) -> float:
     return 1e3 * float(np.ptp(straight(manipulator).disks[0, :, 1])) / 2
 
 
-def stored_states(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, State]]:
+def stored_states(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, PackedState]]:
     """The wanted states that a table of all disks holds, where there is an equilibrium."""
     last = states.groupby("case_id")["step"].max()
     asked: dict[tuple[int, int], list[int]] = {}

@@ -16,7 +16,7 @@ from prb3r.present.study.sheet import Sheet
 from prb3r.present.style import Look, pale
 from prb3r.study.plots.kinds import WorkspacePlot
 
-MOST_BESIDE = 0.1
+MOST_OUTSIDE = 0.1
 """Of the points so many lie beside the outline of a region that is nowhere thin."""
 
 
@@ -100,5 +100,5 @@ def _thin(axes: Axes, points: np.ndarray, region: tuple[np.ndarray, np.ndarray, 
     x, y, inside = region
     column, row = (np.abs(ends[:, None] - points[:, axis]).argmin(0) for axis, ends in enumerate((x, y)))
     beside = points[inside[column, row] <= 0.5]
-    if len(beside) > MOST_BESIDE * len(points):
+    if len(beside) > MOST_OUTSIDE * len(points):
         axes.plot(*1e3 * beside.T, ls="", marker=".", ms=1.6, mew=0, color=look.colour, rasterized=True, zorder=1.5)
