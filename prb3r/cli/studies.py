@@ -116,6 +116,11 @@ def _closing(result: "Result", files: list[Path]) -> str:
         from prb3r.study.rigs import share_sentences
 
         text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
+    if "workspace_half_share" in result.cases:
+        from prb3r.study.workspace import convergence_warning
+
+        warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
+        text += f"\n  {warning}" if warning else ""
     if result.failed:
         first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
         text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"

@@ -17,6 +17,21 @@ MOST_DISKS = 2**18
 """Disks of all loads that are solved in one call: about 50 MB of states."""
 
 
+SETTLED_SHARE = 0.9
+"""Share of a workspace that the first half of its loads must reach for the other half to add little."""
+
+
+def convergence_warning(shares: np.ndarray) -> str:
+    """What is to be said of workspaces whose first half of the loads reaches these shares; empty if nothing is."""
+    few = shares[shares < SETTLED_SHARE]
+    if not len(few):
+        return ""
+    return (
+        f"{len(few)} of {len(shares)} workspaces still grow with the number of loads: the first half reaches as "
+        f"little as {100 * few.min():.0f} % of the area. Give more loads (count) or larger cells (cell)."
+    )
+
+
 @dataclass(frozen=True)
 class Tips:
     """Where the tip disk comes under each load of a cloud, (count,) each."""

@@ -190,3 +190,15 @@ def test_without_a_yield_stress_all_loads_count(spec, tmp_path):
     result = solve_study(spec(text), Options(tmp_path / "out"))
     assert len(result.states()) == 4_000
     assert result.cases["workspace_beyond_yield"].isna().all()
+
+
+def test_a_workspace_that_still_grows_with_its_loads_is_warned_of(spec, tmp_path):
+    few = SPEC.replace("40_000", "64").replace('kind = "workspace"\n', 'kind = "workspace"\ncell = 0.002\n', 1)
+    result = solve_study(spec(few), Options(tmp_path / "few"))
+    publish(result)
+    share = result.cases["workspace_half_share"].item()
+    assert share < 0.9
+    assert f"reaches as little as {100 * share:.0f} % of the area" in (result.folder / "report.html").read_text()
+    enough = solve_study(spec(SPEC.replace("40_000", "8_192")), Options(tmp_path / "enough"))
+    publish(enough)
+    assert "still grow" not in (enough.folder / "report.html").read_text()

@@ -13,11 +13,13 @@ from prb3r.present.study.pointing import about_designs, pointed
 from prb3r.present.study.report import Answers, write_report
 from prb3r.present.study.rigs import RIGS_CAPTIONS, rigs_pictures, rigs_section
 from prb3r.present.study.search import SEARCH_CAPTION, search_picture, search_section
+from prb3r.present.study.section import Section
 from prb3r.present.study.sheet import Scene
 from prb3r.present.study.source import Source
 from prb3r.present.study.thinning import loads_to_draw, states_to_draw
 from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
+from prb3r.study.workspace import convergence_warning
 
 
 def scene_of(result: Result) -> Scene:
@@ -73,6 +75,9 @@ def publish(result: Result) -> list[Path]:
         files += pictures
         figures = [(name, RIGS_CAPTIONS[name]) for name in dict.fromkeys(path.stem for path in pictures)] + figures
         sections.append(rigs_section(result))
+    if "workspace_half_share" in result.cases:
+        warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
+        sections += [Section("Convergence", [warning], [])] if warning else []
     source = Source(plan.study, result.cases, plan.quantities, result.manifest)
     shown = {name: found for name, found in spots.items() if found is not None}
     known = pointed(source, result, states, shown, counsel.decision if counsel else None) if shown else None
