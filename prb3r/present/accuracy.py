@@ -28,8 +28,14 @@ def accuracy_figure(methods: pd.DataFrame) -> Figure:
             place = 1e6 * row.time_each_s, max(row.tip_error_percent, LEAST_PERCENT)
             axes.plot(*place, look.marker, color=look.colour, ms=6, mec="white", mew=0.6)
             slow = row.time_each_s**2 > methods["time_each_s"].min() * methods["time_each_s"].max()
-            beside = {"xytext": (-6 if slow else 6, 5), "ha": "right" if slow else "left"}
-            axes.annotate(style.literal(row.method), place, textcoords="offset points", color=style.INK, **beside)
+            axes.annotate(
+                style.literal(row.method),
+                place,
+                xytext=(-6 if slow else 6, 5),
+                textcoords="offset points",
+                ha="right" if slow else "left",
+                color=style.INK,
+            )
         axes.set(xscale="log", yscale="log", xlabel="time of an equilibrium (µs)")
         axes.set_ylabel("largest tip error (% of the length)")
         axes.margins(x=0.08, y=0.12)
