@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 
+@bundle
 class AcceptedStates(NamedTuple):
     """States of a chain of `n` plates and `m` cables that depend on those before: rest, then each sub-step."""
 
@@ -41,5 +43,8 @@ def keep_state(accepted, row, share, state):
     accepted.noted[0] += 1
     if e < len(accepted.row):
         accepted.row[e], accepted.share[e] = row, share
-        accepted.q[e] = state.q
-        accepted.slip[e] = state.slip
+        for i in range(accepted.q.shape[1]):
+            for k in range(accepted.q.shape[2]):
+                accepted.q[e, i, k] = state.q[i, k]
+            for j in range(accepted.slip.shape[2]):
+                accepted.slip[e, i, j] = state.slip[i, j]

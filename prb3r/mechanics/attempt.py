@@ -2,8 +2,11 @@
 
 from typing import NamedTuple
 
-from prb3r.mechanics.chain import Loads
+import numpy as np
+
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.load_row import blend, slip_from_the_start
 from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
 from prb3r.mechanics.newton import balance_chain, solve_block
 from prb3r.mechanics.tangent import chain_tangent
@@ -12,15 +15,14 @@ JUMPED = -2
 """Beside `FAILED`: states were found, but none near the last one."""
 
 
+@bundle
 class Way(NamedTuple):
     """Where the loads change linearly, and between which of their rows."""
 
-    rows: Loads
-    """(s + 1, ...) what acts at rest and at each step."""
-    last: int
-    """Row that the path comes from."""
-    step: int
-    """Row that it leads to."""
+    rows: np.ndarray
+    """(s + 1, l) what acts at rest and at each step, as `rows_of_loads`."""
+    ends: np.ndarray
+    """(2,) row that the path comes from, and row that it leads to."""
 
 
 @kernel
@@ -46,29 +48,18 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
 
 
 @kernel
-def blend(of_step, last, s, share, out):
-    """Loads `share` of the way from step `last` to step `s`, in `out`."""
-    start, target, flat = of_step[last].ravel(), of_step[s].ravel(), out.ravel()
-    for i in range(len(flat)):
-        flat[i] = start[i] + share * (target[i] - start[i])
-
-
-@kernel
 def put_on(packed, way, share, now):
     """Write the loads `share` of the `way` to `now`, extra moments to the plates; a cable cannot push."""
-    rows, last, step = way.rows, way.last, way.step
-    blend(rows.tension, last, step, share, now.tension)
+    last, target = way.ends[0], way.rows[way.ends[1]]
+    blend(way.rows[last], target, share, now)
+    if last == 0:
+        slip_from_the_start(target, now)
     for j in range(len(now.tension)):
         now.tension[j] = max(now.tension[j], 0.0)
-    blend(rows.slip, last, step, share if last > 0 else 1.0, now.slip)
-    blend(rows.force, last, step, share, now.force)
-    blend(rows.tip, last, step, share, now.tip)
-    blend(rows.elapsed, last, step, share, now.elapsed)
     packed.model[0].stiff = 1.0 - packed.model[0].softening * now.elapsed[0]
     if packed.model[0].extra:
-        start, target = rows.moment[last], rows.moment[step]
-        for i in range(len(target)):
-            packed.plate[i].extra = start[i] + share * (target[i] - start[i])
+        for i in range(len(now.moment)):
+            packed.plate[i].extra = now.moment[i]
 
 
 @kernel

@@ -6,12 +6,14 @@ from enum import IntEnum
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
-from prb3r.mechanics.attempt import JUMPED
+from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Loads, acting, no_loads
+from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import Packed, pack
+from prb3r.mechanics.stability import CLOSED_FORM_ROWS, lowest_of_blocks
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
 from prb3r.mechanics.variation import scratch
 
@@ -147,7 +149,9 @@ def solve_chain(
     steps, packed = loads.steps, pack(chain)
     modes = segment_modes(chain) if chain.tied else None
     rows = acting(chain, loads)
-    onset = Loads(*(np.concatenate([np.zeros_like(field[:1]), field[:1]]) for field in rows))
+    load_path = rows_of_loads(rows)
+    onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
+    way = Way(load_path, np.zeros(2, np.int64))
     dead = rows.force.any((1, 2)) | rows.tip.any(1) | (chain.umbilical != 0)
     packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
@@ -163,17 +167,20 @@ def solve_chain(
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
         slider=np.full((kept if chain.hysteresis.present else 0, plates, n, MOST_ELEMENTS), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
+        block=np.full((steps if eigenvalue and n > CLOSED_FORM_ROWS else 0, plates, n, n), np.nan),
     )
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    space = path_space(chain, accepted or room_for_states(chain), smallest_step)
+    space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)
     memory = history_space(chain, packed, space) if history else None
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    follow(packed, onset, rows, dead, anew, modes, space, memory, work, path)
+    follow(packed, onset, way, dead, anew, modes, space, memory, work, path)
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT
     outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
     if eigenvalue:
+        if len(path.block):
+            path.lowest[:] = lowest_of_blocks(path.block)
         modes = unit_modes(chain) if modes is None else modes
         starts = np.where(anew, 0, last_solved(failed))
         for s in np.flatnonzero(np.isnan(path.lowest)):

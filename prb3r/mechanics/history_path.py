@@ -121,7 +121,13 @@ def solve_sub_step(packed, way, share, careful, space, work):
 @kernel
 def copy_rates(source, into):
     """Copy the rates `source`."""
-    into.q[:], into.handed[:], into.beyond[:] = source.q, source.handed, source.beyond
+    for d in range(len(into.handed)):
+        into.handed[d] = source.handed[d]
+    for i in range(len(into.q)):
+        for k in range(into.q.shape[1]):
+            into.q[i, k] = source.q[i, k]
+        for j in range(into.beyond.shape[1]):
+            into.beyond[i, j] = source.beyond[i, j]
 
 
 @kernel
@@ -169,7 +175,7 @@ def ramp_with_history(packed, way, loaded, space, work):
         copy_rates(after, before)
         done, iterations, careful = share, iterations + taken, False
         space.reached[0] = done
-        keep_state(space.accepted, way.step, done, start)
+        keep_state(space.accepted, way.ends[1], done, start)
         step = min(growth * step, LONGEST_STEP, 1.0 - done)
     save(packed, work, space.kept)
     return iterations

@@ -10,6 +10,7 @@ Cached code is run as it stands: a folder that others own or can write to is not
 """
 
 import contextlib
+import gc
 import hashlib
 import os
 import stat
@@ -19,11 +20,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core import config
+from numba.core import config, typed_passes, untyped_passes
 from numba.core.caching import FunctionCache
+from numba.core.cgutils import ir
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import register_pass
+from numba.core.compiler import CompilerBase
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.lowering import Lower
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
@@ -37,10 +40,14 @@ OPTIONS: dict[str, Any] = {
     "nopython": True,
     "no_cfunc_wrapper": True,
     "error_model": "numpy",
+    "_nrt": False,
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
 }
 """No division checks: divisions follow IEEE rules.  NaN and infinity stay visible, so that a failed solve can be told
 from a good one."""
+EFFORT: dict[str, Any] = {"opt": 1, "loop_vectorize": False, "slp_vectorize": False}
+"""Of LLVM.  Loops are a few rounds long, so that nothing is gained where they are searched for what could be done side
+by side; and kernels are as fast after the first level of optimisation as after the third (`docs/speed.md`)."""
 PART = OPTIONS | {"no_cpython_wrapper": True}
 
 
@@ -83,8 +90,22 @@ def is_prepared() -> bool:
     return any(Path(_own_folder()).rglob("*.nbc"))
 
 
-class _Part(JITCodeLibrary):
-    """Code that becomes part of an entrance: it is not loaded, and optimised only there."""
+class _Entire(JITCodeLibrary):
+    """Code that is optimised with the `EFFORT` that pays for kernels."""
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
+        for function in ll_module.functions:
+            passes, builder = self._codegen._function_pass_manager(**EFFORT)
+            passes.run(function, builder)
+
+    def _optimize_final_module(self):
+        passes, builder = self._codegen._module_pass_manager(**EFFORT)
+        passes.run(self._final_module, builder)
+
+
+class _Part(_Entire):
+    """Code that becomes part of an entrance: it is not loaded, and optimised as a whole only there."""
 
     def _optimize_final_module(self):
         pass
@@ -96,7 +117,30 @@ class _Part(JITCodeLibrary):
 
 class _OptimisedPart(_Part):
     def _optimize_final_module(self):
-        JITCodeLibrary._optimize_final_module(self)
+        _Entire._optimize_final_module(self)
+
+
+class _Lower(Lower):
+    """Translation that tells of bundles that nobody changes them."""
+
+    def setup_function(self, fndesc):
+        super().setup_function(fndesc)
+        for argument in self.function.args:
+            if isinstance(argument.type, ir.PointerType) and isinstance(argument.type.pointee, ir.LiteralStructType):
+                argument.add_attribute("noalias")
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _EntranceLowering(NativeLowering):
+    """The pass that translates a function which Python calls."""
+
+    _name = "lowering_to_entrance"
+    lowering_class = _Lower
+
+    def run_pass(self, state):
+        state.library = _Entire(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super().run_pass(state)
 
 
 def _lowering(library: type[_Part]) -> type[NativeLowering]:
@@ -105,6 +149,7 @@ def _lowering(library: type[_Part]) -> type[NativeLowering]:
     @register_pass(mutates_CFG=True, analysis_only=False)
     class Lowering(NativeLowering):
         _name = f"lowering_to{library.__name__.lower()}"
+        lowering_class = _Lower
 
         def run_pass(self, state):
             state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
@@ -118,20 +163,37 @@ def _lowering(library: type[_Part]) -> type[NativeLowering]:
     return Lowering
 
 
-def _compiler(library: type[_Part]) -> type[CompilerBase]:
-    lowering = _lowering(library)
+PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.RewriteSemanticConstants,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.IRLegalization,
+    typed_passes.AnnotateTypes,
+)
+"""Numba's passes that kernels need before they are lowered: no closures, no inlining or unrolling of its own, no
+expressions of whole arrays."""
 
+
+def _compiler(lowering: type[NativeLowering]) -> type[CompilerBase]:
     class Compiler(CompilerBase):
         def define_pipelines(self):
-            pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
-            pipeline.passes = [(lowering if step is NativeLowering else step, why) for step, why in pipeline.passes]
+            pipeline = PassManager("kernel")
+            for step in (*PASSES, lowering, typed_passes.NoPythonBackend):
+                pipeline.add_pass(step, step.__name__)
             pipeline.finalize()
             return [pipeline]
 
     return Compiler
 
 
-_COMPILER, _OPTIMISING_COMPILER = _compiler(_Part), _compiler(_OptimisedPart)
+_ENTRANCE_COMPILER = _compiler(_EntranceLowering)
+_COMPILER, _OPTIMISING_COMPILER = _compiler(_lowering(_Part)), _compiler(_lowering(_OptimisedPart))
 
 
 class _Kernel(CPUDispatcher):
@@ -173,6 +235,18 @@ def once_at_a_time(place: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
+def no_collection() -> Iterator[None]:
+    """No search for garbage, of which compiling leaves little between millions of objects that are still needed."""
+    searched = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if searched:
+            gc.enable()
+
+
+@contextlib.contextmanager
 def one_after_another(place: Path) -> Iterator[None]:
     """Let one process after another do what follows."""
     with contextlib.ExitStack() as stack:
@@ -203,7 +277,7 @@ class _Entrance(CPUDispatcher):
 
     def compile(self, sig):
         kind = hashlib.sha256(f"{self.py_func.__module__}.{self.py_func.__qualname__}{sig}".encode()).hexdigest()[:16]
-        with once_at_a_time(Path(_own_folder()) / f"{kind}.lock"):
+        with once_at_a_time(Path(_own_folder()) / f"{kind}.lock"), no_collection():
             return super().compile(sig)
 
 
@@ -217,7 +291,7 @@ def entrance(function):
     folder = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = _own_folder()  # type: ignore[attr-defined]
     try:
-        compiled = _Entrance(py_func=function, targetoptions=OPTIONS)
+        compiled = _Entrance(py_func=function, targetoptions=OPTIONS, pipeline_class=_ENTRANCE_COMPILER)
         compiled.enable_caching()
         return compiled
     finally:

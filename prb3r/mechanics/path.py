@@ -8,16 +8,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, keep_state
-from prb3r.mechanics.attempt import JUMPED, Way, attempt
+from prb3r.mechanics.attempt import JUMPED, attempt
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.cable import measure_span
-from prb3r.mechanics.chain import Chain, Loads, no_loads
+from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.history_path import ramp_with_history
 from prb3r.mechanics.kernel import entrance, kernel
+from prb3r.mechanics.load_row import LoadRow, load_row
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.same_way import times_as_far
-from prb3r.mechanics.stability import lowest_of_plates
+from prb3r.mechanics.stability import write_lowest
 from prb3r.mechanics.state import Rates, State, rates, restore, save, slide, state, turned_by_surprise, turned_too_far
 from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
@@ -32,10 +34,11 @@ slips is exact as long as no node that slips turns back within it; of one that d
 square of this."""
 
 
+@bundle
 class PathSpace(NamedTuple):
     """Working space of :func:`follow`."""
 
-    now: Loads
+    now: LoadRow
     """Loads of the state that is solved."""
     reached: np.ndarray
     """(1,) part of the way to the last accepted state."""
@@ -50,10 +53,11 @@ class PathSpace(NamedTuple):
     """Sub-steps where plates remember."""
 
 
+@bundle
 class HistorySpace(NamedTuple):
     """Working space where friction follows the travel."""
 
-    now: Loads
+    now: LoadRow
     reached: np.ndarray
     kept: State
     holes: StickSlip
@@ -66,13 +70,13 @@ class HistorySpace(NamedTuple):
     accepted: AcceptedStates
 
 
-def path_space(chain: Chain, accepted: AcceptedStates, smallest: float = SMALLEST_STEP) -> PathSpace:
-    """Working space for the load paths of `chain`, whose ends are found to the part `smallest` of a load step.
+def path_space(chain: Chain, rows: Loads, accepted: AcceptedStates, smallest: float = SMALLEST_STEP) -> PathSpace:
+    """Working space for load paths of `chain` under `rows`; their ends are found to the part `smallest` of a load step.
 
     Where states depend on those before, what is accepted on the way is kept in `accepted`.
     """
     return PathSpace(
-        now=Loads(*(np.zeros_like(field[0]) for field in no_loads(chain))),
+        now=load_row(rows),
         reached=np.zeros(1),
         kept=state(chain),
         good=state(chain),
@@ -129,7 +133,7 @@ def ramp(packed, way, loaded, modes, space, work):
             slide(packed)
         save(packed, work, kept)
         if slides:
-            keep_state(space.accepted, way.step, done, kept)
+            keep_state(space.accepted, way.ends[1], done, kept)
         step = min(2 * step, longest, 1.0 - done)
     return iterations
 
@@ -148,9 +152,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
             for e in range(packed.plate[i].slider.shape[1]):
                 packed.plate[i].slider[k, e] = 0.0
     save(packed, work, kept)
-    nothing: Any = np.int64(0)
-    rest: Any = np.int64(1)
-    taken = ramp(packed, Way(onset, nothing, rest), dead, modes, space, work)
+    taken = ramp(packed, onset, dead, modes, space, work)
     packed.model[0].presliding = presliding
     space.accepted.noted[0] = 0
     if presliding != 0.0:
@@ -168,8 +170,8 @@ def come_to_rest(packed, onset, dead, modes, space, work):
 
 
 @entrance
-def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, path):
-    """Solve every load step of `loads` after row 0, which is rest, and write `path`.
+def follow(packed, onset, way, dead, from_rest, modes, space, history, work, path):
+    """Solve every load step of `rows` (see `rows_of_loads`) after row 0, which is rest, and write `path`.
 
     `from_rest` (s,) tells the steps that start from rest instead of from the step before.  `onset` has no load in
     row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles
@@ -179,6 +181,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     lost where that was.
     """
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
+    rows = way.rows
     possible = come_to_rest(packed, onset, dead[0], modes, space, work)
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)
@@ -186,14 +189,15 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
     if history is not None or packed.plate[0].slider.shape[1] > 0:
         keep_state(space.accepted, last, 1.0, space.rest)
     lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
-    for s in range(1, len(loads.tension)):
+    for s in range(1, len(rows)):
         if from_rest[s - 1]:
             last = np.int64(0)
         as_before = history is None and lost_from == last and packed.model[0].softening == 0.0
-        farther = times_as_far(loads, last, s) if as_before else 0.0
+        farther = times_as_far(rows, len(packed.cable), last, s) if as_before else 0.0
         end = path.reached[s - 2]  # where the step before was lost, if it was
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
-        way, loaded, taken = Way(loads, last, s), dead[s] or dead[last], FAILED
+        loaded, taken = dead[s] or dead[last], FAILED
+        way.ends[0], way.ends[1] = last, s
         if known:
             taken = path.status[s - 2, 0]
             space.reached[0] = end / farther
@@ -219,7 +223,7 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
                 if modes is None and not loaded and history is None:
                     restore(packed, work, kept)
                     attempt(packed, way, space.reached[0], loaded, modes, space.now, work)
-                    path.lowest[s - 1] = lowest_of_plates(packed)
+                    write_lowest(packed, s - 1, path)
             continue  # the next step goes on from the last good one
         last = s
         save(packed, work, good)
@@ -227,4 +231,4 @@ def follow(packed, onset, loads, dead, from_rest, modes, space, history, work, p
         if modes is not None:
             write_tied(packed, s - 1, work, path)
         elif eigenvalue and not loaded and history is None:
-            path.lowest[s - 1] = lowest_of_plates(packed)
+            write_lowest(packed, s - 1, path)

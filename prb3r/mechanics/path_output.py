@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.stability import plate_moments
 
 
+@bundle
 class Path(NamedTuple):
     """What is written of a load path of `s` steps; see `Equilibria` for shapes and units."""
 
@@ -22,6 +24,8 @@ class Path(NamedTuple):
     beyond: np.ndarray
     slider: np.ndarray
     lowest: np.ndarray
+    block: np.ndarray
+    """(s, n, nodes, nodes) tangents of the plates where their eigenvalues are left to LAPACK."""
 
 
 @kernel

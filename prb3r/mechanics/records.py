@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
 
 
+@bundle
 class Packed(NamedTuple):
     """A chain of `n` plates with `m` cables, together with the present state of its balance."""
 

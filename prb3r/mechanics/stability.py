@@ -12,10 +12,13 @@ import numpy as np
 from prb3r.mechanics.balance import contact
 from prb3r.mechanics.kernel import kernel
 
+CLOSED_FORM_ROWS = 3
+"""Of a block whose eigenvalues have a closed form that is used; those of larger ones are left to LAPACK."""
+
 
 @kernel
 def lowest_of_block(a):
-    """Smallest real part among the eigenvalues of a matrix (n, n); up to three rows without LAPACK, which is slower."""
+    """Smallest real part among the eigenvalues of a matrix (n, n) of up to `CLOSED_FORM_ROWS` rows; NaN of others."""
     n = a.shape[0]
     if n == 1:
         return a[0, 0]
@@ -41,19 +44,29 @@ def lowest_of_block(a):
         u, v = -q / 2 + root, -q / 2 - root
         real = np.cbrt(u) + np.cbrt(v)
         return third + min(real, -real / 2)
-    whole = np.zeros((n, n), np.complex128)
-    for i in range(n):
-        for k in range(n):
-            whole[i, k] = a[i, k]
-    return np.linalg.eigvals(whole).real.min()
+    return np.nan
 
 
 @kernel
-def lowest_of_plates(packed):
-    """Lowest eigenvalue of all plates' own blocks, N m/rad: that of the chain when no dead loads act."""
+def write_lowest(packed, s, path):
+    """Lowest eigenvalue of all plates' own blocks, N m/rad, that of the chain when no dead loads act; or the blocks."""
     lowest = np.inf
     for i in range(len(packed.span)):
-        lowest = min(lowest, lowest_of_block(packed.plate[i].tangent))
+        tangent = packed.plate[i].tangent
+        if len(path.block) == 0:
+            lowest = min(lowest, lowest_of_block(tangent))
+        else:
+            for k in range(tangent.shape[0]):
+                for p in range(tangent.shape[1]):
+                    path.block[s, i, k, p] = tangent[k, p]
+    if len(path.block) == 0:
+        path.lowest[s] = lowest
+
+
+def lowest_of_blocks(block: np.ndarray) -> np.ndarray:
+    """(s,) of blocks (s, plates, n, n); NaN where there are none."""
+    lowest, known = np.full(len(block), np.nan), ~np.isnan(block).any((1, 2, 3))
+    lowest[known] = np.linalg.eigvals(block[known]).real.min((1, 2))
     return lowest
 
 

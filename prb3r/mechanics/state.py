@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
 from prb3r.mechanics.kernel import kernel
 
@@ -17,6 +18,7 @@ SMALLEST_JUMP = 0.02
 """Turn of a disk in one step up to which nothing is a jump, rad."""
 
 
+@bundle
 class State(NamedTuple):
     """An accepted state of a chain, to come back to."""
 
@@ -34,6 +36,7 @@ class State(NamedTuple):
     """(n, nodes, elements) where the sliders of the plates stand, rad."""
 
 
+@bundle
 class Rates(NamedTuple):
     """How fast a state changes along its load step, per unit of the part of the step."""
 

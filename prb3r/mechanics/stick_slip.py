@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.complementarity import solve_from_afar, solve_near
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
@@ -28,6 +29,7 @@ LEEWAY = 1e-6
 """Slip by which holes at their bounds are taken to be beyond them at first, no two alike: one changes at a time."""
 
 
+@bundle
 class StickSlip(NamedTuple):
     """Working space for `h` holes, counted plate by plate."""
 

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.records import Packed
 
 
+@bundle
 class Variation(NamedTuple):
     """Derivatives of what a plate is handed from the base side, in `c` columns (one per independent variable)."""
 
@@ -25,6 +27,7 @@ class Variation(NamedTuple):
     """(m, c) length of all spans of a cable."""
 
 
+@bundle
 class Scratch(NamedTuple):
     """Working space of the march for one chain."""
 

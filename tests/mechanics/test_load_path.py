@@ -107,7 +107,7 @@ def test_euler_column():
     assert "unstable" in Outcome.UNSTABLE.sentence
 
 
-@pytest.mark.parametrize("n", range(1, 7))
+@pytest.mark.parametrize("n", range(1, stability.CLOSED_FORM_ROWS + 1))
 def test_lowest_eigenvalue_of_a_block(n):
     """Spread, equal and complex eigenvalues."""
     rng = np.random.default_rng(n)
@@ -115,6 +115,15 @@ def test_lowest_eigenvalue_of_a_block(n):
         block = np.diag(rng.integers(1, 4, n).astype(float)) + scale * rng.standard_normal((n, n))
         assert lowest_of_block(block) == pytest.approx(np.linalg.eigvals(block).real.min(), abs=1e-9)
     assert lowest_of_block(3.0 * np.eye(n)) == pytest.approx(3.0)
+
+
+def test_lowest_eigenvalue_of_the_blocks_of_each_step():
+    """Known ones: multiples of the unit matrix, one of which is turned; a step without blocks has none."""
+    block = np.full((3, 2, 5, 5), np.nan)
+    turned = 4.0 * np.eye(5)
+    turned[:2, :2] = [[0.5, -7.0], [7.0, 0.5]]  # 0.5 +- 7 i
+    block[0], block[2] = [2.0 * np.eye(5), 3.0 * np.eye(5)], [9.0 * np.eye(5), turned]
+    assert stability.lowest_of_blocks(block) == pytest.approx([2.0, np.nan, 0.5], nan_ok=True)
 
 
 @MODELS

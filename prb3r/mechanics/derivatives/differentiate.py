@@ -7,17 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Loads
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.derivatives.feedback import Sweep, sweep
 from prb3r.mechanics.derivatives.loops import Sliders, drag_sliders, recall_sliders
 from prb3r.mechanics.derivatives.partials import difference, hand_back, place_chain, put_loads, put_state
 from prb3r.mechanics.derivatives.response import Room, respond, unbalance
 from prb3r.mechanics.kernel import entrance, kernel
+from prb3r.mechanics.load_row import LoadRow
 from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.tangent import chain_tangent
 from prb3r.mechanics.variation import Scratch
 
 
+@bundle
 class Memory(NamedTuple):
     """What holes and plates remember of the last accepted state, and its derivatives."""
 
@@ -30,10 +32,11 @@ class Memory(NamedTuple):
     sliders: Sliders
 
 
+@bundle
 class DerivativeSpace(NamedTuple):
     """Working space of :func:`differentiate`."""
 
-    now: Loads
+    now: LoadRow
     handed: np.ndarray
     """(1,) moment of the dead loads about the world origin; none where none act."""
     memory: Memory
@@ -45,6 +48,8 @@ class DerivativeSpace(NamedTuple):
     room: Room
     sweep: Sweep
     work: Scratch
+    tied: np.ndarray
+    """(c, c + p) linear system in `c` modes."""
 
 
 @kernel
@@ -78,22 +83,35 @@ def remember(packed, partial, memory):
 
 @kernel
 def copy_memory(source, into):
-    into.slip[:] = source.slip
-    into.dslip[:], into.dbeyond[:] = source.dslip, source.dbeyond
-    into.sliders.at[:], into.sliders.change[:] = source.sliders.at, source.sliders.change
+    """Copy what is remembered."""
+    for i in range(len(into.slip)):
+        for j in range(into.slip.shape[1]):
+            into.slip[i, j] = source.slip[i, j]
+            for d in range(into.dslip.shape[2]):
+                into.dslip[i, j, d], into.dbeyond[i, j, d] = source.dslip[i, j, d], source.dbeyond[i, j, d]
+    at, change = into.sliders.at, into.sliders.change
+    for i in range(len(at)):
+        for k in range(at.shape[1]):
+            for e in range(at.shape[2]):
+                at[i, k, e] = source.sliders.at[i, k, e]
+                for d in range(change.shape[3]):
+                    change[i, k, e, d] = source.sliders.change[i, k, e, d]
 
 
 @kernel
-def tie(packed, now, modes, work, partial):
-    """Put the answer of tied node angles in the place of the residuals' derivatives in `partial`."""
+def tie(packed, now, modes, work, system, partial):
+    """Put the answer of tied node angles in the place of the residuals' derivatives in `partial`.
+
+    `system` is working space.
+    """
     chain_tangent(packed, now.tension, now.slip, now.force, now.tip, modes, work)
     plates, n, columns = modes.shape
     p = partial.shape[2]
-    system = np.zeros((columns, columns + p))
     for c in range(columns):
         for d in range(columns):
             system[c, d] = work.system[c, d]
         for d in range(p):
+            system[c, columns + d] = 0.0
             for i in range(plates):
                 for k in range(n):
                     system[c, columns + d] -= modes[i, k, c] * partial[i, k, d]
@@ -115,7 +133,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
     now, handed, partial, left, outer = space.now, space.handed, space.partial, space.left, space.room.outer
     history, slides, tied = packed.model[0].presliding != 0.0, packed.plate[0].slider.shape[1] > 0, modes is not None
     for e in range(len(steps.row)):
-        put_loads(rows, steps, e, len(handed) > 0, packed.model[0].extra, now)
+        put_loads(rows[steps.last[e]], rows[steps.row[e]], steps, e, now)
         put_state(held, steps, e, now, None)
         place_chain(held)
         hand_back(held, now, handed, outer)
@@ -131,7 +149,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
         if slides:
             recall_sliders(packed, sides, space.memory.sliders, tied, partial)
         if modes is not None:
-            tie(packed, now, modes, space.work, partial)
+            tie(packed, now, modes, space.work, space.tied, partial)
         if history:
             place_chain(packed)
             unbalance(packed, now, handed, outer, sides.out[0])
@@ -145,4 +163,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
         if (history or slides) and steps.row[e] == 0:
             copy_memory(space.memory, space.at_rest)
         if steps.write[e] >= 0:
-            out[steps.write[e]] = partial
+            for i in range(partial.shape[0]):
+                for r in range(partial.shape[1]):
+                    for d in range(partial.shape[2]):
+                        out[steps.write[e], i, r, d] = partial[i, r, d]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.derivatives.response import no_variation
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.newton import solve_block
@@ -21,6 +22,7 @@ from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import Variation, clear, enter, feel, shed, transmit
 
 
+@bundle
 class Sweep(NamedTuple):
     """Working space for `p` parameters: unknowns ``u = n + m + 1``, then ``y = 2 m + 3`` handed in, then parameters."""
 
@@ -34,6 +36,10 @@ class Sweep(NamedTuple):
     """(u, u + y + p) linear system."""
     beyond: np.ndarray
     """(m + 1, y + p) `R` and `s` of what is beyond the plate."""
+    outer: np.ndarray
+    """(3,) force of the dead loads beyond the plate."""
+    none: np.ndarray
+    """(3,) their part that is not asked for."""
 
 
 def sweep_room(packed: Packed, parameters: int) -> Sweep:
@@ -45,6 +51,8 @@ def sweep_room(packed: Packed, parameters: int) -> Sweep:
         felt=np.zeros((n, u + y + parameters)),
         block=np.zeros((u, u + y + parameters)),
         beyond=np.zeros((cables + 1, y + parameters)),
+        outer=np.zeros(3),
+        none=np.zeros(3),
     )
 
 
@@ -78,8 +86,10 @@ def sweep(packed, now, partial, left, gain, room):
     `partial` and `left` are those of `respond`.
     """
     model, change, block, beyond, felt = packed.model[0], room.change, room.block, room.beyond, room.felt
-    n, m, p, outer, none = packed.plate[0].q.shape[0], len(packed.cable), partial.shape[2], np.zeros(3), np.zeros(3)
+    n, m, p, outer, none = packed.plate[0].q.shape[0], len(packed.cable), partial.shape[2], room.outer, room.none
     u, y = n + m + 1, 2 * m + 3
+    for k in range(3):
+        outer[k] = none[k] = 0.0
     for r in range(m + 1):
         for d in range(y + p):
             beyond[r, d] = 0.0

@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
 
 
+@bundle
 class Sliders(NamedTuple):
     """Of the last accepted state; no elements where plates do not remember."""
 

@@ -5,20 +5,21 @@ loads' moment of a state, and their rows (see `response.py`) differenced.  Nothi
 node angles are needed; and where a parameter does not touch the geometry, the shape is placed once for all.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.attempt import blend
 from prb3r.mechanics.balance import place_plate
-from prb3r.mechanics.chain import Loads
+from prb3r.mechanics.bundle import alike, bundle
 from prb3r.mechanics.derivatives.response import unbalance
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.load_row import LoadRow, blend, slip_from_the_start
 from prb3r.mechanics.march import next_frame
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import unload
 
 
+@bundle
 class PathStates(NamedTuple):
     """States to differentiate, in the order in which the chain went through them."""
 
@@ -38,6 +39,7 @@ class PathStates(NamedTuple):
     """(e, n, m); no cables where slip is declared."""
 
 
+@bundle
 class Sides(NamedTuple):
     """The problems ahead and behind of `p` parameters, in turn: `v` = 2 p in all."""
 
@@ -45,28 +47,22 @@ class Sides(NamedTuple):
     """(v, ...) records of a held shape."""
     alike: np.ndarray
     """(v,) whether node angles mean the same shape as in the chain itself."""
-    rows: Loads
-    """(s + 1, v, ...) what acts at rest and at each step."""
+    rows: np.ndarray
+    """(s + 1, v, l) what acts at rest and at each step, as `rows_of_loads`."""
     apart: np.ndarray
     """(p,) distance from behind to ahead, in the parameter's unit."""
-    now: Loads
-    """(v, ...) what acts in one state; working space, as what follows."""
+    now: LoadRow
+    """What acts in one state of one problem; working space, as what follows."""
     out: np.ndarray
     """(2, n, rows) of one parameter, ahead and behind."""
 
 
 @kernel
-def put_loads(rows, steps, e, dead, extra, now):
-    """Loads of state `e`, tensions below zero included; those that are `dead` and `extra` moments where any are."""
-    last, row, share = steps.last[e], steps.row[e], steps.share[e]
-    blend(rows.tension, last, row, share, now.tension)
-    blend(rows.slip, last if last > 0 else row, row, share, now.slip)
-    blend(rows.elapsed, last, row, share, now.elapsed)
-    if dead:
-        blend(rows.force, last, row, share, now.force)
-        blend(rows.tip, last, row, share, now.tip)
-    if extra:
-        blend(rows.moment, last, row, share, now.moment)
+def put_loads(start, target, steps, e, now):
+    """Loads of state `e` on the way between two rows, tensions below zero included."""
+    blend(start, target, steps.share[e], now)
+    if steps.last[e] == 0:
+        slip_from_the_start(target, now)
 
 
 @kernel
@@ -131,14 +127,12 @@ def difference(held, sides, steps, e, now, rest, handed, outer, partial, left):
     `held` is the chain itself in that state under the loads `now`; slack cables stay slack.  `rest` is that of
     `put_state`; `handed` and `outer` are those of `unbalance`.
     """
-    of_all, packed, out = sides.now, sides.packed, sides.out
-    put_loads(sides.rows, steps, e, len(handed) > 0, held.model[0].extra, of_all)
+    packed, out, acting = sides.packed, sides.out, sides.now
+    start, target = sides.rows[steps.last[e]], sides.rows[steps.row[e]]
     for v in range(len(sides.alike)):
         d, behind = v // 2, v % 2
-        side = Packed(packed.model[v], packed.plate[v], packed.span[v], packed.cable[v])
-        acting = Loads(
-            of_all.tension[v], of_all.slip[v], of_all.force[v], of_all.tip[v], of_all.moment[v], of_all.elapsed[v]
-        )
+        side: Any = alike(held, (packed.model[v], packed.plate[v], packed.span[v], packed.cable[v]))  # type: ignore[call-arg]
+        put_loads(start[v], target[v], steps, e, acting)
         for j in range(len(now.tension)):
             if now.tension[j] < 0.0:
                 acting.tension[j] = 0.0

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
+from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import at_base, depart, next_frame
 from prb3r.mechanics.newton import solve_block
@@ -27,6 +28,7 @@ from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import Variation, clear, enter, feel, local_load, shed, transmit, unload
 
 
+@bundle
 class Room(NamedTuple):
     """Working space for `p` parameters of one chain; `c` columns: `W`, where it matters, then the parameters."""
 

@@ -23,6 +23,7 @@ from prb3r.mechanics.derivatives.partials import PathStates, Sides
 from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.mechanics.load_row import load_row, rows_of_loads
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
@@ -124,9 +125,9 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     elements = chain.hysteresis.elements if chain.hysteresis.present else 0
     packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
     height = n + 3 + (3 if history else 1) * cables
-    sides = _sides(problem, rows, held, directions, np.zeros((2, plates, height)))
-    packed.model["extra"] = held.model["extra"] = rows.moment.any() or sides.rows.moment.any()
-    dead = any(field.any() for field in (rows.force, rows.tip, sides.rows.force, sides.rows.tip))
+    acts = [rows if _same_loads(side, problem) else acting(*side) for side in _problems(directions)]
+    sides = _sides(problem, acts, held, directions, np.zeros((2, plates, height)))
+    dead = any(act.force.any() or act.tip.any() for act in (rows, *acts))
     dead |= any(model["umbilical"].any() for model in (packed.model, sides.packed.model))
     shape = (plates, cables, count)
     memories = (
@@ -134,8 +135,9 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
         for _ in range(2)
     )
     modes = segment_modes(chain) if chain.tied else None
+    tied = 0 if modes is None else modes.shape[2]
     space = DerivativeSpace(
-        now=Loads(*(np.zeros_like(field[0]) for field in rows)),
+        now=load_row(rows),
         handed=np.zeros(int(dead)),
         memory=next(memories),
         at_rest=next(memories),
@@ -143,26 +145,32 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
         left=np.zeros(count),
         room=room(packed, int(dead and not chain.tied), count, history),
         sweep=sweep_room(packed, count if history else 0),
-        work=scratch(packed, 0 if modes is None else modes.shape[2]),
+        work=scratch(packed, tied),
+        tied=np.zeros((tied, tied + count)),
     )
     out = np.empty((rows.steps - 1, *space.partial.shape))
-    differentiate(packed, held, sides, rows, steps, modes, space, out)
+    differentiate(packed, held, sides, rows_of_loads(rows), steps, modes, space, out)
     return out
 
 
-def _sides(problem: LoadedChain, rows: Loads, held: Packed, directions: Sequence[Direction], out: np.ndarray) -> Sides:
-    """The problems ahead and behind of `problem`, which is `held` under the loads `rows`."""
+def _problems(directions: Sequence[Direction]) -> list[LoadedChain]:
+    """Ahead and behind of each parameter, in turn."""
+    return [side for along in directions for side in (along.ahead, along.behind)]
+
+
+def _sides(
+    problem: LoadedChain, acts: list[Loads], held: Packed, directions: Sequence[Direction], out: np.ndarray
+) -> Sides:
+    """The problems ahead and behind of `problem`, which is `held`, with what acts in each of them."""
     chain = problem[0]
-    problems = [side for along in directions for side in (along.ahead, along.behind)]
+    problems = _problems(directions)
     chains = [held if side is chain else pack(side, held=True) for side, _ in problems]
-    acts = [rows if _same_loads(side, problem) else acting(*side) for side in problems]
-    side_rows = Loads(*(np.stack(field, axis=1) for field in zip(*acts, strict=True)))
     return Sides(
         packed=Packed(*(_stack(field) for field in zip(*chains, strict=True))),
         alike=np.array([_same_shape(side, chain) for side, _ in problems]),
-        rows=side_rows,
+        rows=np.stack([rows_of_loads(act) for act in acts], axis=1),
         apart=np.array([along.apart for along in directions], float),
-        now=Loads(*(np.zeros_like(field[0]) for field in side_rows)),
+        now=load_row(acts[0]),
         out=out,
     )
 
