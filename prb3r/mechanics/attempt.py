@@ -29,22 +29,32 @@ class Way(NamedTuple):
 def newton_modes(packed, tension, slip, force, tip, modes, work):
     """Newton in a few modes of the node angles, from where they are; steps taken or `FAILED`."""
     plates, n, columns = modes.shape
-    stiffest = 0.0
-    for i in range(plates):
-        for k in range(n):
-            stiffest = max(stiffest, packed.plate[i].stiffness[k])
     for step in range(MAX_ITERATIONS):
-        largest, moment = chain_tangent(packed, tension, slip, force, tip, modes, work)
-        if largest <= TOLERANCE * stiffest + 1e-13 * abs(moment):
-            return step
+        largest, _ = chain_tangent(packed, tension, slip, force, tip, modes, work)
         if not largest < 1e12:
             return FAILED
         solve_block(work.system, columns, columns + 1)
+        turned = 0.0
         for i in range(plates):
             for k in range(n):
-                for c in range(columns):
-                    packed.plate[i].q[k] -= modes[i, k, c] * work.system[c, columns]
+                angle = abs(correction(work.system, modes[i, k], columns))
+                if not angle <= turned:
+                    turned = angle
+        if turned <= TOLERANCE:
+            return step
+        for i in range(plates):
+            for k in range(n):
+                packed.plate[i].q[k] -= correction(work.system, modes[i, k], columns)
     return FAILED
+
+
+@kernel
+def correction(system, shares, columns):
+    """Of a node angle, rad, from those of the modes in the last column of `system`."""
+    angle = 0.0
+    for c in range(columns):
+        angle += shares[c] * system[c, columns]
+    return angle
 
 
 @kernel

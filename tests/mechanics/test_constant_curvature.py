@@ -8,6 +8,7 @@ from prototype import ELASTICA, LENGTH, prototype, random_chain, random_loads, r
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.reference import constant_curvature_pose
+from prb3r.model.manipulator import Manipulator
 
 
 def tied(chain):
@@ -80,3 +81,27 @@ def test_derivatives_of_tied_angles_are_differences_of_whole_solves(dead):
     chain = tied(random_chain(rng, ELASTICA))._replace(clearance=1e-3)
     worst = worst_errors(chain, aging(random_loads(rng, chain, 3, dead=dead)))
     assert max(worst.values()) < 1e-5, worst
+
+
+def test_a_thin_segment_beside_a_thick_one_bends_as_the_smallest_force_asks():
+    """Closed form: a couple F (l^2 / 2 + l t) bends the thin plate, t the thickness of the disk that the force acts on.
+
+    The thick segment is 1.25e8 times as stiff: what is left to balance must not be measured by it.
+    """
+    thick, thin = ({"plates": 1, "length_m": 0.05, "width_m": 0.01, "thickness_m": t} for t in (0.05, 1e-4))
+    manipulator = Manipulator(
+        name="thick and thin",
+        model="constant-curvature",
+        youngs_modulus_pa=2e11,
+        disk={"thickness_m": 1e-3, "mass_kg": 0.0},
+        friction={"coefficient": 0.0},
+        segment=[thick | {"clamp_m": 0.0}, thin | {"clamp_m": 0.0}],
+        cable=[{"name": "1", "offset_m": 0.03, "ends_at_segment": 2}],
+    )
+    chain = manipulator.chain()
+    forces = np.array([1e-6, 1e-4, 1e-2])
+    states = solve_chain(chain, loads(chain, np.zeros((3, 1)), tip=forces[:, None] * [0, 1]))
+    rigidity = 2e11 * 0.01 * 1e-4**3 / 12
+    expected = forces * (0.05**2 / 2 + 0.05 * 1e-3) / rigidity
+    assert states.angle[:2, -1] == pytest.approx(expected[:2], rel=1e-6)
+    assert states.angle[2, -1] == pytest.approx(expected[2], rel=2e-3)
