@@ -38,6 +38,9 @@ def _described(path: str, name: str, offered: Any, level: str) -> list[str]:
     if inspect.isclass(offered) and issubclass(offered, BaseModel):
         fields = offered.model_fields.items()
         parts += ["\n".join(f"- `{own}`: {_plain(field.description or '')}" for own, field in fields)]
+    if inspect.ismodule(offered):
+        for own in offered.__all__:
+            parts += _described(f"{path}.{own}", own, getattr(offered, own), f"{level}#")
     if inspect.isclass(offered) and not issubclass(offered, Exception):
         for own, member in vars(offered).items():
             if not own.startswith("_") and own != "model_config" and inspect.getdoc(member) and callable(member):
@@ -46,7 +49,7 @@ def _described(path: str, name: str, offered: Any, level: str) -> list[str]:
 
 
 def _signature(name: str, offered: Any) -> list[str]:
-    if inspect.isclass(offered):
+    if inspect.isclass(offered) or inspect.ismodule(offered):
         return []
     text = f"{name}{inspect.signature(offered)}"
     lines = re.sub(r"<class '([^']+)'>", r"\1", text)
