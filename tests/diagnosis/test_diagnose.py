@@ -185,7 +185,7 @@ def test_the_same_law_under_two_names_is_ambiguous_and_no_experiment_is_promised
     assert all(experiment.separation < 22 for *_, experiment in found.experiments)
 
 
-RUBBING = {"cable_friction", "worn_hole", "edge_wrap", "slip_history"}
+RUBBING = {"cable_friction", "worn_hole", "edge_wrap", "slip_history", "load_dependent_friction", "load_cell"}
 PULLEYS = case(
     effect("pulley_friction", efficiency=0.88),
     without=frozenset({"pulley_friction", "tension_offset", "segment_stiffness"} | RUBBING),
