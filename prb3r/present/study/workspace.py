@@ -98,7 +98,7 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
 def _thin(axes: Axes, points: np.ndarray, region: tuple[np.ndarray, np.ndarray, np.ndarray], look: Look) -> None:
     """The points beside the region, where that is too thin to be outlined, as where cables bend a single segment."""
     x, y, inside = region
-    column, row = (np.abs(ends[:, None] - points[:, axis]).argmin(0) for axis, ends in enumerate((x, y)))
+    column, row = (np.searchsorted((ends[1:] + ends[:-1]) / 2, points[:, axis]) for axis, ends in enumerate((x, y)))
     beside = points[inside[column, row] <= 0.5]
     if len(beside) > MOST_OUTSIDE * len(points):
         axes.plot(*1e3 * beside.T, ls="", marker=".", ms=1.6, mew=0, color=look.colour, rasterized=True, zorder=1.5)
