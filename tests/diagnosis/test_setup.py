@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies
+from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
@@ -147,19 +147,6 @@ def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
         assert left <= set(
             zip(*(field.tolist() for field in right.readings[:3]), right.readings.value.round(9), strict=True)
         )
-
-
-def test_disks_are_not_one_off_where_a_number_would_have_no_disk():
-    known = rig()
-    everywhere = np.ones(known.readings.count, int)
-    ends = {
-        0: "the first disk after the base is counted as 0",
-        known.manipulator.plates: "the base disk is counted as 1",
-    }
-    for label, possible in ends.items():
-        seen = replace(known, readings=known.readings._replace(disk=label * everywhere))
-        said = {remedy.blunder for remedy in remedies(seen) if "one off" in remedy.blunder}
-        assert said == {f"the disks are counted one off: {possible}"}
 
 
 def test_two_blunders_are_named_one_after_the_other():

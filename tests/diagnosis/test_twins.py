@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.search.selection import choose
 from prb3r.diagnosis.search.twins import of_other_segments
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Prior
 
 SOFT = Case(hidden=((("kind", "segment_stiffness"), ("segment", 2), ("factor", 0.7)),))
@@ -38,3 +43,22 @@ def test_two_segments_are_told_apart_by_what_is_known_of_the_modulus_alone():
     known, library = softened(Prior(youngs_modulus=0.1))
     (strained,) = of_other_segments(known, library)
     assert strained.chi2 > known.chi2 + 5
+
+
+STIFF = (("kind", "segment_stiffness"), ("segment", 1), ("factor", 1.7))
+CLAMPED = Case(hidden=(STIFF, (("kind", "clamp_compliance"), ("compliance_rad_per_n_m", 0.03))), seed=3)
+"""A stiff segment and soft clamps, which the other segment, softer, and a modulus near the stated one imitate."""
+
+
+def test_the_other_side_of_the_best_model_is_looked_at_too():
+    calibrated = fit_constants(predictor(recorded(CLAMPED)))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    search = Search(library, 0)
+    found = choose(Pool(search, Settings(), [calibrated]), search, Doubts(np.ones(predict.recording.readings.count)))
+    first, second = (next(each for each in library if each.name == f"segment_stiffness (segment {k})") for k in (1, 2))
+    best = found.survivors[0].effects
+    assert second in best
+    assert first not in best
+    assert best - {second} | {first} in {frozenset(each.model.hypotheses) for each in found.tried}
+    assert any(survivor.effects >= {first} for survivor in found.survivors)

@@ -64,8 +64,8 @@ CABLE_SUSPECTS = (
     Suspect(
         "load_cell",
         sentence=lambda fitted: (
-            f"The force sensors do not read in proportion: a tension T is really T + {fitted.size} 1/N T²; "
-            "calibrate them with weights."
+            "The force sensors do not read in proportion: what they read as T is really T (1 + q T) with "
+            f"q = {fitted.size} 1/N; calibrate them with weights."
         ),
         transfer=OF_THE_SETUP,
         free=_bent,  # a gain of all is Young's modulus, of one cable an offset of its holes

@@ -89,9 +89,12 @@ class Pool:
     def _promising(self, effects: Effects) -> bool:
         """Whether a model is near the best, not expanded yet, and no mere addition to a better one."""
         worth = self.evidence[effects]
-        near = worth >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
         idle = any(other < effects and better >= worth for other, better in self.evidence.items())
-        return near and not idle and effects not in self.expanded
+        return self.near(effects) and not idle and effects not in self.expanded
+
+    def near(self, effects: Effects) -> bool:
+        """Whether the evidence of a fitted model is within `expansion_reach` of the best."""
+        return self.evidence[effects] >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
 
     def expand(self, effects: Effects, keeping: Effects = frozenset()) -> None:
         """Fit the sets that the linearised model around one fit puts first, of those with all effects of `keeping`."""

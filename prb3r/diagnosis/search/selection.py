@@ -79,11 +79,12 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
         pool.explore(expansions)
-        best = pool.best
-        for twin in of_other_segments(best, search.library):
+        present = frozenset(pool.best.model.hypotheses)
+        for twin in of_other_segments(pool.best, search.library):
             pool.add(twin)
             there = frozenset(twin.model.hypotheses)
-            pool.expand(there, keeping=there - frozenset(best.model.hypotheses))
+            if pool.near(there):
+                pool.expand(there, keeping=there - present)
         best = pool.polished_best()
         inflation = doubts.inflation if settings.believe_all else lone_outliers(best, doubts)
         alike = np.array_equal(inflation > 1, doubts.inflation > 1)

@@ -1,0 +1,57 @@
+"""Models fitted in full: which are expanded, and what is told of the noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import recorded
+
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.search.pool import Effects, Pool
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.settings import Settings
+
+
+@pytest.fixture(scope="module")
+def calibrated():
+    """Constants of a rig with a weak plate 4, which the file does not say."""
+    return fit_constants(predictor(recorded()))
+
+
+@pytest.fixture(scope="module")
+def library(calibrated):
+    predict = calibrated.model.predict
+    every = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    return tuple(each for each in every if each.kind in {"weakened_plate", "segment_stiffness", "precurvature"})
+
+
+def with_effect(calibrated, library, name):
+    chosen = next(each for each in library if each.name == name)
+    return fit(calibrated.model.adding(chosen), np.append(calibrated.p, 0.0))
+
+
+def test_of_an_effect_that_is_kept_no_other_takes_the_place(calibrated, library):
+    """The weak plate explains all, so that free proposals around a wrong segment lead back to it alone."""
+    wrong = with_effect(calibrated, library, "segment_stiffness (segment 2)")
+    there = frozenset(wrong.model.hypotheses)
+    free, kept = (Pool(Search(library, 0), Settings(), [calibrated, wrong]) for _ in range(2))
+    free.expand(there)
+    kept.expand(there, keeping=there)
+    assert any(not there <= effects for effects in set(free.fits) - {Effects()})
+    assert len(kept.fits) > 2
+    assert all(there <= effects for effects in set(kept.fits) - {Effects()})
+
+
+def test_the_best_fit_has_converged_before_anything_is_told_of_the_noise(calibrated, library):
+    hasty = replace(calibrated.model, settings=replace(calibrated.model.settings, most_steps=2))
+    weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
+    begun = fit(hasty.adding(weak), np.append(calibrated.p, 0.0))
+    assert not begun.converged
+    patient = replace(begun, model=replace(begun.model, settings=calibrated.model.settings))
+    pool = Pool(Search(library, 0), Settings(), [calibrated, patient])
+    assert pool.polished_best().converged
+    assert pool.best.chi2 <= begun.chi2

@@ -1,0 +1,34 @@
+"""Which blunders a recording could hold, and what is asked of each."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import recorded
+
+from prb3r.diagnosis.checks.setup.find import least_gains, remedies
+from prb3r.diagnosis.settings import Settings
+
+
+def test_disks_are_not_one_off_where_a_number_would_have_no_disk():
+    known = recorded()
+    everywhere = np.ones(known.readings.count, int)
+    ends = {
+        0: "the first disk after the base is counted as 0",
+        known.manipulator.plates: "the base disk is counted as 1",
+    }
+    for label, possible in ends.items():
+        seen = replace(known, readings=known.readings._replace(disk=label * everywhere))
+        said = {remedy.blunder for remedy in remedies(seen) if "one off" in remedy.blunder}
+        assert said == {f"the disks are counted one off: {possible}"}
+
+
+def test_one_of_all_blunders_is_said_by_chance_in_no_more_than_the_rate_asked_for():
+    """A likelihood ratio exceeds x by chance in a share 1 / x at most (Markov): the shares of all remedies add up."""
+    settings, among = Settings(), remedies(recorded())
+    least = least_gains(among, settings)
+    assert sum(np.exp(-value) for value in least.values()) == pytest.approx(settings.blunder_rate)
+    of_kind = {
+        remedy.kind: sum(np.exp(-least[other]) for other in among if other.kind == remedy.kind) for remedy in among
+    }
+    assert len(set(np.round(list(of_kind.values()), 12))) == 1
