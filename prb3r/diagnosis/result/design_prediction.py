@@ -64,18 +64,7 @@ def predict_design(
 ) -> DesignPrediction:
     """What a diagnosis teaches about another design, or about the same one.
 
-    Parameters
-    ----------
-    diagnosis : the folder that `prb3r diagnose` wrote, or its diagnosis.json.
-    manipulator : the design, its file, or what the file would hold.
-    steps : a table of steps as for `solve`, if positions are wanted.
-    draws : models and parameters that are solved for the bands.
-    seed : of these draws; the same seed, the same bands.
-
-    Raises
-    ------
-    SpecError
-        With what is wrong with a file, or if `draws` are too few for a band.
+    Parameters and errors as of `prb3r.predict`.
     """
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
