@@ -26,7 +26,7 @@ def say_what_is_compiled() -> None:
     from prb3r.mechanics.kernel import is_prepared
 
     if not is_prepared():
-        click.echo("prb3r: compiling the mechanics for its first use, up to half a minute; it is kept", err=True)
+        click.echo("prb3r: compiling the mechanics for its first use, some ten seconds; it is kept", err=True)
 
 
 JOBS = click.option(
