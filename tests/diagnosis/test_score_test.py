@@ -85,3 +85,17 @@ def test_gross_outliers_are_told_from_a_large_effect():
     assert np.abs(deviation).mean() > 10  # the dead cable is seen everywhere
     assert (off[wrong] > Settings().gross_sd).all()
     assert np.mean(off > Settings().gross_sd) < 0.05
+
+
+def test_what_would_need_less_friction_than_none_is_no_mismatch():
+    """Holes beside none that rub can only rub more; beside others that do, a hole may rub more or less."""
+    for friction, shown in [(0.0, False), (0.3, True)]:
+        recording = recorded(Case(hidden=(), friction=friction))
+        predict = predictor(recording)
+        fitted = fit_constants(predict)
+        library = hypotheses(Scope.of(recording, predict.chain, fitted.solved.states))
+        worn = [h for h in library if h.kind == "worn_hole" and dict(h.place).get("disk") == 3]
+        for each in alternatives(fitted, worn):
+            smoother = -each.basis[:, 0]  # residuals as a hole that rubs less leaves them
+            assert each.z(5 * smoother) == pytest.approx(5.0 if shown else 0.0)
+            assert each.z(-5 * smoother) == pytest.approx(5.0)

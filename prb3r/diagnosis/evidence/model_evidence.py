@@ -53,7 +53,7 @@ def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     normal = fitted.jacobian.T @ fitted.jacobian
     volume = np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:constants, :constants])[1]
     volume += 2 * np.log(model.deviations[constants:]).sum()
-    sided = sum(free.sided for hypothesis in model.hypotheses for free in hypothesis.free)
+    sided = sum(0.0 in ends for ends in list(zip(*model.bounds(fitted.p), strict=True))[constants:])
     odds = sum(log_odds[hypothesis] for hypothesis in model.hypotheses)
     return float(-fitted.chi2 / 2 - volume / 2 + sided * np.log(2) + odds)
 

@@ -71,7 +71,7 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
         replace(
             alternative(fitted, hypothesis, moved, basis),
             start=start,
-            one_sided=hypothesis.sided or hypothesis.kinked or not hypothesis.by_degrees,
+            one_sided=hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.by_degrees,
         )
         for (hypothesis, start), moved in zip(probes, moved_readings(fitted, probes), strict=True)
     ]

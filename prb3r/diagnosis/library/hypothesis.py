@@ -41,11 +41,6 @@ class Free(NamedTuple):
         low, high = self.bounds()
         return max(-low, high) / 2 if self.sd is None else self.sd
 
-    @property
-    def sided(self) -> bool:
-        """Whether the value can leave its null in one direction only."""
-        return not self.above and self.null in (self.low, self.high)
-
     def value(self, u: float, friction: float = 0.0) -> float:
         """The value within its bounds, beside a calibrated coefficient of `friction`."""
         plain = self.null * np.exp(min(u, LARGEST_EXPONENT)) if self.log else self.null + self.scale * u
@@ -59,6 +54,10 @@ class Free(NamedTuple):
     def bounds(self, friction: float = 0.0) -> tuple[float, float]:
         """Lowest and highest `u` that a fit may go to."""
         return self.at(self.low, friction), self.at(self.high, friction)
+
+    def sided(self, friction: float = 0.0) -> bool:
+        """Whether the value can leave its null in one direction only, as a coefficient can beside one of nothing."""
+        return 0.0 in self.bounds(friction)
 
 
 @dataclass(frozen=True)
@@ -82,10 +81,9 @@ class Hypothesis:
         """Whether the effect vanishes smoothly, so that a derivative tells its direction."""
         return bool(self.free) and not self.probes
 
-    @property
-    def sided(self) -> bool:
-        """Whether the effect has one direction only."""
-        return any(free.sided for free in self.free)
+    def sided(self, friction: float = 0.0) -> bool:
+        """Whether the effect has one direction only, beside a calibrated coefficient of `friction`."""
+        return any(free.sided(friction) for free in self.free)
 
     @property
     def once(self) -> bool:

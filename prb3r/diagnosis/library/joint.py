@@ -103,10 +103,9 @@ class JointHypothesis:
         """Whether a part is (`Hypothesis.kinked`)."""
         return any(part.kinked for part in self.parts if part)
 
-    @property
-    def sided(self) -> bool:
-        """Whether a part is (`Hypothesis.sided`)."""
-        return any(part.sided for part in self.parts if part)
+    def sided(self, frictions: Sequence[float]) -> bool:
+        """Whether a part is (`Hypothesis.sided`), beside the coefficient of its rig."""
+        return any(part.sided(friction) for part, friction in zip(self.parts, frictions, strict=True) if part)
 
     @property
     def costly(self) -> bool:

@@ -51,7 +51,7 @@ def linear_model(
         values = freed(whiten(moved * deviation), basis)
         if not np.isfinite(values).all() or not values.any():
             continue
-        one_sided = hypothesis.sided or hypothesis.kinked or not sized
+        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not sized
         columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target = target - basis @ (basis.T @ target)
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))

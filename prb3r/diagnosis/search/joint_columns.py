@@ -35,7 +35,7 @@ def joint_linear_model(
         values = freed(moved, basis)
         if not np.isfinite(values).all() or not values.any():
             continue
-        one_sided = hypothesis.sided or hypothesis.kinked or not hypothesis.by_degrees
+        one_sided = hypothesis.sided(frictions) or hypothesis.kinked or not hypothesis.by_degrees
         columns.append(_column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target -= basis @ (basis.T @ target)
     return LinearModel(columns, target), frozenset(range(len(model.hypotheses)))
