@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.design import Design
+from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.settings import SETTINGS
 
 NestedFloats = Sequence[Sequence[float]]
@@ -95,6 +95,12 @@ def _by_plate(effect: Mapping[str, Any], counts: Sequence[int]) -> list[dict[str
     last = int(np.sum(counts[: effect["segment"]]))
     first = last - counts[effect["segment"] - 1] + 1
     return [{"kind": "weakened_plate", "plate": i, "factor": effect["factor"]} for i in range(first, last + 1)]
+
+
+def applied_tensions(rng: np.random.Generator, design: Design, build: Build, steps: LoadSteps) -> LoadSteps:
+    """A sequence of steps with tensions (N) as they really were, scattered about those that were noted."""
+    sd, names = build.tension * design.measurement["tension_sd_relative"], [f"cable_{c}_n" for c in design.cables]
+    return tuple({**step, **{n: step[n] * float(1 + sd * rng.standard_normal()) for n in names}} for step in steps)
 
 
 def reading_noise(rng: np.random.Generator, build: Build, shape: tuple[int, int, int]) -> np.ndarray:

@@ -8,9 +8,9 @@ import pandas as pd
 
 from prb3r.proof.concealed.blundering import Tables
 from prb3r.proof.concealed.blunders import blundered, sequence_names
-from prb3r.proof.concealed.build import Build, reading_noise, rig_as_built
+from prb3r.proof.concealed.build import Build, applied_tensions, reading_noise, rig_as_built
 from prb3r.proof.concealed.camera import exact_readings, truth
-from prb3r.proof.concealed.design import Design, LoadSteps, followed
+from prb3r.proof.concealed.design import Design, followed
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.real import build_of
 from prb3r.proof.rig.simulate import RigStates
@@ -58,7 +58,7 @@ def recorded_tables(design: Design, label: Label) -> Tables:
     """The tables as they are before any blunder."""
     rng, build, names = np.random.default_rng(label.noise_seed), build_of(label), sequence_names(design)
     manipulator = rig_as_built(truth(design, label.effects, *label.constants), build)
-    states = followed(manipulator, [_applied(rng, design, build, steps) for steps in design.program])
+    states = followed(manipulator, [applied_tensions(rng, design, build, steps) for steps in design.program])
     if states is None:
         raise ValueError("the rig has no equilibrium at some step")
     marked = [_at_markers(part, np.array(build.marker_m)) for part in states]
@@ -78,12 +78,6 @@ def recorded_tables(design: Design, label: Label) -> Tables:
             cells = {kind.column: number for kind, number in zip(design.kinds, read, strict=True)}
             rows.append({"sequence": step["sequence"], "step": step["step"], "disk": disk, **cells})
     return Tables(design.manipulator, table, pd.DataFrame(rows))
-
-
-def _applied(rng: np.random.Generator, design: Design, build: Build, steps: LoadSteps) -> LoadSteps:
-    """Tensions as they really were."""
-    sd, names = build.tension * design.measurement["tension_sd_relative"], [f"cable_{c}_n" for c in design.cables]
-    return tuple({**step, **{n: step[n] * float(1 + sd * rng.standard_normal()) for n in names}} for step in steps)
 
 
 def _at_markers(states: RigStates, marker: np.ndarray) -> RigStates:

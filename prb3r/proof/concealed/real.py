@@ -8,7 +8,7 @@ import numpy as np
 
 from prb3r.proof.concealed.apart import squared_distances
 from prb3r.proof.concealed.blunders import drawn_blunder
-from prb3r.proof.concealed.build import Build, drawn_build, rig_as_built
+from prb3r.proof.concealed.build import Build, applied_tensions, drawn_build, rig_as_built
 from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.candidates import candidates, shaped
 from prb3r.proof.concealed.design import Design, Flavour, followed, largest_bend
@@ -137,11 +137,14 @@ def _held(
     if targets is None:
         return None
     loads = next(target["program"] for target in targets if target["name"] == OTHER_LOADS)
+    noise_seed = int(rng.integers(2**62))
+    if not _can_be_recorded(design, effects, constants, build, noise_seed):
+        return None
     return Label(
         request.case,
         request.cls,
         request.design,
-        int(rng.integers(2**62)),
+        noise_seed,
         effects=tuple(effects),
         sizes=tuple(each.size for each in planted),
         worth=tuple(worths(design, effects, constants, frame, build, loads)),
@@ -152,6 +155,14 @@ def _held(
         targets=targets,
         note=f"draw {attempt + 1}",
     )
+
+
+def _can_be_recorded(
+    design: Design, effects: Sequence[Mapping[str, Any]], constants: Sequence[float], build: Build, noise_seed: int
+) -> bool:
+    """Whether the rig has an equilibrium at every step under tensions as they really are, too."""
+    rng, rig = np.random.default_rng(noise_seed), rig_as_built(truth(design, effects, *constants), build)
+    return followed(rig, [applied_tensions(rng, design, build, steps) for steps in design.program]) is not None
 
 
 def build_of(label: Label) -> Build:
