@@ -4,13 +4,14 @@ Residuals are whitened with the full covariance and followed by one row for each
 squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from prb3r.diagnosis.fit.basis import basis_of
 from prb3r.diagnosis.fit.belief import Belief, Rows
 from prb3r.diagnosis.fit.constants import (
     FRAME,
@@ -77,10 +78,15 @@ class Model:
         manipulator, scale = self.predict.recording.manipulator, float(np.exp(self.constants(p).log_friction))
         return friction_beside(manipulator, scale, zip(self.hypotheses, self.shares(p), strict=True))
 
+    @cached_property
+    def spans(self) -> tuple[slice, ...]:
+        """Where the parameters of every effect stand."""
+        ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
+        return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
+
     def shares(self, p: np.ndarray) -> list[np.ndarray]:
         """The part of `p` that belongs to each hypothesis."""
-        ends = len(self.varied) + np.cumsum([0] + [len(hypothesis.free) for hypothesis in self.hypotheses])
-        return [p[a:b] for a, b in pairwise(ends)]
+        return [p[span] for span in self.spans]
 
     def without_share(self, p: np.ndarray, number: int) -> np.ndarray:
         """The parameters `p` without those of one effect."""
@@ -92,6 +98,16 @@ class Model:
         friction = self.friction(p)
         pairs = zip(self.hypotheses, self.shares(p), strict=True)
         return [hypothesis.effect(share, friction) for hypothesis, share in pairs]
+
+    def effects_near(self, p: np.ndarray, changed: int, at: Sequence[Effect], around: np.ndarray) -> Sequence[Effect]:
+        """The effects with the parameters `p`, of which one is `changed` from `around`, where they are `at`."""
+        friction = self.friction(p)
+        if friction != self.friction(around):
+            return self.effects(p)
+        made = zip(self.hypotheses, self.spans, at, strict=True)
+        return [
+            each.effect(p[span], friction) if span.start <= changed < span.stop else old for each, span, old in made
+        ]
 
     def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest value of every parameter; some move with the friction in `p`."""
@@ -152,16 +168,15 @@ class Model:
         mechanical = [name not in FRAME for name in self.varied]
         mechanical += [hypothesis.mechanical for hypothesis in self.hypotheses for _ in hypothesis.free]
 
-        def at(k: int, value: float) -> np.ndarray:
-            return np.concatenate([p[:k], [value], p[k + 1 :]])
+        def moved(k: int, value: float) -> tuple[Constants, Sequence[Effect]]:
+            there = np.concatenate([p[:k], [value], p[k + 1 :]])
+            return self.constants(there), self.effects_near(there, k, solved.effects, p)
 
         def problem(k: int, value: float) -> tuple[Chain, Loads]:
-            moved = at(k, value)
-            return self.predict.chain_of(self.constants(moved), self.effects(moved)), solved.loads
+            return self.predict.chain_of(*moved(k, value)), solved.loads
 
         def seen(k: int, value: float) -> np.ndarray:
-            moved = at(k, value)
-            return self.predict.read(solved.states, self.constants(moved), self.effects(moved))
+            return self.predict.read(solved.states, *moved(k, value))
 
         out = np.empty((len(solved.readings), len(p)))
         ends = [interval(*bounded) for bounded in zip(p, low, high, strict=True)]
@@ -249,13 +264,3 @@ class Fit:
     def basis(self) -> np.ndarray:
         """(r + p + k, b) orthonormal basis of what the parameters can explain."""
         return basis_of(self.jacobian)
-
-
-def basis_of(jacobian: np.ndarray) -> np.ndarray:
-    """Orthonormal basis of the columns, without those that are nothing or repeat others."""
-    size = np.linalg.norm(jacobian, axis=0)
-    columns = jacobian[:, size > 0] / size[size > 0]
-    if not columns.size:
-        return np.zeros((len(jacobian), 0))
-    basis, length, _ = np.linalg.svd(columns, full_matrices=False)
-    return basis[:, length > 1e-8]

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.model import Fit, basis_of
+from prb3r.diagnosis.fit.basis import basis_of
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 

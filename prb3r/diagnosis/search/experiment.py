@@ -7,8 +7,9 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from prb3r.diagnosis.fit.basis import basis_of
 from prb3r.diagnosis.fit.covariance import noise_of
-from prb3r.diagnosis.fit.model import Fit, basis_of
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.mechanics.chain import Loads

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -100,47 +101,69 @@ class LinearModel:
         odds = sum(self.columns[k].log_odds for k in order)
         return float(self.along[rows] @ best / 2 - np.linalg.slogdet(normal)[1] / 2 + odds)
 
+    @cached_property
+    def alike(self) -> list["Alike"]:
+        """The columns by their number of coefficients."""
+        widths = np.array([column.moved.shape[1] for column in self.columns], int)
+        out = []
+        for width in np.unique(widths):
+            which = np.flatnonzero(widths == width)
+            at = np.array([self.spans[k].start for k in which.tolist()])[:, None] + np.arange(width)
+            normal = np.eye(width) + self.products[at[:, :, None], at[:, None, :]]
+            out.append(Alike(which, at, normal, np.array([self.columns[k].sign for k in which.tolist()])))
+        return out
+
     def additions(self, chosen: frozenset[int]) -> np.ndarray:
         """(columns,) rise of ln Z by each further column; minus infinity for those that do not go with the chosen."""
+        if chosen in self.risen:
+            return self.risen[chosen]
         rows = self.rows(sorted(chosen)) if chosen else np.zeros(0, int)
-        inverse = np.linalg.inv(np.eye(len(rows)) + self.products[np.ix_(rows, rows)])
-        across = self.products[:, rows] @ inverse
+        beside = self.products[rows]
+        across = np.linalg.solve(np.eye(len(rows)) + beside[:, rows], beside).T
         rest = self.along - across @ self.along[rows]
-        own = 1 + np.diag(self.products) - (across * self.products[:, rows]).sum(1)
         rise = np.full(len(self.columns), -np.inf)
-        barred = self.barred(chosen)
-        for k, (column, span) in enumerate(zip(self.columns, self.spans, strict=True)):
-            if k in chosen or k in barred:
-                continue
-            if column.moved.shape[1] == 1:
-                j = span.start
-                if column.sign * rest[j] < 0:
-                    continue
-                rise[k] = rest[j] ** 2 / own[j] / 2 - np.log(own[j]) / 2
-            else:
-                block = self.products[span, span] - across[span] @ self.products[rows, span]
-                normal = np.eye(len(block)) + block
-                rise[k] = rest[span] @ np.linalg.solve(normal, rest[span]) / 2 - np.linalg.slogdet(normal)[1] / 2
-            rise[k] += column.log_odds
+        for group in self.alike:
+            normal = group.normal - across[group.at] @ np.moveaxis(beside[:, group.at], 0, 1)
+            along = rest[group.at]
+            worth = (along * np.linalg.solve(normal, along[..., None])[..., 0]).sum(1) - np.linalg.slogdet(normal)[1]
+            wrong = group.sign * along[:, 0] < 0 if along.shape[1] == 1 else np.zeros(len(along), bool)
+            rise[group.which] = np.where(wrong, -np.inf, worth / 2)
+        rise += self.log_odds
+        rise[sorted(chosen)] = -np.inf
+        rise[self.rivals[sorted(chosen)].any(0)] = -np.inf
+        self.risen[chosen] = rise
         return rise
 
     @cached_property
-    def rivals(self) -> list[frozenset[int]]:
-        """Of each column those that cannot stand beside it: probes of the same hypothesis, a kind that occurs once."""
-        out = []
-        for k, column in enumerate(self.columns):
-            out.append(
-                frozenset(
-                    j
-                    for j, other in enumerate(self.columns)
-                    if j != k and excludes(column.hypothesis, other.hypothesis)
-                )
-            )
-        return out
+    def risen(self) -> dict[frozenset[int], np.ndarray]:
+        """What `additions` has said: searches come back to the same sets."""
+        return {}
 
-    def barred(self, chosen: frozenset[int]) -> frozenset[int]:
-        """Columns that do not go with the chosen."""
-        return frozenset().union(*(self.rivals[k] for k in chosen))
+    @cached_property
+    def log_odds(self) -> np.ndarray:
+        """(columns,) ln of the prior odds of their presence."""
+        return np.array([column.log_odds for column in self.columns])
+
+    @cached_property
+    def rivals(self) -> np.ndarray:
+        """(columns, columns) whether two cannot stand beside each other: probes of the same hypothesis, a kind that
+        occurs once."""
+        numbered = list(enumerate(column.hypothesis for column in self.columns))
+        barred = [j != k and excludes(one, other) for k, one in numbered for j, other in numbered]
+        return np.array(barred, bool).reshape(len(numbered), len(numbered))
+
+
+class Alike(NamedTuple):
+    """Columns of one number of coefficients, `w`."""
+
+    which: np.ndarray
+    """(m,) their numbers."""
+    at: np.ndarray
+    """(m, w) where their coefficients stand."""
+    normal: np.ndarray
+    """(m, w, w) their normal matrices, priors included."""
+    sign: np.ndarray
+    """(m,) as of the columns."""
 
 
 def excludes(first: Hypothesis, second: Hypothesis) -> bool:

@@ -1,0 +1,13 @@
+"""What a set of columns can explain."""
+
+import numpy as np
+
+
+def basis_of(jacobian: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of the columns, without those that are nothing or repeat others."""
+    size = np.linalg.norm(jacobian, axis=0)
+    columns = jacobian[:, size > 0] / size[size > 0]
+    if not columns.size:
+        return np.zeros((len(jacobian), 0))
+    basis, length, _ = np.linalg.svd(columns, full_matrices=False)
+    return basis[:, length > 1e-8]
