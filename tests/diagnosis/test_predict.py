@@ -10,11 +10,14 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.cli import main
+from prb3r.diagnosis.result.design_prediction import averaged
 from prb3r.diagnosis.result.files import write_record
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
 
+ELASTICA = {"model": "elastica"}
+"""What a diagnosis calculates with."""
 STEPS = pd.DataFrame([row for name in PROGRAM for row in steps_of(name)])
 
 
@@ -78,9 +81,32 @@ def test_the_same_design_gets_everything_and_runs_as_predicted(folder):
     explained = load_manipulator(folder / "explained.toml")
     assert learnt.left_behind == ()
     assert [effect.kind for effect in learnt.manipulator.effect] == ["weakened_plate"]
-    np.testing.assert_allclose(learnt.positions["x_m"], solve(explained, STEPS)["x_m"], atol=1e-9)
+    alone = solve(explained, STEPS)["x_m"]
+    np.testing.assert_allclose(solve(learnt.manipulator, STEPS)["x_m"], alone, atol=1e-9)
+    np.testing.assert_allclose(learnt.positions["x_m"], alone, atol=1e-4)  # other models survive, hardly probable
     again = predict(folder, folder / "same.toml", STEPS)
     pd.testing.assert_frame_equal(learnt.positions, again.positions)
+
+
+def test_positions_are_the_mean_over_the_models_that_survive(folder, tmp_path):
+    """Of two models, three to one, the second has both segments softer, which is a lower Young's modulus."""
+    record = json.loads((folder / "diagnosis.json").read_text())
+    posterior = record["posterior"]
+    first = next(model for model in posterior["models"] if model["named"]) | {"probability": 0.75}
+    first = first | {"effects": [], "free": [], "covariance": [], "constants": {}}
+    second = json.loads(json.dumps(first)) | {"probability": 0.25, "named": False}
+    second["effects"] = [{"kind": "segment_stiffness", "segment": k, "factor": 0.8} for k in (1, 2)]
+    posterior["models"] = [first, second]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    found = predict(tmp_path, folder / "same.toml", STEPS).positions
+    stiff, soft = (solve(Manipulator.model_validate(manipulator(E * part) | ELASTICA), STEPS) for part in (1, 0.8))
+    for name in ("x_m", "y_m", "angle_rad"):
+        np.testing.assert_allclose(found[name], 0.75 * stiff[name] + 0.25 * soft[name], atol=1e-9)
+
+
+def test_where_a_model_has_no_equilibrium_the_others_are_averaged():
+    mean = averaged([(0.5, np.array([1.0, np.nan, np.nan])), (0.25, np.array([4.0, 4.0, np.nan]))])
+    np.testing.assert_allclose(mean, [2.0, 4.0, np.nan])
 
 
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_path):

@@ -5,7 +5,7 @@ by the tolerances of the recording.  What the diagnosis could not explain is not
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,8 +42,8 @@ class DesignPrediction:
     remarks: tuple[str, ...]
     """What the bands do not hold, and draws that are missing in them."""
     positions: pd.DataFrame | None
-    """`sequence, step, disk` and for x_m, y_m and angle_rad the value with the ends of its band; NaN without an
-    equilibrium.  None where no steps were given."""
+    """`sequence, step, disk` and for x_m, y_m and angle_rad the mean over the surviving models, by their probability,
+    with the ends of its band; NaN without an equilibrium.  None where no steps were given."""
 
     def to_toml(self) -> str:
         """The file of the design, with what was left behind as comments."""
@@ -77,6 +77,10 @@ def predict_design(
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     positions = solve(central, steps)
+    centres = [
+        (share, solve(_carried(centre, posterior.manipulator, design)[0], steps)[list(PREDICTED)].to_numpy())
+        for share, centre in posterior.centres
+    ]
     rng = np.random.default_rng([seed, 1])
     drawn = [
         within_tolerances(_carried(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
@@ -86,7 +90,7 @@ def predict_design(
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
         remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
-    return DesignPrediction(central, left, tuple(remarks), _banded(positions, spread))
+    return DesignPrediction(central, left, tuple(remarks), _banded(positions, averaged(centres), spread))
 
 
 def read_posterior(diagnosis: str | Path) -> tuple[Posterior, str]:
@@ -147,14 +151,22 @@ def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.ra
     return manipulator.model_copy(update=parts)
 
 
-def _banded(positions: pd.DataFrame, spread: np.ndarray) -> pd.DataFrame:
-    """Central positions and, of draws (d, rows, 3), the band of every coordinate."""
-    table = positions[["sequence", "step", "disk"]].copy()
+def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
+    """The mean of arrays by their weights, of those that have a number at a place; NaN where none has."""
+    weights, values = np.array([weight for weight, _ in parts]), np.stack([value for _, value in parts])
+    weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.nansum(weight * values, 0) / weight.sum(0)
+
+
+def _banded(steps: pd.DataFrame, centre: np.ndarray, spread: np.ndarray) -> pd.DataFrame:
+    """The coordinates (rows, 3) and, of draws (d, rows, 3), the band of each; `steps` tells what the rows are."""
+    table = steps[["sequence", "step", "disk"]].copy()
     known = ~np.isnan(spread).all(0)
     for k, name in enumerate(PREDICTED):
         stem, unit = name.rsplit("_", 1)
         ends = np.full((2, len(table)), np.nan)
         rows = known[:, k]
         ends[:, rows] = np.nanquantile(spread[:, rows, k], [TAIL, 1 - TAIL], axis=0, method="weibull")
-        table[name], table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"] = positions[name], *ends
+        table[name], table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"] = centre[:, k], *ends
     return table

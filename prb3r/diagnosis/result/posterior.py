@@ -118,6 +118,11 @@ class Posterior(Strict):
         chosen = next((model for model in self.models if model.named), self.models[0])
         return chosen.at(chosen.best, self.manipulator)
 
+    @property
+    def centres(self) -> list[tuple[float, Drawn]]:
+        """Of every model its probability, and its best constants and effects."""
+        return [(model.probability, model.at(model.best, self.manipulator)) for model in self.models]
+
     def draws(self, count: int, seed: int) -> list[Drawn]:
         """So many draws: a model by its probability, then its parameters."""
         rng = np.random.default_rng(seed)
