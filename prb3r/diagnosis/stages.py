@@ -23,6 +23,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
+    as_many_as_sought,
     found_before,
     never_unloaded,
     noisy,
@@ -199,6 +200,7 @@ def check(searched: Searched) -> Investigation:
             *doubted.recording.remarks,
             *strained(choice.fitted),
             *found_before(doubted.search.assumed, choice),
+            *as_many_as_sought(choice),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

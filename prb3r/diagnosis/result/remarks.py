@@ -87,6 +87,15 @@ def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
     ]
 
 
+def as_many_as_sought(choice: Choice) -> list[str]:
+    """That the search ended at its largest number of effects, if the most probable model has so many."""
+    count, most = len(choice.survivors[0].effects), choice.fitted.model.settings.most_effects
+    if count < most:
+        return []
+    sought = f"{most} effect{'s' * (most != 1)}, as many as are sought"
+    return [f"the most probable model has {sought}: there may be more, or another one behind them"]
+
+
 CONSTANT_NAMES = {
     "log_stiffness": "Young's modulus",
     "log_friction": "the friction coefficient",
