@@ -80,8 +80,8 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
             return None
         low, high = model.bounds(here.p)
         gradient = jacobian.T @ here.residual
-        held = np.isin(np.arange(len(here.p)), fixed)
-        held |= ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
+        held = ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
+        held[list(fixed)] = True
         small = settings.small_gain + settings.small_share * here.chi2
         if exact and -gradient @ _step(jacobian, gradient, held, LEAST_DAMPING) < small:
             converged = True
