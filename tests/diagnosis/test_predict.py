@@ -10,8 +10,8 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.cli import main
-from prb3r.diagnosis.result.design_prediction import averaged
 from prb3r.diagnosis.result.files import write_record
+from prb3r.diagnosis.result.posterior import averaged
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate

@@ -5,7 +5,7 @@ by the tolerances of the recording.  What the diagnosis could not explain is not
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
-from prb3r.diagnosis.result.posterior import Drawn, Posterior
+from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
 from prb3r.errors import Problem, SpecError
@@ -149,14 +149,6 @@ def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.ra
 
     parts = {"segment": list(map(made, manipulator.segment)), "cable": list(map(routed, manipulator.cable))}
     return manipulator.model_copy(update=parts)
-
-
-def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
-    """The mean of arrays by their weights, of those that have a number at a place; NaN where none has."""
-    weights, values = np.array([weight for weight, _ in parts]), np.stack([value for _, value in parts])
-    weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)
-    with np.errstate(invalid="ignore"):
-        return np.nansum(weight * values, 0) / weight.sum(0)
 
 
 def _banded(steps: pd.DataFrame, centre: np.ndarray, spread: np.ndarray) -> pd.DataFrame:

@@ -4,6 +4,7 @@ It stands in `diagnosis.json`, and parameters can be drawn from it without the r
 out, as it belongs to the set-up: of a normal distribution that is the marginal of all else.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -129,6 +130,14 @@ class Posterior(Strict):
         shares = np.array([model.probability for model in self.models])
         chosen = rng.choice(len(self.models), count, p=shares / shares.sum())
         return [self.models[k].draw(rng, self.manipulator) for k in chosen]
+
+
+def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
+    """The mean of arrays by their weights, of those that have a number at a place; NaN where none has."""
+    weights, values = np.array([weight for weight, _ in parts]), np.stack([value for _, value in parts])
+    weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.nansum(weight * values, 0) / weight.sum(0)
 
 
 def posterior_of(choice: Choice) -> Posterior:

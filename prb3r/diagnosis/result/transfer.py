@@ -19,6 +19,7 @@ from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.posterior import Drawn, averaged
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
@@ -42,14 +43,20 @@ def same_geometry(one: Manipulator, other: Manipulator) -> bool:
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
-    """Predict another recording with what `diagnosis` found; before and after, as on held-out sequences."""
+    """Predict another recording with what `diagnosis` found, by the mean over its surviving models; before and after,
+    as on held-out sequences."""
     one, other = diagnosis.nominal, recording.manipulator
     carried, left = carried_effects(diagnosis.explained.effects, one, other)
     predict, settings = predictor(recording), Settings(**diagnosis.settings)
     after = predict.solve(carried_constants(diagnosis.explained.constants, one, other), carried)
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, one, other), [])
-    explained = _in_frame(predict, noise, after.constants, carried)
+
+    def seen(centre: Drawn) -> np.ndarray:
+        constants = carried_constants(centre.constants, one, other)
+        return _in_frame(predict, noise, constants, carried_effects(centre.effects, one, other)[0])
+
+    explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
     return Carried(compared(predict, noise, calibrated, explained), same_geometry(one, other), carried, left)
 
 
