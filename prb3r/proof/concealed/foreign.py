@@ -66,19 +66,9 @@ def _creep(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     return Change([], {}, -u * np.log1p(at.step))
 
 
-def _drift(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """A stiffness that drifts from sequence to sequence."""
-    return Change([], {}, u * (at.sequence / max(len(at.design.program) - 1, 1) - 0.5))
-
-
 def _gradient(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Stiffness that changes steadily along the arm."""
     return Change(_plate_factors(u * np.linspace(-1, 1, at.design.plates)), {}, 0.0)
-
-
-def _one_way(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Plates that are stiffer one way than the other."""
-    return Change(_plate_factors(u * np.sign(at.bends)), {}, 0.0)
 
 
 def _plate_factors(logarithms: np.ndarray) -> list[dict[str, Any]]:
@@ -122,9 +112,7 @@ def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 LAWS: dict[str, ForeignLaw] = {
     "friction_grows": ForeignLaw(_friction_grows, SETTINGS.foreign.largest_friction_growth),
     "creep": ForeignLaw(_creep, SETTINGS.foreign.largest_creep),
-    "drift": ForeignLaw(_drift, SETTINGS.foreign.largest_drift, signed=True),
     "gradient": ForeignLaw(_gradient, SETTINGS.foreign.largest_gradient, signed=True),
-    "one_way": ForeignLaw(_one_way, SETTINGS.foreign.largest_one_way, signed=True),
     "yielding": ForeignLaw(_yielding, SETTINGS.foreign.largest_yielding, signed=True),
     "dead_zone": ForeignLaw(_dead_zone, SETTINGS.foreign.largest_dead_zone, jumps=True),
     "saturation": ForeignLaw(_saturation, SETTINGS.foreign.largest_saturation),

@@ -15,7 +15,10 @@ from prb3r.proof.concealed.foreign import followed_foreign, knocks
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.settings import SETTINGS
-from prb3r.recording.recording import Measurement, Prior, Readings, Recording
+from prb3r.recording.recording import Measurement, Prior, Readings, Recording, Tolerance
+
+EXACT = Tolerance(offset_m=0.0, length_m=0.0, thickness_relative=0.0, marker_m=0.0)
+"""Of bench rigs, which are as they are drawn and say so."""
 
 
 def steps_of(design: Design, program: Sequence[LoadSteps], names: Sequence[str]) -> pd.DataFrame:
@@ -48,6 +51,7 @@ def recording_of(design: Design, label: Label, extra: LoadSteps = ()) -> Recordi
         manipulator=manipulator,
         measurement=Measurement(**design.measurement),
         prior=Prior(**design.prior),
+        tolerance=EXACT,
         image_centre_m=design.image_centre,
         sequences=tuple(names),
         steps=table,

@@ -213,9 +213,9 @@ class Responses:
 
     @cached_property
     def of_candidates(self) -> list[Response]:
-        """Of every candidate of the design that leaves it in equilibrium."""
+        """Of every candidate of the design that leaves it in equilibrium, the rare ones last."""
         out = []
-        for group in candidates(self.design):
+        for group in [*candidates(self.design), *candidates(self.design, rare=True)]:
             columns = [column for form in group if (column := self.per_unit(form)) is not None]
             if len(columns) == len(group):
                 out.append(Response(tuple(group), np.stack(columns, 1)))

@@ -8,6 +8,7 @@ import numpy as np
 from prb3r.proof.concealed.candidates import shaped, twins
 from prb3r.proof.concealed.distances import linear_distance, nearest_by_kind
 from prb3r.proof.concealed.responses import Response, Responses
+from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.rig.effects.candidate import Candidate
 from prb3r.proof.settings import SETTINGS
 
@@ -59,8 +60,10 @@ def effect_of_norm(responses: Responses, candidate: Candidate, norm: float, sign
 
 
 def candidate_of_kind(responses: Responses, kind: str, rng: np.random.Generator) -> Candidate | None:
-    """A candidate of a kind (any, if empty) at a random place with a random shape; None if the design has none."""
-    of_kind = [response for response in responses.of_candidates if kind in ("", response.kind)]
+    """A candidate of a kind (any that is not rare, if empty) at a random place with a random shape; None if the design
+    has none."""
+    common = [response for response in responses.of_candidates if not RECORDS[response.kind].rare]
+    of_kind = [response for response in common if kind in ("", response.kind)]
     if not of_kind:
         return None
     kind = _any_of(sorted({response.kind for response in of_kind}), rng)
