@@ -30,6 +30,7 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
     """Newton in a few modes of the node angles, from where they are; steps taken or `FAILED`."""
     plates, n, columns = modes.shape
     for step in range(MAX_ITERATIONS):
+        work.spent[0] += plates
         largest, _ = chain_tangent(packed, tension, slip, force, tip, modes, work)
         if not largest < 1e12:
             return FAILED

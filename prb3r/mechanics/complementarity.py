@@ -16,6 +16,8 @@ from prb3r.mechanics.kernel import kernel
 SMALLEST_PIVOT = 1e-12
 MAX_PIVOTS = 100
 """Changes, in numbers of variables; a path usually takes one or two for each, many more only for wild matrices."""
+MOST_PRODUCTS, FEWEST_PIVOTS = 2_000_000_000, 4
+"""Where so many changes are more products than this, there are fewer, but at least so many for each variable."""
 
 
 @kernel
@@ -63,9 +65,13 @@ def next_change(now, rate, side, free, last, way):
 
 @kernel
 def walk(table, value, rate, side, free, now, s):
-    """Follow the solutions for ``c + s rate`` from `s` down to 0, all sets as they are at the beginning."""
+    """Follow the solutions for ``c + s rate`` from `s` down to 0, all sets as they are at the beginning.
+
+    Returns the number of sets on the way, which is negative where it does not lead there.
+    """
     n, last, way = len(value), -1, -1.0
-    for _ in range(MAX_PIVOTS * n + MAX_PIVOTS):
+    most = max(min(MAX_PIVOTS * (n + 1), MOST_PRODUCTS // (n * n + 1)), FEWEST_PIVOTS * (n + 1))
+    for sets in range(1, most + 1):
         for i in range(n):
             now[i] = value[i] + s * rate[i]
             for k in range(n):
@@ -75,22 +81,22 @@ def walk(table, value, rate, side, free, now, s):
         if way < 0.0 and step >= s:
             for i in range(n):
                 now[i] -= s * rate[i]
-            return True
+            return sets
         if last < 0:
-            return False
+            return -sets
         if free[last]:
             side[last] = 1.0 if way * rate[last] > 0.0 else -1.0
         s += way * step
         if not exchange(table, value, rate, last):
-            return False
+            return -sets
         free[last] = not free[last]
         way = -1.0 if free[last] == (side[last] * rate[last] > 0.0) else 1.0
-    return False
+    return -most
 
 
 @kernel
 def solve_near(table, value, rate, side, free, now):
-    """Solve the problem with ``M = table``, ``c = value``, which are used up; whether the way led there.
+    """Solve the problem with ``M = table``, ``c = value``, which are used up; returns what `walk` does.
 
     Parameters
     ----------
@@ -106,7 +112,7 @@ def solve_near(table, value, rate, side, free, now):
             rate[i] += table[i, k] * (now[k] if free[k] else side[k])
     for h in range(n):
         if free[h] and not exchange(table, value, rate, h):
-            return False
+            return -1
     return walk(table, value, rate, side, free, now, 1.0)
 
 

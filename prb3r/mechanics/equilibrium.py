@@ -7,14 +7,16 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
+from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Loads, acting, no_loads
+from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
-from prb3r.mechanics.records import Packed, pack
+from prb3r.mechanics.records import pack
 from prb3r.mechanics.stability import CLOSED_FORM_ROWS, lowest_of_blocks
-from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
+from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
 
 
@@ -26,6 +28,7 @@ class Outcome(IntEnum):
     NO_EQUILIBRIUM = 2
     LIMIT_POINT = 3
     DETOUR = 4
+    GAVE_UP = 5
 
     @property
     def label(self) -> str:
@@ -39,12 +42,13 @@ class Outcome(IntEnum):
             "No equilibrium was found on the branch that the load path leads along.",
             "The branch ends before this load: the manipulator would jump.",
             "In balance, but the path to it leaves out a step before that was not reached.",
+            "Given up: the work that a path may take is done, and its next equilibrium was not found.",
         )[self]
 
     @property
     def solved(self) -> bool:
         """Whether there is a state."""
-        return self not in (Outcome.NO_EQUILIBRIUM, Outcome.LIMIT_POINT)
+        return self not in (Outcome.NO_EQUILIBRIUM, Outcome.LIMIT_POINT, Outcome.GAVE_UP)
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class Equilibria:
     """(s,) part of the way from the step before (or rest) to which the branch was followed; 1 for solved steps."""
     iterations: np.ndarray
     """(s,) Newton steps, of the plate that took most, summed over the halved steps."""
+    work: np.ndarray
+    """(s,) evaluations of a plate that the step took, whatever came of it."""
     residual: np.ndarray
     """(s,) largest unbalanced moment, N m."""
     q: np.ndarray
@@ -81,7 +87,7 @@ class Equilibria:
     def reason(self, step: int) -> str:
         """What is to be said about a step, with how far its branch was followed."""
         outcome = Outcome(self.outcome[step])
-        if outcome.solved:
+        if outcome.solved or np.isnan(self.reached[step]):
             return outcome.sentence
         share = np.floor(1e3 * self.reached[step]) / 10
         return f"{outcome.sentence.rstrip('.')}; reached {share:g} % of the step."
@@ -89,24 +95,6 @@ class Equilibria:
 
 LIMIT = 0.05
 """Lowest eigenvalue, of that at rest, below which a branch that leads no further ends at a limit point."""
-
-SLIPS_ON = 1e-9
-"""Of the springs in the plates, by which sliders are held back so that those that slip do so without doubt."""
-
-
-def lowest_under_load(packed: Packed, modes: np.ndarray, loads: Loads, q: np.ndarray) -> float:
-    """Lowest eigenvalue of the whole tangent in `modes` at node angles `q`, under one step of loads, N m/rad.
-
-    Slip and cable lengths of the state are in `packed`, where friction follows the cables' travel, and sliders, where
-    plates remember; what slips in them is taken to slip on.
-    """
-    work = scratch(packed, modes.shape[2])
-    packed.plate["q"][:-1] = q
-    springs = packed.plate["q"] - packed.plate["rest"]
-    packed.plate["slider"] -= SLIPS_ON * (springs[..., None] - packed.plate["slider"])
-    packed.model["stiff"] = 1 - packed.model["softening"] * loads.elapsed
-    chain_tangent(packed, loads.tension, loads.slip, loads.force, loads.tip, modes, work)
-    return float(np.linalg.eigvals(work.system[:, :-1]).real.min())
 
 
 def last_solved(failed: np.ndarray) -> np.ndarray:
@@ -158,6 +146,7 @@ def solve_chain(
     path = Path(
         status=np.full((steps, 2), FAILED),
         reached=np.zeros(steps),
+        spent=np.zeros(steps, np.int64),
         residual=np.full(steps, np.nan),
         q=np.full((kept, plates, n), np.nan),
         disk=np.concatenate([np.zeros((steps, 1, 3)), np.full((steps, plates, 3), np.nan)], axis=1),
@@ -177,11 +166,11 @@ def solve_chain(
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT
+    outcome[path.status[:, 0] == GAVE_UP] = Outcome.GAVE_UP
     outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
     if eigenvalue:
         if len(path.block):
             path.lowest[:] = lowest_of_blocks(path.block)
-        modes = unit_modes(chain) if modes is None else modes
         starts = np.where(anew, 0, last_solved(failed))
         for s in np.flatnonzero(np.isnan(path.lowest)):
             if history:
@@ -199,7 +188,8 @@ def solve_chain(
         if failed.any():
             packed.span["sticks"], packed.plate["slider"] = False, 0.0
             at_rest = lowest_under_load(packed, modes, Loads(*(field[0] for field in no_loads(chain))), chain.rest)
-            outcome[failed & (path.lowest <= LIMIT * at_rest)] = Outcome.LIMIT_POINT
+            ends = outcome == Outcome.NO_EQUILIBRIUM
+            outcome[ends & (path.lowest <= LIMIT * at_rest)] = Outcome.LIMIT_POINT
             for field in (path.lowest, path.q, path.slip, path.beyond):
                 if len(field):
                     field[failed] = np.nan
@@ -208,6 +198,7 @@ def solve_chain(
         outcome=outcome,
         reached=np.where(failed, path.reached, 1.0),
         iterations=path.status[:, 1],
+        work=path.spent,
         residual=path.residual,
         q=path.q,
         x=x,

@@ -10,6 +10,7 @@ from typing import Any
 
 from prb3r.mechanics.accepted import keep_state
 from prb3r.mechanics.attempt import JUMPED, put_on
+from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.newton import balance_chain, newton_march
@@ -114,7 +115,9 @@ def solve_sub_step(packed, way, share, careful, space, work):
     if taken == FAILED:
         restore(packed, work, space.start)
         put_on(packed, way, share, space.now)
-        taken = balance_stick_slip(packed, space.now.tension, space.now.force, space.now.tip, work.handed, space.holes)
+        space.holes.work.spent[0] = work.spent[0]
+        taken = balance_stick_slip(packed, space.now, work.handed, space.allowed[0], space.holes)
+        work.spent[0] = space.holes.work.spent[0]
     return taken
 
 
@@ -139,9 +142,9 @@ def ramp_with_history(packed, way, loaded, space, work):
     space.reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
-        if step < SMALLEST_SUB_STEP:
+        if step < SMALLEST_SUB_STEP or work.spent[0] > space.allowed[0]:
             save(packed, work, space.kept)
-            return why
+            return why if step < SMALLEST_SUB_STEP else GAVE_UP
         if done > 0.0 and not careful:
             predict(packed, step, before, work)
         share, missed, where = done + step, 0.0, 1.0

@@ -23,7 +23,8 @@ class Limit(NamedTuple):
     """Largest factor on the loads that is stable; infinity where none of those asked for is too large, NaN where the
     path does not lead to the loads at all."""
     outcome: Outcome
-    """What is beyond: `UNSTABLE`, `LIMIT_POINT` or `NO_EQUILIBRIUM`; `CONVERGED` where there is no limit."""
+    """What is beyond: `UNSTABLE`, `LIMIT_POINT` or `NO_EQUILIBRIUM`; `CONVERGED` where there is no limit,
+    `GAVE_UP`, with a factor of NaN, where it could not be told whether there is."""
 
 
 def limit_load(
@@ -73,4 +74,6 @@ def limit_load(
             low = middle
         else:
             high, beyond = middle, outcome
+    if beyond == Outcome.GAVE_UP:
+        return Limit(np.nan, beyond)
     return Limit(float(low), beyond)

@@ -109,7 +109,9 @@ def march(packed, tension, slip, work):
                 plate.q[k] += way[k]
                 after.q[k] += way[k]  # the next plate will change much alike
         if steps == FAILED:
+            work.spent[0] += MAX_ITERATIONS
             return FAILED
+        work.spent[0] += steps + 1
         most = max(most, steps)
         depart(plate, span, cable)
         next_frame(model, plate, after)

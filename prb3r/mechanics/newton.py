@@ -155,6 +155,7 @@ def newton_march(packed, loads, work):
     model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.variation, work.block
     force, tip = loads.force, loads.tip
     plates, n, columns = work.column.shape
+    work.spent[0] += plates
     follows = model.presliding != 0.0
     outer[0], outer[1], outer[2] = tip[0], tip[1], work.handed[0]
     for i in range(plates):

@@ -9,6 +9,7 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, keep_state
 from prb3r.mechanics.attempt import JUMPED, attempt
+from prb3r.mechanics.budget import GAVE_UP, allowance
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain, Loads
@@ -51,6 +52,10 @@ class PathSpace(NamedTuple):
     """(1,) part of what is reached of a load step, or of the step where that is more, below which the path ends."""
     accepted: AcceptedStates
     """Sub-steps where plates remember."""
+    allowed: np.ndarray
+    """(1,) work that the sequence may have taken up to the end of the present step; see `Scratch.spent`."""
+    allowance: np.ndarray
+    """(2,) by which it grows: for a sequence, and for each of its steps."""
 
 
 @bundle
@@ -68,6 +73,7 @@ class HistorySpace(NamedTuple):
     after: Rates
     """Rates where the sub-step ends."""
     accepted: AcceptedStates
+    allowed: np.ndarray
 
 
 def path_space(chain: Chain, rows: Loads, accepted: AcceptedStates, smallest: float = SMALLEST_STEP) -> PathSpace:
@@ -83,6 +89,8 @@ def path_space(chain: Chain, rows: Loads, accepted: AcceptedStates, smallest: fl
         rest=state(chain),
         smallest=np.array([smallest]),
         accepted=accepted,
+        allowed=np.zeros(1, np.int64),
+        allowance=allowance(),
     )
 
 
@@ -97,6 +105,7 @@ def history_space(chain: Chain, packed: Packed, space: PathSpace) -> HistorySpac
         before=rates(chain),
         after=rates(chain),
         accepted=space.accepted,
+        allowed=space.allowed,
     )
 
 
@@ -105,7 +114,8 @@ def ramp(packed, way, loaded, modes, space, work):
     """Bring the chain to the end of the `way`, halving steps that fail or go too far.
 
     Its state is in `space.kept`.  Leaves the last accepted state there, the part of the way to it in `space.reached`,
-    and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further.
+    and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further, `GAVE_UP` where the
+    work that it may take is done.
     """
     kept, reached, slides = space.kept, space.reached, packed.plate[0].slider.shape[1] > 0
     longest = SLIDING_STEP if slides else 1.0
@@ -115,6 +125,8 @@ def ramp(packed, way, loaded, modes, space, work):
     while done < 1.0:
         if step < space.smallest[0] * max(done, 1.0 / 64):
             return why
+        if work.spent[0] > space.allowed[0]:
+            return GAVE_UP
         taken = attempt(packed, way, done + step, loaded, modes, space.now, work)
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
@@ -142,7 +154,7 @@ def ramp(packed, way, loaded, modes, space, work):
 def come_to_rest(packed, onset, dead, modes, space, work):
     """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips, in `space.rest`.
 
-    Returns whether that was possible; `dead` tells whether dead loads act.
+    Returns Newton steps, or what `ramp` returns where that was not possible; `dead` tells whether dead loads act.
     """
     presliding, kept = packed.model[0].presliding, space.kept
     packed.model[0].presliding = 0.0
@@ -166,7 +178,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
                 hole.slip, hole.beyond, hole.new_slip, hole.sticks = 0.0, length, 0.0, True
             work.handed[1 + j] = length
     save(packed, work, space.rest)
-    return taken != FAILED and taken != JUMPED
+    return taken
 
 
 @entrance
@@ -182,7 +194,9 @@ def follow(packed, onset, way, dead, from_rest, modes, space, history, work, pat
     """
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
     rows = way.rows
-    possible = come_to_rest(packed, onset, dead[0], modes, space, work)
+    work.spent[0], space.allowed[0] = 0, space.allowance[0]
+    rest = come_to_rest(packed, onset, dead[0], modes, space, work)
+    possible = rest >= 0
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
@@ -192,11 +206,14 @@ def follow(packed, onset, way, dead, from_rest, modes, space, history, work, pat
     for s in range(1, len(rows)):
         if from_rest[s - 1]:
             last = np.int64(0)
+            work.spent[0], space.allowed[0] = 0, space.allowance[0]
+        space.allowed[0] += space.allowance[1]
+        before = work.spent[0]
         as_before = history is None and lost_from == last and packed.model[0].softening == 0.0
         farther = times_as_far(rows, len(packed.cable), last, s) if as_before else 0.0
         end = path.reached[s - 2]  # where the step before was lost, if it was
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
-        loaded, taken = dead[s] or dead[last], FAILED
+        loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
         way.ends[0], way.ends[1] = last, s
         if known:
             taken = path.status[s - 2, 0]
@@ -215,7 +232,7 @@ def follow(packed, onset, way, dead, from_rest, modes, space, history, work, pat
                 else:
                     taken = ramp_with_history(packed, way, loaded, history, work)
         path.status[s - 1, 0], path.status[s - 1, 1] = min(taken, 0), max(taken, 0)
-        path.reached[s - 1] = space.reached[0]
+        path.reached[s - 1], path.spent[s - 1] = space.reached[0], work.spent[0] - before
         lost_from = last if possible and taken < 0 else np.int64(-1)
         if taken < 0:
             if possible and eigenvalue:

@@ -15,6 +15,7 @@ class Path(NamedTuple):
 
     status: np.ndarray
     reached: np.ndarray
+    spent: np.ndarray
     residual: np.ndarray
     q: np.ndarray
     disk: np.ndarray

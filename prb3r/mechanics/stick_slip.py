@@ -25,6 +25,9 @@ from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, s
 
 MAX_STEPS = 20
 """Newton steps; from a near state a handful is enough."""
+COLUMNS, NUMBERS = 4, 32
+"""As much work as the evaluation of a plate, some 60 ns: so many of its derivatives by slips, so many numbers of the
+table that is exchanged each time a hole begins or ceases to stick."""
 LEEWAY = 1e-6
 """Slip by which holes at their bounds are taken to be beyond them at first, no two alike: one changes at a time."""
 
@@ -201,15 +204,21 @@ def take_step(packed, holes):
 
 
 @kernel
-def balance_stick_slip(packed, tension, force, tip, handed, holes):
-    """Newton on all angles and slips, from where they are; steps taken or `FAILED`.
+def balance_stick_slip(packed, loads, handed, allowed, holes):
+    """Newton on all angles and slips under the `loads` of one state, from where they are; steps taken or `FAILED`.
 
-    `handed` as in :class:`Scratch`: where the search starts, and what it ends with.
+    What it takes is added to `holes.work.spent`, up to no more than `allowed`.  `handed` as in :class:`Scratch`: where
+    the search starts, and what it ends with.
     """
-    work, softest = holes.work, softest_node(packed)
+    work, softest, count = holes.work, softest_node(packed), len(holes.now)
+    exchange = count * count // NUMBERS
+    effort = len(packed.span) * (1 + count // COLUMNS) + count * exchange
     work.handed[0] = handed[0]
     for step in range(MAX_STEPS):
-        largest, left = stick_slip_march(packed, tension, force, tip, holes)
+        if work.spent[0] + effort > allowed:
+            return FAILED
+        work.spent[0] += effort
+        largest, left = stick_slip_march(packed, loads.tension, loads.force, loads.tip, holes)
         linearise_slips(packed, holes)
         balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * softest + 1e-13 * abs(work.handed[0])
         if balanced and slips_agree(packed):
@@ -218,9 +227,13 @@ def balance_stick_slip(packed, tension, force, tip, handed, holes):
             return step
         if not largest < 1e6:
             return FAILED
-        if not solve_near(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now):
+        sets = solve_near(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now)
+        work.spent[0] += abs(sets) * exchange
+        if sets < 0:
             linearise_slips(packed, holes)
-            if not solve_from_afar(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now):
+            sets = solve_from_afar(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now)
+            work.spent[0] += abs(sets) * exchange
+            if sets < 0:
                 return FAILED
         if not take_step(packed, holes):
             return FAILED

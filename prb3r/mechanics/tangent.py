@@ -5,6 +5,8 @@ With ``q = modes @ b`` the principle of virtual work gives the balance ``modes^T
 curvature shared by all its plates is the constant-curvature model as a static model.
 """
 
+import math
+
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate, place_plate
@@ -16,10 +18,10 @@ from prb3r.mechanics.newton import pull_through_pulleys, slip_at
 from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 
-def unit_modes(chain: Chain) -> np.ndarray:
-    """(n, nodes, n * nodes): every node angle by itself."""
-    shape = chain.stiffness.shape
-    return np.eye(chain.stiffness.size).reshape(*shape, -1).copy()
+def unit_modes(shape: tuple[int, ...]) -> np.ndarray:
+    """(n, nodes, n * nodes): every node angle by itself, of a chain of the `shape` (n, nodes)."""
+    rows = math.prod(shape)
+    return np.eye(rows).reshape(*shape, rows).copy()
 
 
 def segment_modes(chain: Chain) -> np.ndarray:
@@ -33,8 +35,8 @@ def segment_modes(chain: Chain) -> np.ndarray:
 def chain_tangent(packed, tension, slip, force, tip, modes, work):
     """``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles, in `work.system`.
 
-    `work` has `c` columns.  Returns the largest unbalanced moment and the moment of the dead loads about the world
-    origin, N m.
+    `work` has `c` columns, and ``dr/dq modes`` (n, nodes, c) is left in `work.column`.  Returns the largest unbalanced
+    moment and the moment of the dead loads about the world origin, N m.
     """
     model, cable, outer, variation, system = packed.model[0], packed.cable, work.outer, work.variation, work.system
     plates, n, columns = modes.shape
@@ -87,6 +89,7 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
             for d in range(columns):
                 for p in range(n):
                     work.block[k, d] += plate.tangent[k, p] * modes[i, p, d]
+                work.column[i, k, d] = work.block[k, d]
             for c in range(columns):
                 share = modes[i, k, c]
                 if share != 0.0:

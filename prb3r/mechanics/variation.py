@@ -46,6 +46,8 @@ class Scratch(NamedTuple):
     """(1,) sign of the determinant of the whole tangent, but for a factor that all states share."""
     foreseen: np.ndarray
     """(plates,) angle of every disk after the first Newton step of a solve, rad."""
+    spent: np.ndarray
+    """(1,) work done since a sequence began, in evaluations of a plate."""
 
 
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
@@ -62,6 +64,7 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
         column=np.zeros((plates, n, columns)),
         sign=np.ones(1),
         foreseen=np.zeros(plates),
+        spent=np.zeros(1, np.int64),
     )
 
 

@@ -15,7 +15,7 @@ from prb3r.study.metrics.base import Metric, Solved, largest
 def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
     """Outcome and metrics of solved cases, and why a metric could not be had."""
     columns = blank_columns(numbers, metrics, "", "") | outcome_columns(solved)
-    lost = [Outcome.NO_EQUILIBRIUM.label, Outcome.LIMIT_POINT.label]
+    lost = [outcome.label for outcome in Outcome if not outcome.solved]
     good = ~np.isin(columns["outcome"].astype(str), lost)
     for metric in metrics if good.any() else ():
         names = [quantity.name for quantity in metric.quantities()]
@@ -66,7 +66,8 @@ def _eigenvalues(states: Equilibria) -> np.ndarray:
 def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray) -> str:
     states, end = solved.states, int(solved.ends[case])
     if not solved.cloud and states.outcome[end] != Outcome.CONVERGED:
-        return states.reason(end) if states.closed is None or states.closed[end] else NOT_CLOSED
+        in_balance = states.closed is None or states.closed[end] or states.outcome[end] == Outcome.GAVE_UP
+        return states.reason(end) if in_balance else NOT_CLOSED
     counts = [
         f"{mask.sum()} {word}" for mask, word in ((failed, "without equilibrium"), (unstable, "unstable")) if mask.any()
     ]

@@ -60,7 +60,7 @@ def test_tangent_of_the_chain_is_the_derivative_of_the_reference_balance(plate, 
     q = rng.uniform(-0.1, 0.1, chain.rest.shape)
     residual = seed_residual(chain, step, q)
     tangent = by_differences(lambda q: seed_residual(chain, step, q).ravel(), q)
-    for modes in (unit_modes(chain), segment_modes(chain)):
+    for modes in (unit_modes(chain.stiffness.shape), segment_modes(chain)):
         packed, columns = pack(chain), modes.shape[-1]
         work, flat = scratch(packed, columns), modes.reshape(q.size, columns)
         packed.plate["q"][:-1], packed.plate["extra"][:-1] = q, step.moment

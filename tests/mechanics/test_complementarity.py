@@ -31,7 +31,7 @@ def test_a_solution_is_found_for_any_matrix(skew):
         rng = np.random.default_rng(seed)
         matrix, c = problem(rng, 25, skew)
         side, free, now = rng.choice([-1.0, 1.0], 25), np.zeros(25, bool), np.zeros(25)
-        assert solve_from_afar(matrix.copy(), c.copy(), np.zeros(25), side, free, now)
+        assert solve_from_afar(matrix.copy(), c.copy(), np.zeros(25), side, free, now) > 0
         check(matrix, c, side, free, now)
 
 
@@ -40,8 +40,8 @@ def test_a_small_change_leads_to_the_solution_nearby():
         rng = np.random.default_rng(seed)
         matrix, c = problem(rng, 25, 0.0)
         side, free, now = rng.choice([-1.0, 1.0], 25), np.zeros(25, bool), np.zeros(25)
-        assert solve_from_afar(matrix.copy(), c.copy(), np.zeros(25), side, free, now)
+        assert solve_from_afar(matrix.copy(), c.copy(), np.zeros(25), side, free, now) > 0
         first = check(matrix, c, side, free, now)
         c = c + 1e-3 * rng.normal(size=25)
-        assert solve_near(matrix.copy(), c.copy(), np.zeros(25), side, free, now)
+        assert solve_near(matrix.copy(), c.copy(), np.zeros(25), side, free, now) > 0
         assert np.abs(check(matrix, c, side, free, now) - first).max() < 0.1

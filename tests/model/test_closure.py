@@ -8,6 +8,7 @@ import tomli_w
 from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome
+from prb3r.model.laws import self_consistent
 from prb3r.model.laws.moment_law import influences, time_within
 from prb3r.model.laws.self_consistent import MAX_PASSES, NOT_CLOSED, equilibria_of
 from prb3r.model.manipulator import Manipulator, load_manipulator
@@ -159,7 +160,24 @@ def test_a_law_that_pushes_further_than_the_plate_resists_has_no_equilibrium():
     assert MAX_PASSES >= 60
 
 
-def test_solve_and_studies_know_the_law(tmp_path):
+def test_a_law_beyond_all_reason_is_given_up_by_the_work_it_takes(monkeypatch):
+    """A minute before, sixty passes along a path on which every step is lost."""
+    rig = manipulator(term("bend", 1e9), mu=0.3, history=True)
+    chain, pulls = rig.chain(), [[10.0 * k, 0] for k in (1, 3, 5, 2)]
+    monkeypatch.setattr(self_consistent, "WORK_OF_SEQUENCE", 100_000)
+    monkeypatch.setattr(self_consistent, "WORK_OF_STEP", 0)
+    found = equilibria_of(chain, loads(chain, pulls), eigenvalue=True)
+    assert found.outcome.tolist() == [Outcome.GAVE_UP] * 4
+    assert found.reason(0).startswith("Given up")
+    assert "nan" not in found.reason(0)
+    one_pass = equilibria_of(manipulator(mu=0.3, history=True).chain(), loads(chain, pulls)).work.sum()
+    assert one_pass < 100_000 < found.work.sum()
+    monkeypatch.setattr(self_consistent, "WORK_OF_STEP", 10**9)
+    fitted = manipulator(term("bend", 0.2 * RIGIDITY / ARC), mu=0.3, history=True).chain()
+    assert (equilibria_of(fitted, loads(fitted, pulls)).outcome == Outcome.CONVERGED).all()
+
+
+def test_solve_and_studies_know_the_law(monkeypatch):
     rig, steps = manipulator(term("time", 0.1)), [{"cable_up_n": 20.0}, {"cable_up_n": 40.0}]
     table = solve_steps(rig, pd.DataFrame([{"sequence": "a", "step": 5 * k} | row for k, row in enumerate(steps, 1)]))
     expected = state(rig, (20, 0), (40, 0))
@@ -175,6 +193,10 @@ def test_solve_and_studies_know_the_law(tmp_path):
     settings["manipulator"]["effect"][0]["terms"] = [term("bend", 40.0)]
     row = outcome_columns(solved_case())
     assert (row["outcome"][0], row["reason"][0]) == ("no equilibrium", NOT_CLOSED)
+    monkeypatch.setattr(self_consistent, "WORK_OF_SEQUENCE", 0)
+    monkeypatch.setattr(self_consistent, "WORK_OF_STEP", 0)
+    row = outcome_columns(solved_case())
+    assert (row["outcome"][0], row["reason"][0]) == ("gave up", Outcome.GAVE_UP.sentence)
 
 
 @pytest.mark.parametrize(

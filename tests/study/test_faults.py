@@ -104,15 +104,18 @@ def test_infinity_in_a_grid_is_refused(spec, values):
         plan_study(spec(SPEC.replace("values = [5, 20]", values)))
 
 
-def test_a_chain_too_long_for_its_full_matrix_is_refused_with_the_limit(spec, tmp_path):
-    text = SPEC.partition("[[plot]]")[0].replace("chunk = 1", 'set = { "segment.1.plates" = 99_000 }')
-    case = solve_study(spec(text.replace("cable_1_n = 0", "tip_y_n = 1e-9")), Options(tmp_path / "out")).cases.iloc[0]
+def test_a_chain_too_long_for_what_its_holes_do_together_is_refused_with_the_limit(spec, tmp_path):
+    text = SPEC.partition("[[plot]]")[0].replace(
+        "chunk = 1", 'set = { "segment.1.plates" = 99_000, "friction.direction" = "history" }'
+    )
+    case = solve_study(spec(text), Options(tmp_path / "out")).cases.iloc[0]
     assert case["outcome"] == "failed"
-    assert "99,007 plates under dead loads" in case["reason"]
+    assert "99,007 plates with friction that follows" in case["reason"]
     assert "at most 1,000" in case["reason"]
     long = prb3r.load_manipulator(PROTOTYPE).replace("segment.1.plates", 99_000)
-    with pytest.raises(SpecError, match="99,007 plates under dead loads"):
-        prb3r.solve(long, {"sequence": "a", "step": [1], "tip_y_n": 1e-9})
+    long = long.replace("friction.direction", "history")
+    with pytest.raises(SpecError, match="99,007 plates with friction that follows"):
+        prb3r.solve(long, {"sequence": "a", "step": [1]})
     with pytest.raises(SpecError, match="more than 100000 plates"):
         plan_study(spec(text.replace("99_000", "99_994")))
 

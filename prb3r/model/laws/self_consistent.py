@@ -23,6 +23,8 @@ LARGEST_TRIED_BEND = np.pi
 """No moment larger than that which would bend a rotation of a plate so far, rad, is tried on the way."""
 SMALLEST_SHARE, LARGEST_SHARE = 0.02, 4.0
 """Share of the way to the moments that the law asks for, at most and at least."""
+WORK_OF_SEQUENCE, WORK_OF_STEP = 30_000_000, 2_000_000
+"""What all passes together may take, in evaluations of a plate, for each sequence and each step: some 2 s and 0.1 s."""
 NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
 
 
@@ -50,6 +52,11 @@ def equilibria_of(
     return kept(states, closed, detail)
 
 
+def may_take(along: LawPath) -> int:
+    """Evaluations of a plate after which no further pass is made."""
+    return int(WORK_OF_SEQUENCE * along.begins.sum() + WORK_OF_STEP * len(along.begins))
+
+
 def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.ndarray, np.ndarray]:
     """States along the path, rest first, the moments (s + 1, n) applied there, and (s + 1,) whether the law asks for
     these."""
@@ -57,14 +64,16 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
     stiff = float(np.median(chain.stiffness))  # rigid clamps may be hinges of any stiffness
     least, most = ANGLE_TOLERANCE * stiff, LARGEST_TRIED_BEND * stiff
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
+    work = np.zeros(along.loads.steps, np.int64)
     for done in range(MAX_PASSES):
         states = solve_chain(*along.under(moment), from_rest=along.begins)
+        work += states.work
         asked = along.asked(states)
         too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
         asked = np.where(too_large, moment / 2, asked)
         miss = asked - moment
         closed = np.abs(miss).max(1) <= MOMENT_TOLERANCE * np.abs(asked).max() + least
-        if closed.all():
+        if closed.all() or work.sum() > may_take(along):
             break
         share = _share(moment - before, miss - missed) if done else 1.0
         before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
@@ -74,7 +83,9 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         for first in np.flatnonzero(~closed):
             end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
             closed[first:end] = False
-    return states, moment, closed
+    if work.sum() > may_take(along):
+        states.outcome[~closed] = Outcome.GAVE_UP
+    return replace(states, work=work), moment, closed
 
 
 def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
@@ -89,9 +100,9 @@ def kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:
     arrays = {name: values[1:] for name, values in arrays.items() if values is not None}
     closed = closed[1:]
     for name, values in arrays.items():
-        if name not in ("outcome", "iterations") and len(values):
+        if name not in ("outcome", "iterations", "work") and len(values):
             values[~closed] = np.nan
-    arrays["outcome"][~closed] = Outcome.NO_EQUILIBRIUM
+    arrays["outcome"][~closed & (arrays["outcome"] != Outcome.GAVE_UP)] = Outcome.NO_EQUILIBRIUM
     if not detail:
         arrays |= {name: arrays[name][:0] for name in ("q", "tension", "moment", "slip")}
     return replace(states, closed=closed, **arrays)
