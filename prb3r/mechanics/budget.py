@@ -6,8 +6,8 @@ and where holes are to be found that stick together each try takes the cube of t
 
 import numpy as np
 
-OF_SEQUENCE, OF_STEP = 100_000_000, 2_000_000
-"""For a sequence, and what each of its steps adds to it: some 6 to 15 s, and 0.1 to 0.3 s.  Steps of the shipped
+OF_SEQUENCE, OF_STEP = 200_000_000, 2_000_000
+"""For a sequence, and what each of its steps adds to it: some 12 to 30 s, and 0.1 to 0.3 s.  Steps of the shipped
 studies take 4,400 at most; what the tests need is in docs/limits.md."""
 GAVE_UP = -3
 """Beside `FAILED` and `JUMPED`, where that is used up."""

@@ -16,7 +16,7 @@ from prb3r.mechanics.kernel import kernel
 SMALLEST_PIVOT = 1e-12
 MAX_PIVOTS = 100
 """Changes, in numbers of variables; a path usually takes one or two for each, many more only for wild matrices."""
-MOST_PRODUCTS, FEWEST_PIVOTS = 2_000_000_000, 4
+MOST_MULTIPLICATIONS, FEWEST_PIVOTS = 2_000_000_000, 4
 """Where so many changes are more products than this, there are fewer, but at least so many for each variable."""
 
 
@@ -70,7 +70,7 @@ def walk(table, value, rate, side, free, now, s):
     Returns the number of sets on the way, which is negative where it does not lead there.
     """
     n, last, way = len(value), -1, -1.0
-    most = max(min(MAX_PIVOTS * (n + 1), MOST_PRODUCTS // (n * n + 1)), FEWEST_PIVOTS * (n + 1))
+    most = max(min(MAX_PIVOTS * (n + 1), MOST_MULTIPLICATIONS // (n * n + 1)), FEWEST_PIVOTS * (n + 1))
     for sets in range(1, most + 1):
         for i in range(n):
             now[i] = value[i] + s * rate[i]

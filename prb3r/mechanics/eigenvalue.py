@@ -15,7 +15,7 @@ from prb3r.mechanics.records import Packed
 from prb3r.mechanics.tangent import chain_tangent, unit_modes
 from prb3r.mechanics.variation import scratch
 
-MOST_ROWS = 150
+WRITTEN_OUT = 150
 """Of a tangent that is written out: so many take as long either way."""
 SEARCHES = ((40, 5, 1e-9), (80, 5, 1e-6), (80, 100, 1e-3))
 """By products, one after the other until one ends: shapes kept at a time, restarts, and residual of the eigenvector
@@ -36,7 +36,7 @@ def lowest_under_load(packed: Packed, modes: np.ndarray | None, loads: Loads, q:
     springs = packed.plate["q"] - packed.plate["rest"]
     packed.plate["slider"] -= SLIPS_ON * (springs[..., None] - packed.plate["slider"])
     packed.model["stiff"] = 1 - packed.model["softening"] * loads.elapsed
-    if modes is None and q.size > MOST_ROWS:
+    if modes is None and q.size > WRITTEN_OUT:
         return _lowest_by_products(packed, loads, q)
     modes = unit_modes(q.shape) if modes is None else modes
     work = scratch(packed, modes.shape[2])

@@ -25,7 +25,7 @@ from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, s
 
 MAX_STEPS = 20
 """Newton steps; from a near state a handful is enough."""
-COLUMNS, NUMBERS = 4, 32
+COLUMNS_AS_A_PLATE, NUMBERS_AS_A_PLATE = 4, 32
 """As much work as the evaluation of a plate, some 60 ns: so many of its derivatives by slips, so many numbers of the
 table that is exchanged each time a hole begins or ceases to stick."""
 LEEWAY = 1e-6
@@ -211,8 +211,8 @@ def balance_stick_slip(packed, loads, handed, allowed, holes):
     the search starts, and what it ends with.
     """
     work, softest, count = holes.work, softest_node(packed), len(holes.now)
-    exchange = count * count // NUMBERS
-    effort = len(packed.span) * (1 + count // COLUMNS) + count * exchange
+    exchange = count * count // NUMBERS_AS_A_PLATE
+    effort = len(packed.span) * (1 + count // COLUMNS_AS_A_PLATE) + count * exchange
     work.handed[0] = handed[0]
     for step in range(MAX_STEPS):
         if work.spent[0] + effort > allowed:

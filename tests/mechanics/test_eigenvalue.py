@@ -28,7 +28,7 @@ def test_it_is_that_of_the_tangent_written_out(monkeypatch, plate, tip):
     rod = cantilever(60, plate)
     steps = loads(rod, NO_CABLES, tip=tip)
     products = solve_chain(rod, steps, eigenvalue=True).lowest_eigenvalue
-    monkeypatch.setattr(eigenvalue, "MOST_ROWS", 10_000)
+    monkeypatch.setattr(eigenvalue, "WRITTEN_OUT", 10_000)
     assert products == pytest.approx(solve_chain(rod, steps, eigenvalue=True).lowest_eigenvalue, rel=2e-4)
 
 
@@ -41,7 +41,7 @@ def test_with_cables_and_friction_too(monkeypatch, presliding):
         steps = random_loads(rng, chain, 2)
         whole = solve_chain(chain, steps, eigenvalue=True)
         with monkeypatch.context() as patched:
-            patched.setattr(eigenvalue, "MOST_ROWS", 0)
+            patched.setattr(eigenvalue, "WRITTEN_OUT", 0)
             patched.setattr(eigenvalue, "SEARCHES", ((20, 100, 1e-9),))
             products = solve_chain(chain, steps, eigenvalue=True)
         assert products.outcome.tolist() == whole.outcome.tolist()
