@@ -16,7 +16,7 @@ import numpy as np
 
 from prb3r.model.manipulator import Manipulator
 from prb3r.runs.store import canonical
-from prb3r.study.axes import Axis, axes
+from prb3r.study.axes import Axis
 from prb3r.study.factors import Factor, Level
 from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, setting_at, with_setting
@@ -79,10 +79,10 @@ class Family:
         values = np.empty((len(self), sum(map(len, loads))))
         for column, value in enumerate(value for step in loads for value in step.values()):
             values[:, column] = value
-        keys = []
-        for row in values:
+        keys, content, width = [], memoryview(values.tobytes()), values.itemsize * values.shape[1]
+        for place in range(0, len(self) * width, width) if width else [0] * len(self):
             key = begin.copy()
-            key.update(row.tobytes())
+            key.update(content[place : place + width])
             keys.append(key.digest())
         return keys
 
@@ -140,15 +140,9 @@ class Cases(Sequence[Case]):
         return family, row
 
 
-def unchecked_cases(base: Tree, study: Study, designs: np.ndarray | None = None) -> Iterator[tuple[Family, list[str]]]:
-    """Families of a study's cases and what keeps the factors from being set there.
-
-    Raises
-    ------
-    ValueError
-        If zipped factors differ in length.
-    """
-    factors, grid = {factor.name: factor for factor in study.factor}, axes(study, designs)
+def unchecked_cases(base: Tree, study: Study, grid: Sequence[Axis]) -> Iterator[tuple[Family, list[str]]]:
+    """Families of a study's cases, which are the product of its axes, and what keeps the factors from being set."""
+    factors = {factor.name: factor for factor in study.factor}
     shape = [len(axis) for axis in grid]
     numbers = np.arange(int(np.prod(shape, dtype=np.int64))).reshape(shape)
     within = [all(_sets_a_load(factors[name], values) for name, values in axis.values.items()) for axis in grid]
@@ -163,20 +157,23 @@ def unchecked_cases(base: Tree, study: Study, designs: np.ndarray | None = None)
         yield Family(np.ravel(numbers[place]), settings), wrong
 
 
-def _columns(grid: list[Axis]) -> dict[str, np.ndarray]:
+def _columns(grid: Sequence[Axis]) -> dict[str, np.ndarray]:
     """Values of every factor over the product of axes, the last axis fastest: numbers, or whatever they are."""
     columns = {}
     for axis, rows in zip(grid, np.indices([len(axis) for axis in grid]), strict=True):
         for name, values in axis.values.items():
-            labels = [value.label if isinstance(value, Level) else value for value in values]
-            numbers = all(isinstance(value, float) for value in labels)
-            columns[name] = np.array(labels, float if numbers else object)[rows.ravel()]
+            labels = values if _numbers(values) else [v.label if isinstance(v, Level) else v for v in values]
+            columns[name] = np.array(labels, float if _numbers(labels) else object)[rows.ravel()]
     return columns
 
 
-def label_columns(study: Study, designs: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """Value or label of each factor of all cases."""
-    columns = _columns(axes(study, designs))
+def _numbers(values: list[Any]) -> bool:
+    return {float}.issuperset(map(type, values))
+
+
+def label_columns(study: Study, grid: Sequence[Axis]) -> dict[str, np.ndarray]:
+    """Value or label of each factor of all cases, which are the product of the study's axes."""
+    columns = _columns(grid)
     return {factor.name: columns[factor.name] for factor in study.factor}
 
 
@@ -184,7 +181,7 @@ def _sets_a_load(factor: Factor, values: list[Any]) -> bool:
     """Whether a factor sets nothing but the value of a load, by numbers."""
     paths = [*factor.changed, *(factor.ratio or ())]
     loads = bool(paths) and all(_is_load(path) for path in paths)
-    return loads and all(isinstance(value, float) for value in values)
+    return loads and _numbers(values)
 
 
 def _is_load(path: str) -> bool:

@@ -13,7 +13,7 @@ from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import refused, step_problems
-from prb3r.study.axes import count_cases, short
+from prb3r.study.axes import axes, count_cases, short
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
@@ -55,7 +55,8 @@ def resolve(
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
         base = _base(study, manipulator) | {"reach": _reach(path, study)}
-        for family, wrong in unchecked_cases(base, study, designs):
+        grid = axes(study, designs)
+        for family, wrong in unchecked_cases(base, study, grid):
             families.append(family)
             for row, keys, what in [(0, (), what) for what in wrong] or _problems(family, study, checked):
                 first[keys, what] = min(first.get((keys, what), count), int(family.numbers[row]))
@@ -64,7 +65,7 @@ def resolve(
                 break
     except (KeyError, TypeError, ValueError) as error:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
-    labels = label_columns(study, designs)
+    labels = label_columns(study, grid)
     if first:
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
         told = sorted(first, key=lambda known: first[known])
