@@ -1,18 +1,20 @@
 """Bring the cases of a plan among the parts: from other studies, or from workers."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from prb3r.runs.engine import run_tasks
-from prb3r.runs.parts import Parts, part_name
+from prb3r.runs.parts import COUNT, Parts, part_name
 from prb3r.runs.pending import drop_pending, read_pending, write_pending
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, one_below_another, reason_column
 from prb3r.study.cloud import CloudBlock, Gathering, failed_loads
 from prb3r.study.plan import Plan, Progress
-from prb3r.study.work import StudyTask, solve_task, tasks_of
+from prb3r.study.stored import Storage, Stored, StoredTask, fetched, solve_and_store, storage
+from prb3r.study.work import StudyTask, tasks_of
 
 
 def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
@@ -48,7 +50,11 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
     progress.begin(plan.study.name, whole, whole - plan.loads(waiting) + keeper.known, what)
     try:
         keeper.finish()
-        run_tasks(solve_task, left, keeper, workers, split=lambda task: task.single())
+        with contextlib.ExitStack() as stack:
+            todo: Mapping[int, StudyTask | StoredTask] = left
+            if left and (workers.jobs > 1 or workers.backend == "dask"):
+                todo = keeper.stored(left, stack.enter_context(storage(parts.home)))
+            run_tasks(solve_and_store, todo, keeper, workers, split=lambda task: task.single())
     finally:
         progress.end()
     return int(waiting.sum())
@@ -77,6 +83,12 @@ class _Keeper:
                 left[number] = task
         return left
 
+    def stored(self, tasks: Mapping[int, StudyTask], place: Storage) -> dict[int, StoredTask]:
+        """The tasks, by number, as such that workers put on the disk what comes of them."""
+        return {
+            number: StoredTask(task, place, self._part(task), self._with_states(task)) for number, task in tasks.items()
+        }
+
     def finish(self) -> None:
         """Keep the cases of clouds of which no block is missing."""
         for cloud in [cloud for cloud in self.clouds.values() if not cloud.missing]:
@@ -89,8 +101,16 @@ class _Keeper:
 
     def _chunk(self, chunk: Chunk, pieces: list[Piece]) -> int:
         """Keep the cases of a chunk; the number of those that failed, or of the loads of their clouds."""
-        cases, states = computed_columns(pieces, chunk)
-        keep_chunk(self.plan, self.parts, chunk, cases, states)
+        if isinstance(pieces[0].value, Stored):
+            cases = fetched(pieces[0].task)
+            count, states = cases.pop(COUNT), None
+            if self._with_states(chunk):
+                states = States(str(self.plan.states_item), count, None, (pieces[0].value.rows,))
+            keep_columns(self.plan, self.parts, chunk, cases, states)
+            drop_pending(self.parts.home, self._part(chunk))
+        else:
+            cases, states_of = computed_columns(pieces, chunk)
+            keep_chunk(self.plan, self.parts, chunk, cases, states_of)
         failed = cases["outcome"] != "converged"
         for metric in chunk.metrics:
             failed |= cases[reason_column(metric)] != ""
@@ -98,26 +118,34 @@ class _Keeper:
 
     def _block(self, block: CloudBlock, piece: Piece) -> int:
         """Keep a block and, when it is the last one, the case; the number of loads that failed."""
-        cloud = self._cloud(block)
+        cloud, failed = self._cloud(block), block.loads
         if piece.fate == "done":
-            solved, stem = piece.value, self._part(block)
-            if self._with_states(block):
-                self.parts.add_block(stem, block.number, solved.states)
-            write_pending(self.parts.home, stem, block.number, solved.loads)
-            cloud.add(block, solved.loads, solved.rows)
+            loads = self._loads(block, piece)
+            cloud.add(block, loads, piece.value.rows)
+            failed = failed_loads(loads)
         else:
             cloud.lose(_lost_as(piece), piece.reason)
         if not cloud.missing:
             self._keep_cloud(cloud)
-        return failed_loads(piece.value.loads) if piece.fate == "done" else block.loads
+        return failed
+
+    def _loads(self, block: CloudBlock, piece: Piece) -> Columns:
+        """What is known of the loads of a solved block, which are on the disk with its states."""
+        if isinstance(piece.value, Stored):
+            return fetched(piece.task)
+        stem = self._part(block)
+        if self._with_states(block):
+            self.parts.add_block(stem, block.number, piece.value.states)
+        write_pending(self.parts.home, stem, block.number, piece.value.loads)
+        return piece.value.loads
 
     def _cloud(self, block: CloudBlock) -> Gathering:
         if block.case not in self.clouds:
             self.clouds[block.case] = Gathering(block)
         return self.clouds[block.case]
 
-    def _with_states(self, block: CloudBlock) -> bool:
-        return self.plan.states_item in block.chunk.items
+    def _with_states(self, task: StudyTask) -> bool:
+        return self.plan.states_item in _chunk_of(task).items
 
     def _keep_cloud(self, cloud: Gathering) -> None:
         """Keep the case of a cloud, of which no block is missing."""
@@ -129,11 +157,15 @@ class _Keeper:
         drop_pending(self.parts.home, self._part(block))
         del self.clouds[block.case]
 
-    def _part(self, block: CloudBlock) -> str:
-        items = list(item_columns(self.plan, block.chunk).values())
-        if self._with_states(block):
+    def _part(self, task: StudyTask) -> str:
+        items = list(item_columns(self.plan, _chunk_of(task)).values())
+        if self._with_states(task):
             items.append(str(self.plan.states_item))
-        return part_name([self.plan.keys[block.case]], items)
+        return part_name([self.plan.keys[number] for number in _chunk_of(task).numbers], items)
+
+
+def _chunk_of(task: StudyTask) -> Chunk:
+    return task.chunk if isinstance(task, CloudBlock) else task
 
 
 def _lost_as(piece: Piece) -> str:

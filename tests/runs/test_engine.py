@@ -1,7 +1,6 @@
 """Cases that die, raise or are interrupted cost themselves and nothing else."""
 
 import contextlib
-import logging
 import os
 import signal
 import subprocess
@@ -11,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from local_cluster import at_most, local_cluster
 
 from prb3r.errors import EngineError
 from prb3r.runs.backends import dask as dask_backend
@@ -19,7 +19,6 @@ from prb3r.runs.engine import run_tasks
 from prb3r.runs.tasks import Workers
 
 DEADLY, RAISING = 13, 19
-LOCAL = "127.0.0.1:0"
 
 
 def square(chunk):
@@ -202,36 +201,16 @@ def test_impossible_workers_are_refused_in_words(monkeypatch):
 
 @pytest.fixture
 def cluster():
-    distributed = pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
-    import dask
-
-    # One repeat instead of three, and no half minute of asking a dead worker for its results.
-    quick = {"distributed.scheduler.allowed-failures": 1, "distributed.comm.timeouts.connect": "3s"}
-    with (
-        dask.config.set(quick),
-        distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            dashboard_address=LOCAL,
-            scheduler_kwargs={"dashboard": False},
-            worker_dashboard_address=LOCAL,
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-    ):
-        yield cluster
+    with local_cluster() as running:
+        yield running
 
 
 def test_dask_loses_only_the_guilty_and_refuses_other_sources(cluster, monkeypatch, tmp_path):
     tasks = chunks(24, 8)
     workers = Workers(backend="dask", scheduler=cluster.scheduler_address)
     found = {}
-    guard = threading.Timer(60, lambda: os.kill(os.getpid(), signal.SIGINT))
-    guard.start()
-    try:
+    with at_most(60):
         run_tasks(square, tasks, found.__setitem__, workers, single)
-    finally:
-        guard.cancel()
     assert_only_the_guilty_are_lost(found, tasks, "its worker died (2 times)")
 
     (tmp_path / "__init__.py").write_text("other = 1")
