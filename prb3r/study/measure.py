@@ -19,7 +19,8 @@ def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metr
     good = ~np.isin(columns["outcome"].astype(str), lost)
     for metric in metrics if good.any() else ():
         names = [quantity.name for quantity in metric.quantities()]
-        for rows, cases in _asked(metric, solved, good):
+        about = solved.unloaded if solved.cloud and metric.from_rest else solved
+        for rows, cases in _asked(metric, about, good):
             try:
                 for name, values in zip(names, metric.values(cases), strict=True):
                     columns[name][rows] = values

@@ -202,3 +202,39 @@ def test_a_workspace_that_still_grows_with_its_loads_is_warned_of(spec, tmp_path
     enough = solve_study(spec(SPEC.replace("40_000", "8_192")), Options(tmp_path / "enough"))
     publish(enough)
     assert "still grow" not in (enough.folder / "report.html").read_text()
+
+
+METRICS = """
+[[metric]]
+kind = "coupling"
+cable = "4"
+disk = 7
+load_n = 5.0
+[[metric]]
+kind = "drive-tension"
+cable = "2"
+segment = 1
+bend_rad = 0.5
+[[metric]]
+kind = "tip-compliance"
+"""
+THICKNESS = """
+[[factor]]
+name = "thickness_m"
+path = "segment.1.thickness_m"
+values = [0.0008, 0.0012]
+"""
+
+
+def test_workspace_and_coupling_are_told_and_drawn_by_one_study(spec, tmp_path):
+    """Without loads the answer to a little more load is that of a study whose only step pulls nothing."""
+    drawn = '\n[[plot]]\nname = "coupling"\nkind = "lines"\nx = "thickness_m"\ny = ["coupling_m_per_n"]\n'
+    both = solve_study(spec(SPEC.replace("40_000", "400") + METRICS + THICKNESS + drawn), Options(tmp_path / "both"))
+    head = SPEC[: SPEC.index("[cloud]")].replace("path", "none").replace("state_disks = [14]\n", "")
+    steps = solve_study(spec(head + "[[step]]\ncable_1_n = 0\n" + METRICS + THICKNESS), Options(tmp_path / "steps"))
+    for name in ("coupling_m_per_n", "coupling_rad_per_n", "drive_tension_n", "tip_compliance_m_per_n"):
+        expected = steps.cases[name].to_numpy()
+        assert (expected > 0).all()
+        assert both.cases[name].to_numpy() == pytest.approx(expected, rel=1e-9)
+    names = {path.name for path in publish(both)}
+    assert {"reach.svg", "coupling.svg", "report.html"} <= names

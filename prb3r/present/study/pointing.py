@@ -77,8 +77,8 @@ def pointed(
         plates = plan.cases[0].manipulator().plates
         whole = kept["disk"].nunique() == plates + 1
         if plan.study.cloud is not None:
-            clouds = pd.DataFrame(sorted(wanted), columns=["case", "step"]).groupby("case")["step"]
-            for case, steps in clouds:
+            loaded = sorted((case, step) for case, step in wanted if step != LAST)  # no load of a cloud is its last
+            for case, steps in pd.DataFrame(loaded, columns=["case", "step"]).groupby("case")["step"]:
                 states |= _of_cloud(plan.cases[int(case)], steps.to_numpy(), kept[kept["case_id"] == case])
         elif whole:
             paths = _paths(kept) if plan.study.states == "path" else []

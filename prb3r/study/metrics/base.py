@@ -12,7 +12,7 @@ from pydantic import Field
 
 from prb3r.errors import did_you_mean
 from prb3r.inverse.target import Target
-from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, Strict
@@ -103,6 +103,13 @@ class Solved:
         """The loads of the last step of each case, `c` steps."""
         return Loads(*(field[self.ends] for field in self.loads))
 
+    @cached_property
+    def unloaded(self) -> "Solved":
+        """The manipulator before any load of a table acts, as one case of one step."""
+        loads = no_loads(self.chain)
+        states = equilibria_of(self.chain, loads)
+        return Solved(self.manipulator, self.chain, loads, states)
+
     def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps of all cases, each reached from the last step of its case.
 
@@ -133,6 +140,8 @@ class Metric(Strict, ABC):
     """Whether it takes many cases at once; else it is asked about one after the other."""
     of_clouds: ClassVar[bool] = False
     """Whether it can be had of a cloud of loads."""
+    from_rest: ClassVar[bool] = False
+    """Of clouds: whether it is had of the manipulator without loads, as their loads have no last step."""
     of_paths: ClassVar[bool] = False
     """Whether it can be had of a path of targets alone."""
 
@@ -156,7 +165,7 @@ class Metric(Strict, ABC):
         for name in named:
             if name not in manipulator.cable_names:
                 yield f"there is no cable {name!r}{did_you_mean(name, manipulator.cable_names)}"
-        if cloud and not self.of_clouds:
+        if cloud and not (self.of_clouds or self.from_rest):
             yield "needs load steps, the loads are a cloud"
 
     @abstractmethod

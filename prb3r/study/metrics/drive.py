@@ -21,6 +21,7 @@ class DriveTension(Metric):
 
     kind: Literal["drive-tension"]
     together: ClassVar[bool] = True
+    from_rest: ClassVar[bool] = True
     cable: str
     segment: Annotated[int, Field(ge=1)]
     bend_rad: Positive

@@ -16,6 +16,7 @@ class Coupling(Metric):
 
     kind: Literal["coupling"]
     together: ClassVar[bool] = True
+    from_rest: ClassVar[bool] = True
     cable: str
     disk: DiskNumber | None = None
     segment: Annotated[int, Field(ge=1)] | None = None
@@ -49,6 +50,7 @@ class TipCompliance(Metric):
 
     kind: Literal["tip-compliance"]
     together: ClassVar[bool] = True
+    from_rest: ClassVar[bool] = True
     load_n: Positive = 0.05
 
     def quantities(self) -> list[Quantity]:
