@@ -105,10 +105,10 @@ class Solved:
 
     @cached_property
     def unloaded(self) -> "Solved":
-        """The manipulator before any load of a table acts, as one case of one step."""
-        loads = no_loads(self.chain)
-        states = equilibria_of(self.chain, loads)
-        return Solved(self.manipulator, self.chain, loads, states)
+        """The manipulator before any load of a table acts, as one case of one step; cables are then drawn in."""
+        idle = no_loads(self.chain)
+        idle = idle._replace(slip=-np.ones_like(idle.slip))
+        return Solved(self.manipulator, self.chain, idle, equilibria_of(self.chain, idle))
 
     def continued(self, *further: Loads) -> Equilibria:
         """Equilibria of further load steps of all cases, each reached from the last step of its case.
