@@ -139,6 +139,9 @@ def test_reach_writes_steps_that_solve_takes_and_says_when_it_cannot(tmp_path):
     assert done.returncode == 1
     assert "is not reached; nearest is x 0.236 m" in done.stdout
     assert (tmp_path / "near.csv").exists()
+    done = prb3r("reach", PROTOTYPE, "--x", 0.1, "--y", 0.4)  # there, if plates could take any stress
+    assert done.returncode == 1
+    assert "prb3r: plates would yield at 1 of 1 target; --least stress looks for pulls that spare them" in done.stderr
     done = prb3r("reach", PROTOTYPE)
     assert done.returncode == 2
     assert "say where to" in done.stderr

@@ -26,7 +26,7 @@ ORDER = {
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
     "proof": "rig settings concealed judging prove sweep",
-    "present": "style canvas rc framing page accuracy spots study diagnosis proof index",
+    "present": "style canvas rc framing page accuracy spots study diagnosis proof entries index",
     "bench": "prototype methods scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }

@@ -79,7 +79,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     for diagnosis in found.diagnoses:
         click.echo("\n".join([*summary_lines(diagnosis), ""]))
     click.echo("\n".join(["together:", *(f"- {sentence}" for sentence in found.common.sentences)]))
-    click.echo(f"{len(files)} files in {folder}: together.json and a folder for each recording")
+    click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
     return [diagnosis.verdict for diagnosis in found.diagnoses]
 
 

@@ -109,7 +109,7 @@ def _write(tables: Iterator[Any], place: Path | None) -> None:
 def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     """Tensions of least sum or stress that bring a disk to a place or an angle, as a table of steps that `solve` takes.
 
-    Exit code 1, and the nearest it comes, where that cannot be.
+    Exit code 1, and the nearest it comes, where that cannot be; exit code 1, too, where plates would yield.
     """
     from prb3r.inverse.reach import pulls_to
     from prb3r.model.files.table import csv_text, write_table
@@ -125,4 +125,8 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
         click.echo(csv_text(answer.steps), nl=False)
     for sentence in answer.sentences:
         click.echo(sentence, err=not output)
-    ctx.exit(ExitCode.DONE if answer.reached else ExitCode.SOME_FAILED)
+    if answer.beyond_yield:
+        targets = f"{answer.beyond_yield} of {len(answer.table)} target{'s' * (len(answer.table) != 1)}"
+        spared = "" if asked["least"] == "stress" else "; --least stress looks for pulls that spare them"
+        click.echo(f"prb3r: plates would yield at {targets}{spared}", err=True)
+    ctx.exit(ExitCode.DONE if answer.reached and not answer.beyond_yield else ExitCode.SOME_FAILED)

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Literal, overload
+from urllib.parse import quote
 
+import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.diagnosis.result.common import write_common
@@ -18,6 +20,7 @@ from prb3r.model.given import Given
 from prb3r.present.canvas import Panels, drawn_on
 from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_diagnosis
 from prb3r.present.diagnosis.sentences import headlines
+from prb3r.present.diagnosis.together import SHARED_FIGURE, publish_together, shared_figure
 from prb3r.recording.recording import Recording
 
 
@@ -70,6 +73,41 @@ class JointReport(JointDiagnosis):
 
     diagnoses: tuple[DiagnosisReport, ...]
 
+    @property
+    def frame(self) -> pd.DataFrame:
+        """`effect` (empty: constants), `parameter`, `recording` (`together`: all), `value, low, high` and `agrees`."""
+        return pd.DataFrame(
+            [
+                {"effect": each.effect, "parameter": each.parameter, "recording": name}
+                | estimate._asdict()
+                | {"agrees": each.agrees}
+                for each in self.common.shared
+                for name, estimate in zip(("together", *each.recordings), (each.together, *each.alone), strict=True)
+            ]
+        )
+
+    def plot(self, kind: str = SHARED_FIGURE, *, axes: Panels = None) -> Figure:
+        """What the rigs share, from all recordings and from each; what a recording shows alone is in `diagnoses`.
+
+        Parameters
+        ----------
+        axes : to draw on, one for each shared parameter; without them on a new figure.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind, if nothing is shared, or for another number of axes.
+        """
+        if kind != SHARED_FIGURE:
+            raise ValueError(
+                f"no plot {kind!r}: the kind is {SHARED_FIGURE}; .diagnoses[0].plot draws a recording's own"
+            )
+        with drawn_on(axes):
+            figure = shared_figure(self.common)
+        if figure is None:
+            raise ValueError("nothing to plot: these recordings share nothing")
+        return figure
+
     def report(self, folder: str | Path) -> list[Path]:
         """Write into `folder` all that `prb3r diagnose --together` writes; the files written.
 
@@ -80,12 +118,11 @@ class JointReport(JointDiagnosis):
         EngineError
             If the disk is full.
         """
-        files = [
-            path
-            for diagnosis in self.diagnoses
-            for path in diagnosis.report(Path(folder) / default_folder(diagnosis.name).name)
-        ]
-        return [write_common(self.common, folder), *files]
+        inner = {diagnosis.name: default_folder(diagnosis.name).name for diagnosis in self.diagnoses}
+        files = [path for each in self.diagnoses for path in each.report(Path(folder) / inner[each.name])]
+        pages = {name: quote(f"{place}/report.html") for name, place in inner.items()}
+        whole = publish_together(self.diagnoses, self.common, folder, pages)
+        return [write_common(self.common, folder), *whole, *files]
 
     def __repr__(self) -> str:
         return "\n".join([*map(repr, self.diagnoses), *self.common.sentences])

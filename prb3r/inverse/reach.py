@@ -9,7 +9,7 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.inverse.pull import Aim, Least, Pull, lengths
-from prb3r.inverse.reached import Reached
+from prb3r.inverse.reached import BEYOND_YIELD, IS_REACHED, NO_PULL, NOT_REACHED, Reached
 from prb3r.inverse.search import Found, best_pull, natural_limits
 from prb3r.inverse.target import COORDINATES, Target, targets_of
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
@@ -128,6 +128,8 @@ def _table(
     for number, (target, best) in enumerate(zip(targets, found, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
+        reached = best is not None and best.steady and target.reached(place)
+        safety = np.nan if best is None else _safety(manipulator, best.stress)
         rows.append(
             {
                 "step": number,
@@ -138,12 +140,19 @@ def _table(
                 "turn_off_rad": float(abs(off[2])),
                 "total_n": np.nan if best is None else float(best.tension.sum()),
                 "peak_stress_pa": np.nan if best is None else best.stress,
-                "safety_factor": np.nan if best is None else _safety(manipulator, best.stress),
-                "reached": best is not None and best.steady and target.reached(place),
+                "safety_factor": safety,
+                "reached": reached,
+                "outcome": _outcome(best, reached, safety),
                 "note": _note(target, best, most, names),
             }
         )
     return pd.DataFrame(rows)
+
+
+def _outcome(best: Found | None, reached: bool, safety: float) -> str:
+    if best is None:
+        return NO_PULL
+    return NOT_REACHED if not reached else BEYOND_YIELD if safety < 1 else IS_REACHED
 
 
 def _safety(manipulator: Manipulator, stress: float) -> float:

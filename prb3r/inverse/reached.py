@@ -7,6 +7,9 @@ import pandas as pd
 
 from prb3r.inverse.target import COORDINATES
 
+IS_REACHED, BEYOND_YIELD, NOT_REACHED, NO_PULL = "reached", "beyond yield", "not reached", "no equilibrium"
+"""Outcomes of a target; beyond yield the disk would come there if plates could take any stress, which they cannot."""
+
 
 @dataclass(frozen=True)
 class Reached:
@@ -17,12 +20,18 @@ class Reached:
     table: pd.DataFrame
     """A row for each target: `step, disk`, what was wanted (`wanted_x_m`, ...), where the disk comes (`x_m`, ...),
     `distance_m`, `turn_off_rad`, `total_n` (the sum of the tensions), `peak_stress_pa` and `safety_factor` (of
-    the plates against yield, as far as the manipulator tells), `reached`, and a `note`."""
+    the plates against yield, as far as the manipulator tells), `reached`, its `outcome` (`reached`, `beyond yield`,
+    `not reached` or `no equilibrium`), and a `note`."""
 
     @property
     def reached(self) -> bool:
-        """Whether every target is reached, within the tolerance of the search."""
+        """Whether every target is reached, within the tolerance of the search, be it beyond yield."""
         return bool(self.table["reached"].all())
+
+    @property
+    def beyond_yield(self) -> int:
+        """Number of targets that are reached by pulls which make plates yield."""
+        return int((self.table["outcome"] == BEYOND_YIELD).sum())
 
     @property
     def sentences(self) -> list[str]:

@@ -1,5 +1,6 @@
 """Recordings of sister rigs together: what they share is told better by both, and what they contradict is said."""
 
+import html
 import json
 from dataclasses import replace
 from functools import cache
@@ -7,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from diagnosis.sisters import LAW, E, recorded_sister, write_sister
+from matplotlib.figure import Figure
 
 import prb3r
 from prb3r.diagnosis.fit.belief import Belief
@@ -28,6 +30,9 @@ from prb3r.diagnosis.run import joint_diagnosis_of
 from prb3r.diagnosis.search.joint_pool import shared_constants
 from prb3r.diagnosis.together import diagnose_together
 from prb3r.errors import SpecError
+from prb3r.front.diagnoses import DiagnosisReport, JointReport
+from prb3r.present.diagnosis.together import shared_figure
+from prb3r.present.index import write_index
 from prb3r.recording.recording import Sharing
 
 TRUE_E, TRUE_MU = 1.05 * E, 0.27
@@ -225,3 +230,42 @@ def test_what_is_not_shared_is_said_in_words():
         "Of b alone: edge wrap, gravity.",
         "note: x",
     ]
+
+
+def test_what_rigs_share_is_drawn_told_and_written(tmp_path):
+    found = together()
+    joint = JointReport(tuple(DiagnosisReport(**vars(each)) for each in found.diagnoses), found.common)
+    table = joint.frame.set_index(["effect", "parameter", "recording"])
+    whole = table.xs("together", level="recording")
+    strain = whole.xs("knee_strain", level="parameter").iloc[0]
+    assert strain["low"] < strain["value"] < strain["high"]
+    axes = Figure().subplots(2, 2)
+    assert joint.plot(axes=axes) is axes[0, 0].figure
+    for each, panel in zip(found.common.shared, axes.ravel(), strict=True):
+        assert [label.get_text() for label in panel.get_yticklabels()] == ["together", "short", "thick"]
+        low, high = panel.lines[0].get_xdata()
+        assert high / low == pytest.approx(each.together.high / each.together.low)
+    with pytest.raises(ValueError, match="the kind is shared"):
+        joint.plot("shapes")
+    names = {path.relative_to(tmp_path).as_posix() for path in joint.report(tmp_path)}
+    assert {"together.json", "report.html", "shared.svg", "short/report.html", "thick/diagnosis.json"} <= names
+    page = (tmp_path / "report.html").read_text()
+    assert all(f'href="{name}/report.html"' in page for name in ("short", "thick"))
+    assert all(html.escape(text, quote=False) in html.unescape(page) for text in found.common.sentences)
+    index, count = write_index(tmp_path)
+    assert count == 3
+    assert "Diagnosed together: short, thick" in index.read_text()
+    assert "1 diagnosis of several recordings" in index.read_text()
+
+
+def test_what_is_not_told_is_not_drawn_and_nothing_shared_is_no_figure():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    rubs = SharedParameter(
+        "", "friction_coefficient", ("a", "c"), estimate, (estimate, Estimate(0.5)), 1.0, True, 1.0, ()
+    )
+    common = Common(("a", "b", "c"), (rubs,), {}, {}, 5.0, ())
+    (axes,) = shared_figure(common).axes
+    places = {float(row) for line in axes.lines for row in line.get_ydata()}
+    assert places == {0.0, 1.0}
+    assert [text.get_text() for text in axes.texts] == ["not told"]
+    assert shared_figure(replace(common, shared=())) is None

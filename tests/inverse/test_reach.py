@@ -135,6 +135,7 @@ def test_what_is_told_of_strength_is_what_a_solve_finds():
         assert answer.table["safety_factor"].tolist() == pytest.approx((1.1e9 / stress).tolist(), rel=1e-6)
         said = ["beyond yield" in sentence for sentence in answer.sentences]
         assert said == (answer.table["safety_factor"] < 1).tolist() == [False, True, False]
+        assert answer.table["outcome"].tolist() == ["reached", "beyond yield", "reached"]
     unknown = prb3r.reach(RUBBING, y_m=0.04)
     assert unknown.table["safety_factor"].isna().all()
     assert "highest stress" in unknown.sentences[0]

@@ -50,10 +50,11 @@ def panel_grid(
     """
     beside = style.legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
     whole = height + 4 * -(-len(handles) // beside)
-    figure, axes = canvas.axes_grid((width, whole), (rows, columns), grid.pop("count", rows * columns), **grid)
+    count = grid.pop("count", rows * columns)
+    figure, axes = canvas.axes_grid((width, whole), (rows, columns), count, **grid)
     canvas.close_up(figure)
     if handles:
-        canvas.legend(figure, axes[-1, -1], beside, handles, labelspacing=0.35)
+        canvas.legend(figure, axes.ravel()[count - 1], beside, handles, labelspacing=0.35)
     return figure, axes
 
 

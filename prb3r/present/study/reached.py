@@ -57,5 +57,5 @@ def reached_table(steps: pd.DataFrame, targets: pd.DataFrame) -> Table:
     for target in targets.to_dict("records"):
         pulls = known.loc[target["step"], names] if target["step"] in known.index else [np.nan] * len(names)
         cells = [style.digits(float(value)) for value in (*pulls, target["total_n"], target["safety_factor"])]
-        rows.append([str(target["step"]), *cells, "yes" if target["reached"] else "no"])
-    return Table(["target", *heads, "sum (N)", "safety factor", "reached"], rows, (0, len(names) + 3))
+        rows.append([str(target["step"]), *cells, str(target["outcome"])])
+    return Table(["target", *heads, "sum (N)", "safety factor", "outcome"], rows, (0, len(names) + 3))

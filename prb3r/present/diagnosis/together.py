@@ -1,0 +1,113 @@
+"""What several recordings have in common: a figure, a table, and a page that leads to that of each recording."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from prb3r.diagnosis.result.common import Common, SharedParameter
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.present import rc, style
+from prb3r.present.diagnosis import sentences as say
+from prb3r.present.diagnosis.panels import panel_grid
+from prb3r.present.page import Table, picture, save_figure, templates
+from prb3r.quantities import describe
+from prb3r.runs.files import ensure_writable, write_whole
+
+SHARED_FIGURE = "shared"
+SHARED_CAPTION = (
+    "What the rigs share, from each recording with the same effects and from all of them, with 95 % intervals."
+)
+OF_ALL: dict[str, Any] = {"color": style.PALETTE[0], "marker": "o", "ms": 4.0, "lw": 1.6}
+OF_ONE: dict[str, Any] = {"color": style.PALETTE[2], "marker": "s", "ms": 3.4, "lw": 1.0}
+PARTED: dict[str, Any] = {**OF_ONE, "mfc": "white"}
+ROW_MM = 5.5
+
+
+def shared_figure(common: Common) -> Figure | None:
+    """A panel for each shared parameter: its value from all recordings and from each; None where nothing is shared."""
+    if not common.shared:
+        return None
+    with rc.in_use():
+        names, columns = ["together", *common.recordings], min(len(common.shared), 3)
+        rows = -(-len(common.shared) // columns)
+        handles = [Line2D([], [], **OF_ALL, label="together"), Line2D([], [], **OF_ONE, label="from each by itself")]
+        if any(each.own for each in common.shared):
+            handles.append(Line2D([], [], **PARTED, label="the same, with a value of its own"))
+        width, height = style.SINGLE if columns == 1 else style.DOUBLE, rows * (16 + ROW_MM * len(names))
+        figure, grid = panel_grid(rows, columns, height, handles, width, sharey=True, count=len(common.shared))
+        for axes, each in zip(grid.ravel(), common.shared, strict=False):
+            _values(axes, each, names)
+    return figure
+
+
+def _values(axes, each: SharedParameter, names: Sequence[str]) -> None:
+    known = [each.together, *each.alone]
+    ends = [end for estimate in known for end in estimate if end is not None]
+    shown = style.shown(describe(each.parameter), ends)
+    looks = {name: PARTED if name in each.own else OF_ONE for name in each.recordings}
+    for name, estimate in zip(["together", *each.recordings], known, strict=True):
+        row = names.index(name)
+        if estimate.low is None or estimate.high is None:
+            axes.text(0.5, row, "not told", transform=axes.get_yaxis_transform(), ha="center", va="center")
+            continue
+        low, value, high = (shown.factor * end for end in (estimate.low, estimate.value, estimate.high))
+        look = looks.get(name, OF_ALL) if row else OF_ALL
+        axes.plot([low, high], [row, row], color=look["color"], lw=look["lw"])
+        axes.plot([value], [row], **{**look, "ls": ""})
+    axes.set_yticks(range(len(names)), [style.literal(name) for name in names])
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.grid(False, axis="y")
+    axes.set_xlabel(shown.label)
+    axes.set_title(say.spaced(each.effect) if each.effect else "constants", pad=3)
+
+
+def shared_table(common: Common) -> Table | None:
+    """What is shared in numbers, a row for each parameter; None where nothing is."""
+    rows = []
+    for each in common.shared:
+        alone = dict(zip(each.recordings, each.alone, strict=True))
+        cells = [_cell(each, alone.get(name), name in each.own) for name in common.recordings]
+        about = [say.spaced(each.effect) or "constant", say.parameter_title(each.parameter)]
+        rows.append([*about, _cell(each, each.together), *cells, "yes" if each.agrees else "**no**"])
+    head = ["Of", "Parameter", "Together", *common.recordings, "Agree"]
+    return Table(head, rows, (0, 1, len(head) - 1)) if rows else None
+
+
+def _cell(each: SharedParameter, estimate, own: bool = False) -> str:
+    if estimate is None:
+        return "–"
+    if estimate.low is None:
+        return "not told"
+    value, low, high = (say.value_text(each.parameter, end) for end in estimate)
+    return f"{value} ({low} to {high}){', its own' if own else ''}"
+
+
+def publish_together(
+    diagnoses: Sequence[Diagnosis], common: Common, folder: str | Path, pages: Mapping[str, str]
+) -> list[Path]:
+    """Write the figure `shared` and `report.html` over several recordings; the files written.
+
+    Parameters
+    ----------
+    pages : by the recording's name, the page of its own diagnosis, as a link from `folder`.
+
+    Raises
+    ------
+    SpecError
+        If the folder cannot be made or written to.
+    EngineError
+        If the disk is full.
+    """
+    folder = Path(folder)
+    ensure_writable(folder)
+    figure, files, shown = shared_figure(common), [], None
+    if figure is not None:
+        files = save_figure(figure, folder, SHARED_FIGURE)
+        shown = picture(folder, SHARED_FIGURE, SHARED_CAPTION)
+    each = [(diagnosis.name, pages[diagnosis.name], say.headlines(diagnosis)) for diagnosis in diagnoses]
+    content = {"names": common.recordings, "sentences": list(common.sentences), "table_of_shared": shared_table(common)}
+    page = templates().get_template("together.html.j2").render(content, figure=shown, each=each)
+    return [*files, write_whole(folder / "report.html", page.encode())]
