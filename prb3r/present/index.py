@@ -77,7 +77,7 @@ def _card(entry: Entry, folder: Path) -> dict[str, str]:
 
 
 def _short(text: str) -> str:
-    text = " ".join(text.split())
+    text = " ".join(text.replace("`", "").split())
     return text if len(text) <= SHORT else f"{text[:SHORT].rsplit(' ', 1)[0]} …"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from prb3r.diagnosis.result.common import Common, SharedParameter
+from prb3r.diagnosis.result.common import IN_WORDS, Common, SharedParameter
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import sentences as say
@@ -44,24 +44,33 @@ def shared_figure(common: Common) -> Figure | None:
 
 
 def _values(axes, each: SharedParameter, names: Sequence[str]) -> None:
-    known = [each.together, *each.alone]
-    ends = [end for estimate in known for end in estimate if end is not None]
-    shown = style.shown(describe(each.parameter), ends)
+    known, (words, factor, unit) = [each.together, *each.alone], _in_words(each)
     looks = {name: PARTED if name in each.own else OF_ONE for name in each.recordings}
     for name, estimate in zip(["together", *each.recordings], known, strict=True):
         row = names.index(name)
         if estimate.low is None or estimate.high is None:
             axes.text(0.5, row, "not told", transform=axes.get_yaxis_transform(), ha="center", va="center")
             continue
-        low, value, high = (shown.factor * end for end in (estimate.low, estimate.value, estimate.high))
+        low, value, high = (factor * end for end in (estimate.low, estimate.value, estimate.high))
         look = looks.get(name, OF_ALL) if row else OF_ALL
         axes.plot([low, high], [row, row], color=look["color"], lw=look["lw"])
         axes.plot([value], [row], **{**look, "ls": ""})
     axes.set_yticks(range(len(names)), [style.literal(name) for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(False, axis="y")
-    axes.set_xlabel(shown.label)
+    axes.set_xlabel(f"{words} ({unit})" if unit else words)
     axes.set_title(say.spaced(each.effect) if each.effect else "constants", pad=3)
+
+
+def _in_words(each: SharedParameter) -> tuple[str, float, str]:
+    """What a parameter is called in figures and tables, and the factor and the unit that people read it in."""
+    if each.parameter in IN_WORDS:
+        words, factor, unit = IN_WORDS[each.parameter]
+        words = words.removeprefix("the ")
+        return words[0].upper() + words[1:], factor, unit.strip()
+    ends = [end for estimate in (each.together, *each.alone) for end in estimate if end is not None]
+    shown = style.shown(describe(each.parameter), ends)
+    return say.parameter_title(each.parameter).capitalize(), shown.factor, shown.unit
 
 
 def shared_table(common: Common) -> Table | None:
@@ -70,7 +79,7 @@ def shared_table(common: Common) -> Table | None:
     for each in common.shared:
         alone = dict(zip(each.recordings, each.alone, strict=True))
         cells = [_cell(each, alone.get(name), name in each.own) for name in common.recordings]
-        about = [say.spaced(each.effect) or "constant", say.parameter_title(each.parameter)]
+        about = [say.spaced(each.effect) or "constant", _in_words(each)[0]]
         rows.append([*about, _cell(each, each.together), *cells, "yes" if each.agrees else "**no**"])
     head = ["Of", "Parameter", "Together", *common.recordings, "Agree"]
     return Table(head, rows, (0, 1, len(head) - 1)) if rows else None
@@ -81,8 +90,9 @@ def _cell(each: SharedParameter, estimate, own: bool = False) -> str:
         return "–"
     if estimate.low is None:
         return "not told"
-    value, low, high = (say.value_text(each.parameter, end) for end in estimate)
-    return f"{value} ({low} to {high}){', its own' if own else ''}"
+    _, factor, unit = _in_words(each)
+    value, low, high = (style.digits(factor * end) for end in estimate)
+    return f"{value} ({low} to {high}){f' {unit}' if unit else ''}{', its own' if own else ''}"
 
 
 def publish_together(
