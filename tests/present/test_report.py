@@ -132,3 +132,22 @@ def test_key_numbers_stand_apart_for_alternatives(tmp_path):
     lines = (tmp_path / "summary.md").read_text().split("## Key numbers")[1].split("\n\n")[1].splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
     assert [row[1:5] for row in rows] == [["intact", *["400"] * 3], ["cable 1", *["100"] * 3]]
+
+
+def test_words_that_go_along_with_a_number_do_not_part_key_numbers(tmp_path):
+    levels = [{"name": "cut", "level": [{"label": "intact"}, {"label": "cable 1"}]}]
+    levels += [{"name": "force", "zip": "z", "level": [{"label": f"{n} N"} for n in (1, 2, 3)]}]
+    levels += [{"name": "ratio", "zip": "z", "path": "friction.coefficient", "values": [0.1, 0.2, 0.3]}]
+    study = Study.model_validate({"name": "small", "title": "Cut", "manipulator": "m.toml", "factor": levels})
+    cases = pd.DataFrame(
+        {
+            "case_id": range(6),
+            "cut": ["intact", "cable 1"] * 3,
+            "force": [f"{n} N" for n in (1, 1, 2, 2, 3, 3)],
+            "ratio": [0.1, 0.1, 0.2, 0.2, 0.3, 0.3],
+            "tip_x_m": [0.4, 0.1, 0.3, 0.2, 0.2, 0.3],
+        }
+    ).assign(outcome="converged", reason="")
+    write_report(tmp_path, Source(study, cases, QUANTITIES[:1], MANIFEST | {"fits": []}))
+    lines = (tmp_path / "summary.md").read_text().split("## Key numbers")[1].split("\n\n")[1].splitlines()
+    assert [line.split("|")[2].strip() for line in lines[2:]] == ["intact", "cable 1"]

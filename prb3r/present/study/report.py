@@ -123,9 +123,15 @@ def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
 def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
     """Cases apart by factors whose values are words (broken cables, models, orders), which no median may mix.
 
-    Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.
+    Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.  Words that
+    go along with a number (`zip`) are that number's.
     """
-    names = [name for name in source.factors if not pd.api.types.is_numeric_dtype(source.cases[name])]
+    numbers = [name for name in source.factors if pd.api.types.is_numeric_dtype(source.cases[name])]
+    names = [
+        name
+        for name in source.factors
+        if name not in numbers and not any(_goes_along(source.cases, name, number) for number in numbers)
+    ]
     chosen = [list(some) for count in range(1, len(names) + 1) for some in itertools.combinations(names, count)]
     sizes = [len(source.cases[some].drop_duplicates()) for some in chosen]
     best = max(range(len(chosen)), key=lambda k: sizes[k] if sizes[k] <= FEW else 0, default=None)
@@ -133,6 +139,12 @@ def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
         return [("", source.cases)]
     groups = source.cases.groupby(chosen[best], sort=False, dropna=False)
     return [(", ".join(map(str, values)), part) for values, part in groups]
+
+
+def _goes_along(cases: pd.DataFrame, name: str, number: str) -> bool:
+    """Whether every value of the one column belongs to a value of the other."""
+    pairs = len(cases[[name, number]].drop_duplicates())
+    return pairs == cases[name].nunique() == cases[number].nunique()
 
 
 def first_cases(source: Source, most: int = 10) -> Table:
