@@ -60,7 +60,8 @@ def bent_on(moment, rigidity, loop, before, after):
     share, slips_at, springs = loop
     own, left = share * rigidity / springs, moment - before[0]
     way, stiffness = 1.0 if left >= 0 else -1.0, rigidity
-    after[:] = before
+    for e in range(2 + springs):
+        after[e] = before[e]
     for _ in range(springs + 1):
         stiffness, room = (1 - share) * rigidity, np.inf
         for e in range(springs):

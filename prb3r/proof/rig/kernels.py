@@ -1,5 +1,7 @@
 """Compiled inner loops of the rig: one plate by shooting, and the balance of all plates.
 
+Numbers are added one by one: sums of whole arrays take Numba three times as long to compile.
+
 Unknowns are the end poses of the plates: `e_i = (X, Y, b)`, centre of disk `i`'s proximal face and bend of plate `i`,
 both in the frame of the disk before it (origin at its distal face's centre, x along its axis).  They give every cable
 span, hence every turning angle, tension and load on the plate; the plate's shape equation, stepped along the arc from
@@ -44,7 +46,7 @@ def _along(plate, wrench, station, z, rate):
 
 @njit(cache=True)
 def shape(rig, i, wrench, elements, bent):
-    """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent.
+    """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent row by row: (12,).
 
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
@@ -75,13 +77,17 @@ def shape(rig, i, wrench, elements, bent):
             z[q] += h * mean[q]
     if hinge > 0:
         arm_x, arm_y = z[0] - clamp, z[1]
-        direct = np.array([1.0, arm_y, -arm_x])
-        z[9:] += hinge * (direct - z[3:6] * force_y + z[6:9] * force_x)
+        for p in range(3):
+            direct = 1.0 if p == 0 else arm_y if p == 1 else -arm_x
+            z[9 + p] += hinge * (direct - z[3 + p] * force_y + z[6 + p] * force_x)
         z[2] += hinge * (moment - arm_x * force_y + arm_y * force_x)
     cos, sin = clamp * np.cos(z[2]), clamp * np.sin(z[2])
-    z[3:6] -= sin * z[9:]
-    z[6:9] += cos * z[9:]
-    return np.array([z[0] + cos, z[1] + sin, z[2]]), z[3:].copy().reshape(3, 3)
+    z[0] += cos
+    z[1] += sin
+    for p in range(3):
+        z[3 + p] -= sin * z[9 + p]
+        z[6 + p] += cos * z[9 + p]
+    return z
 
 
 @njit(cache=True)
@@ -94,8 +100,8 @@ def span(rig, plate, cable, end):
     v_x, v_y = end[0] - o * sin, end[1] + o * cos - o
     by_b = (-o * cos - o_b * sin, -o * sin + o_b * (cos - 1))
     length = np.hypot(v_x, v_y)
-    d_length = np.array([v_x, v_y, v_x * by_b[0] + v_y * by_b[1]]) / length
-    d_angle = np.array([-v_y, v_x, v_x * by_b[1] - v_y * by_b[0]]) / length**2
+    d_length = v_x / length, v_y / length, (v_x * by_b[0] + v_y * by_b[1]) / length
+    d_angle = -v_y / length**2, v_x / length**2, (v_x * by_b[1] - v_y * by_b[0]) / length**2
     return length, np.arctan2(v_y, v_x), o, d_length, d_angle, o_b
 
 
@@ -110,6 +116,14 @@ def lengths_beyond(rig, ends):
 
 
 @njit(cache=True)
+def add_rows(to, first, end, factor, what):
+    """Add `factor` times the rows `first` to `end` of `what` (n, 3) to those of `to`."""
+    for i in range(first, end):
+        for q in range(3):
+            to[i, q] += factor * what[i, q]
+
+
+@njit(cache=True)
 def pull_cable(rig, j, tension, slips, ends, pulls):
     """Add what cable `j` does to every plate's wrench and tangent, and note its span tensions."""
     slip, sticking = slips
@@ -118,7 +132,9 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
     angle, offset, d_offset = np.zeros(n), np.zeros(n), np.zeros(n)
     d_length, d_angle = np.zeros((n, 3)), np.zeros((n, 3))
     for i in range(reach):
-        _, angle[i], offset[i], d_length[i], d_angle[i], d_offset[i] = span(rig, i, j, ends[i])
+        _, angle[i], offset[i], by_length, by_angle, d_offset[i] = span(rig, i, j, ends[i])
+        for q in range(3):
+            d_length[i, q], d_angle[i, q] = by_length[q], by_angle[q]
     log, d_log = 0.0, np.zeros((n, 3))
     for i in range(reach):
         before = angle[i - 1] - ends[i - 1, 2] if i else 0.0  # of the last span, against this disk's axis
@@ -130,27 +146,27 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
         if i == 0:  # the pulley comes first
             log += slip[0, j] * rig.pulley[j]
             if sticking[0, j]:
-                d_log[:reach] += rig.pulley[j] / rig.presliding * d_length[:reach]
+                add_rows(d_log, 0, reach, rig.pulley[j] / rig.presliding, d_length)
         friction = rig.friction[i, j]
         if rig.friction_exponent != 0 and tension > 0:
             friction *= np.exp(-rig.friction_exponent * (log + np.log(tension / rig.friction_tension)))
-            d_log *= 1 - slip[i, j] * friction * turn * rig.friction_exponent
+            add_rows(d_log, 0, reach, -slip[i, j] * friction * turn * rig.friction_exponent, d_log)
         log += slip[i, j] * friction * turn
         if sticking[i, j]:
-            d_log[i:reach] += friction * turn / rig.presliding * d_length[i:reach]
-        d_log[i] += slip[i, j] * friction * leave_sign * d_angle[i]
+            add_rows(d_log, i, reach, friction * turn / rig.presliding, d_length)
+        add_rows(d_log, i, i + 1, slip[i, j] * friction * leave_sign, d_angle)
         if i:
-            d_log[i - 1] += slip[i, j] * friction * enter_sign * d_angle[i - 1]
+            add_rows(d_log, i - 1, i, slip[i, j] * friction * enter_sign, d_angle)
             d_log[i - 1, 2] -= slip[i, j] * friction * enter_sign
         pull = tension * np.exp(log)
         cos, sin = np.cos(angle[i]), np.sin(angle[i])
-        unit = pull * np.array([rig.clamp[i] * sin + offset[i] * cos, -cos, -sin])
-        by_angle = pull * np.array([rig.clamp[i] * cos - offset[i] * sin, sin, -cos])
-        wrench[i] += unit
+        unit = pull * (rig.clamp[i] * sin + offset[i] * cos), -pull * cos, -pull * sin
+        turned = pull * (rig.clamp[i] * cos - offset[i] * sin), pull * sin, -pull * cos
         d_wrench[i, 0, i, 2] += pull * cos * d_offset[i]
         for c in range(3):
-            d_wrench[i, c] += unit[c] * d_log
-            d_wrench[i, c, i] += by_angle[c] * d_angle[i]
+            wrench[i, c] += unit[c]
+            add_rows(d_wrench[i, c], 0, n, unit[c], d_log)
+            add_rows(d_wrench[i, c], i, i + 1, turned[c], d_angle)
         tensions[i, j] = pull
 
 
@@ -173,30 +189,30 @@ def poses(rig, ends):
 def add_dead_loads(rig, forces, ends, wrench, d_wrench):
     """Add the dead loads beyond each plate to its wrench and tangent."""
     n, where = len(ends), poses(rig, ends)
-    total, torque, virial = np.zeros((n, 2)), np.zeros(n), np.zeros(n)  # about the origin, of all loads beyond plate i
+    x, y, a = where[n, 0], where[n, 1], where[n, 2]
+    tip_x, tip_y = x + rig.disk / 2 * np.cos(a), y + rig.disk / 2 * np.sin(a)
+    total_x, total_y = forces.tip[0], forces.tip[1]  # of all loads beyond plate i
+    torque, virial = tip_x * total_y - tip_y * total_x, tip_x * total_x + tip_y * total_y  # about the origin
     for i in range(n - 1, -1, -1):
-        if i + 1 < n:
-            total[i], torque[i], virial[i] = total[i + 1], torque[i + 1], virial[i + 1]
-        x, y, a = where[i + 1, 0], where[i + 1, 1], where[i + 1, 2]
-        tip_x, tip_y = x + rig.disk / 2 * np.cos(a), y + rig.disk / 2 * np.sin(a)
-        for s_x, s_y, f in ((x, y, forces.disk[i]), (tip_x, tip_y, forces.tip if i + 1 == n else np.zeros(2))):
-            total[i] += f
-            torque[i] += s_x * f[1] - s_y * f[0]
-            virial[i] += s_x * f[0] + s_y * f[1]
-    for i in range(n):
+        x, y, (f_x, f_y) = where[i + 1, 0], where[i + 1, 1], (forces.disk[i, 0], forces.disk[i, 1])
+        total_x, total_y = total_x + f_x, total_y + f_y
+        torque, virial = torque + x * f_y - y * f_x, virial + x * f_x + y * f_y
         x, y, a = where[i, 0], where[i, 1], where[i, 2]
         cos, sin = np.cos(a), np.sin(a)
         p_x, p_y = x + (rig.disk / 2 + rig.clamp[i]) * cos, y + (rig.disk / 2 + rig.clamp[i]) * sin
-        f_x, f_y = cos * total[i, 0] + sin * total[i, 1], -sin * total[i, 0] + cos * total[i, 1]
-        wrench[i] += np.array([torque[i] - p_x * total[i, 1] + p_y * total[i, 0], f_x, f_y])
-        d_wrench[i, 0, :i, 2] += p_x * total[i, 0] + p_y * total[i, 1] - virial[i]
-        d_wrench[i, 1, :i, 2] += f_y
-        d_wrench[i, 2, :i, 2] -= f_x
+        f_x, f_y = cos * total_x + sin * total_y, -sin * total_x + cos * total_y
+        wrench[i, 0] += torque - p_x * total_y + p_y * total_x
+        wrench[i, 1], wrench[i, 2] = wrench[i, 1] + f_x, wrench[i, 2] + f_y
+        for k in range(i):
+            d_wrench[i, 0, k, 2] += p_x * total_x + p_y * total_y - virial
+            d_wrench[i, 1, k, 2] += f_y
+            d_wrench[i, 2, k, 2] -= f_x
         c_x = x + rig.disk / 2 * cos + cos * ends[i, 0] - sin * ends[i, 1]  # the next disk's proximal face
         c_y = y + rig.disk / 2 * sin + sin * ends[i, 0] + cos * ends[i, 1]
-        d_wrench[: i + 1, 0, i, 0] += f_y
-        d_wrench[: i + 1, 0, i, 1] -= f_x
-        d_wrench[: i + 1, 0, i, 2] += c_x * total[i, 0] + c_y * total[i, 1] - virial[i]
+        for k in range(i + 1):
+            d_wrench[k, 0, i, 0] += f_y
+            d_wrench[k, 0, i, 1] -= f_x
+            d_wrench[k, 0, i, 2] += c_x * total_x + c_y * total_y - virial
 
 
 @njit(cache=True)
@@ -211,18 +227,23 @@ def imbalance(rig, forces, slips, bent, ends, elements):
     for j in range(m):
         pull_cable(rig, j, forces.tension[j], slips, ends, Pulls(wrench, d_wrench, tensions))
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
-    gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
+    gap, tangent, bend = np.zeros((n, 3)), np.zeros((3 * n, 3 * n)), poses(rig, ends)[n, 2]
     for i in range(n):
         side = 1 if ends[i, 2] > 0 else 0
         excess = abs(ends[i, 2]) - rig.contact_angle[i, side]
         if excess > 0:  # the touching disks carry this part past plate and hinges
             wrench[i, 0] -= rig.contact_stiffness[i, side] * excess * np.sign(ends[i, 2])
             d_wrench[i, 0, i, 2] -= rig.contact_stiffness[i, side]
-        wrench[i, 0] -= rig.umbilical * ends[:, 2].sum()
-        d_wrench[i, 0, :, 2] -= rig.umbilical
+        wrench[i, 0] -= rig.umbilical * bend
+        for k in range(n):
+            d_wrench[i, 0, k, 2] -= rig.umbilical
         wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
         d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
-        answer, softness = shape(rig, i, wrench[i], elements, bent)
-        gap[i] = answer - ends[i]
-        tangent[3 * i : 3 * i + 3] = softness @ d_wrench[i].reshape(3, 3 * n)
-    return gap, tangent - np.eye(3 * n), tensions
+        answer = shape(rig, i, wrench[i], elements, bent)
+        for q in range(3):
+            gap[i, q], row = answer[q] - ends[i, q], 3 * i + q
+            for column in range(3 * n):
+                for p in range(3):
+                    tangent[row, column] += answer[3 + 3 * q + p] * d_wrench[i, p, column // 3, column % 3]
+            tangent[row, row] -= 1
+    return gap, tangent, tensions
