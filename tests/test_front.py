@@ -20,8 +20,8 @@ OBJECTS = "Cable Disk Manipulator Segment __version__ compare diagnose load_mani
 DEEDS = "effects plot predict reach run_study sensitivities solve solve_in_blocks"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
-SHOWN_IN_DOCS = "diagnose load_recording predict solve"
-WITHOUT_EXAMPLES = {"Cable", "Disk", "Segment", "__version__", *SHOWN_IN_DOCS.split(), *ERRORS.split()}
+SHOWN_IN_DOCS = "diagnose predict"
+WITHOUT_EXAMPLES = {"__version__", *SHOWN_IN_DOCS.split(), *ERRORS.split()}
 PULL = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
 
 
@@ -94,5 +94,8 @@ def test_a_plot_shows_the_disks_where_they_are_on_given_axes(prototype):
     tip = markers.iloc[-1]
     marks = [line.get_xydata()[0] for line in axes.lines if len(line.get_xydata()) == 1]
     assert any(mark == pytest.approx([1e3 * tip["x_m"], 1e3 * tip["y_m"]], abs=0.01) for mark in marks)
+    below = prb3r.plot(prototype, markers)
+    assert below.axes[0].get_legend() is None  # it would lie on the manipulator
+    assert [text.get_text() for text in below.legends[0].get_texts()] == ["straight", "a"]
     with pytest.raises(prb3r.SpecError, match="no sequence ends"):
         prb3r.plot(prototype, markers.assign(x_m=float("nan")))

@@ -26,7 +26,14 @@ class Strict(BaseModel):
 
 
 class Disk(Strict):
-    """The disks of a manipulator, which are all alike."""
+    """The disks of a manipulator, which are all alike.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.Disk(thickness_m=0.004)
+    Disk(thickness_m=0.004, mass_kg=0.0)
+    """
 
     thickness_m: DiskThickness
     """Thickness of a disk along the manipulator, m; it adds to the length, and holes lie in its two faces."""
@@ -48,7 +55,14 @@ class Friction(Strict):
 
 
 class Segment(Strict):
-    """Plates of one kind in a row, each between two disks."""
+    """Plates of one kind in a row, each between two disks.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.Segment(plates=7, length_m=0.030, clamp_m=0.008, width_m=0.030, thickness_m=0.0008).plates
+    7
+    """
 
     plates: Annotated[int, Field(ge=1, le=MAX_PLATES)]
     """Number of plates, and of the disks at their far ends."""
@@ -96,7 +110,14 @@ class Segment(Strict):
 
 
 class Cable(Strict):
-    """A cable, from the base through every disk to the last one of the segment it drives."""
+    """A cable, from the base through every disk to the last one of the segment it drives.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.Cable(name="1", offset_m=0.0255, ends_at_segment=2)
+    Cable(name='1', offset_m=0.0255, ends_at_segment=2)
+    """
 
     name: Annotated[str, Field(min_length=1)]
     """Any text; the columns of its loads are `cable_<name>_n` and `slip_<name>`."""

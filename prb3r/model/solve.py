@@ -110,6 +110,9 @@ def solve(
 ) -> pd.DataFrame:
     """Equilibria along each sequence of load steps, every one from rest.
 
+    A call takes some 6 ms whatever it solves, an equilibrium some 10 microseconds: many loads belong into one table, in
+    one sequence or in many.
+
     Parameters
     ----------
     steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (docs/my-manipulator.md).
@@ -129,6 +132,15 @@ def solve(
     ------
     SpecError
         With every problem of the table.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> pull = {"sequence": "a", "step": [1, 2], "cable_1_n": [0.0, 20.0]}
+    >>> markers = prb3r.solve("studies/manipulators/two-segment.toml", pull)
+    >>> tip = markers[markers["disk"] == 14]
+    >>> tip["y_m"].round(3).tolist(), tip["outcome"].tolist()
+    ([0.0, 0.095], ['converged', 'converged'])
     """
     blocks = solve_in_blocks(manipulator, steps, model, also)
     table = blocks.whole()

@@ -32,6 +32,12 @@ def load_recording(path: str | Path) -> Recording:
     ------
     RecordingError
         With every problem of its files at once.
+
+    Examples
+    --------
+    >>> import prb3r
+    >>> prb3r.load_recording("studies/recordings/bench-example")
+    Recording('bench example', sequences=6, steps=42, readings=1713)
     """
     path = Path(path)
     if not path.exists():

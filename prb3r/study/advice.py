@@ -57,11 +57,17 @@ def _ranked(decision: Decision, k: int) -> list[str]:
         against += ", so the two are level"
     equal = len(set(decision.weights)) == 1
     among = "" if all(decision.feasible) else "among these "
+    every = len(front) == sum(map(bool, decision.feasible)) > 2
     return [
+        *(
+            ["none of them is beaten by another in everything that was preferred, so that weights alone decide"]
+            if every
+            else []
+        ),
         *(
             [f"{among}it has the best {listed_names(words)}"]
             if words
-            else [f"{among}it is best in nothing, and far behind in nothing"]
+            else [f"{among}it lies between the best and the worst in everything that was preferred"]
         ),
         f"at {'equal' if equal else 'the given'} weights it scores {against}",
         f"{weights_in_words(decision, k)} put it first",

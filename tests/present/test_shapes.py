@@ -121,6 +121,17 @@ def test_of_many_shapes_some_are_drawn_and_that_is_said():
     assert texts(figure) == ["48 of 200 drawn"]
 
 
+def test_a_legend_of_very_many_values_names_some_from_the_first_to_the_last():
+    count = 200
+    states = pd.concat([states_of(np.zeros((1, 4)), first_case=number) for number in range(count)])
+    plot = plot_of(name="a", kind="shapes", by="load_n")
+    figure = study_figure(plot, cases_of(load_n=np.arange(count, dtype=float)), states, SCENE)
+    named = texts(figure)
+    assert len(named) < 12
+    assert (named[0].split()[-2], named[-3].split()[-2]) == ("0", "199")
+    assert named[-2:] == ["and 193 more values", "48 of 200 drawn"]
+
+
 def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
     """The pixels at the spots of manipulators have the colours of their marks, whatever moved them as it was saved."""
     tensions = np.zeros((4, 4))

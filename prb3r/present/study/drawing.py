@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
@@ -54,18 +55,18 @@ def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, 
     corners = np.concatenate([part.disks.reshape(-1, 2) for part in (rest, *bodies.values())])
     strongest = max((tension.max() for part in bodies.values() for tension in part.tensions), default=0.0)
     with rc.in_use():
+        marks = [Line2D([], [], color=look.colour, marker=look.marker, label=name) for name, look in looks.items()]
+        named = [Line2D([], [], color=GHOST.colour, label="straight"), *marks] if drawn else []
         if axes is None:
-            (axes,) = canvas.panels([""], [], view_of(corners)[2])[1]
+            (axes,) = canvas.panels([""], named, view_of(corners)[2])[1]
+        elif named:
+            axes.legend(handles=named)
         if drawn:
             draw_ghost(axes, rest)
-            axes.plot([], [], color=GHOST.colour, label="straight")
         for name, part in bodies.items():
             draw_body(axes, part, looks[name], "-", strongest)
-            axes.plot([], [], color=looks[name].colour, marker=looks[name].marker, label=name)
         to_scale(axes, corners)
         axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)")
-        if drawn:
-            axes.legend()
     figure = axes.figure
     assert isinstance(figure, Figure)
     return figure

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -16,6 +17,9 @@ from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.plots.base import COLUMN, Panelled, Plot
+
+MOST_IN_LEGEND, OF_MANY_IN_LEGEND = 16, 7
+"""So many values of a group stand in a legend; of more, so few."""
 
 FAILED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 
@@ -152,15 +156,26 @@ class Sheet(Generic[PlotKind]):
     def handles(self, patch: bool = False, solid: bool = False) -> list[Any]:
         """Legend entries of colours (lines, solid ones, or patches) and of line styles."""
         entries: list[Any] = []
-        for value, look in self.looks.items() if self.by else ():
+        named = _some(list(self.looks)) if self.by else []
+        for value, look in ((value, self.looks[value]) for value in named):
             text, line = self.text(self.by, value), "-" if self.style or solid else look.line
             if patch:
                 entries.append(Patch(fc=pale(look.colour), ec=look.colour, hatch=look.hatch, ls=line, label=text))
             else:
                 entries.append(Line2D([], [], color=look.colour, marker=look.marker, ls=line, label=text))
+        if self.by and len(named) < len(self.looks):
+            more = f"and {len(self.looks) - len(named):,} more values"
+            entries.append(Line2D([], [], ls="", label=more))
         for value, line in self.dashes.items() if self.style else ():
             entries.append(Line2D([], [], color=style.QUIET, ls=line, label=self.text(self.style, value)))
         return entries
+
+
+def _some(values: list[Any]) -> list[Any]:
+    """The values that a legend names: all, or so many from the first to the last that they can be read."""
+    if len(values) <= MOST_IN_LEGEND:
+        return values
+    return [values[k] for k in np.linspace(0, len(values) - 1, OF_MANY_IN_LEGEND).round().astype(int)]
 
 
 def values_of(rows: pd.DataFrame, column: str | None) -> pd.Series:
