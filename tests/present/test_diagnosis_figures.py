@@ -20,7 +20,7 @@ from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits, telling_steps
-from prb3r.present.diagnosis.panels import StepAxis
+from prb3r.present.diagnosis.panels import StepAxis, breaks_between
 from prb3r.present.diagnosis.report import FIGURES, content, publish_diagnosis
 
 CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
@@ -213,3 +213,8 @@ def test_a_notebook_shows_verdict_statements_and_numbers():
     assert "Plate 4 bends as if" in html
     assert html.count("<table>") == html.count("</table>") == 2
     assert "<img" not in html
+
+
+def test_lines_over_steps_break_between_sequences_alone_whatever_the_steps_are():
+    rows = pd.DataFrame([(f"s{k}", 0.1 * step) for k in range(40) for step in range(7)], columns=["sequence", "step"])
+    assert breaks_between(StepAxis.of(rows).at(rows)).tolist() == list(range(7, 280, 7))

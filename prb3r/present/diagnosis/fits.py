@@ -21,6 +21,7 @@ from prb3r.present.diagnosis.panels import (
     NOISE,
     POSITIONS,
     StepAxis,
+    breaks_between,
     has_positions,
     legend_entries,
     panel_grid,
@@ -80,7 +81,7 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
     for place, bottom, top in zip(places, low, high, strict=True):
         axes.fill_between([place - 0.5, place + 0.5], bottom, top, **NOISE, zorder=0.4)
     axes.axhline(1.0, color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
-    breaks = np.flatnonzero(np.diff(places) > 1) + 1
+    breaks = breaks_between(places)
     for name in models:
         size = np.sqrt(np.bincount(number, rows[f"residual_{name}"].to_numpy() ** 2) / count)
         for run in np.split(np.arange(len(places)), breaks):
@@ -108,7 +109,7 @@ def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
     noise = np.sqrt(steps["sd"].apply(lambda sd: (sd**2).mean()))
     for place, sd in noise.items():
         errors.fill_between([place - 0.5, place + 0.5], 0, factor * sd, **NOISE, zorder=0.4)
-    breaks = np.flatnonzero(np.diff(noise.index) > 1) + 1
+    breaks = breaks_between(noise.index)
     for name in models:
         size = rows.assign(at=axis.at(rows), off=_off(rows, name) ** 2).groupby("at")["off"].mean() ** 0.5
         for part in np.split(np.arange(len(size)), breaks):

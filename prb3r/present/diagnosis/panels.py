@@ -22,6 +22,8 @@ LOOKS: dict[str, dict[str, Any]] = {
 SAID = {"calibrated": "constants refitted alone", "explained": "with the effects named"}
 NOISE: dict[str, Any] = {"fc": "#e4e4e4", "ec": "none"}
 POSITIONS = ("x_m", "y_m")
+BETWEEN_SEQUENCES = 1.8
+"""From the last step of a sequence to the first of the next one; steps of a sequence stand 1 apart."""
 
 
 def legend_entries(models: Sequence[str], *more: Artist, measured: bool = False) -> list[Artist]:
@@ -58,6 +60,11 @@ def panel_grid(
     return figure, axes
 
 
+def breaks_between(places: np.ndarray | pd.Index) -> np.ndarray:
+    """Where lines over places of steps, ascending, begin anew: at every sequence, whatever the sums are rounded to."""
+    return np.flatnonzero(np.diff(places) > (1 + BETWEEN_SEQUENCES) / 2) + 1
+
+
 @dataclass(frozen=True)
 class StepAxis:
     """Load steps side by side, sequence after sequence with a gap between."""
@@ -69,7 +76,7 @@ class StepAxis:
         """Of the steps of a table, in its order."""
         place, at, last = {}, 0.0, None
         for name, step in dict.fromkeys(zip(rows["sequence"], rows["step"], strict=True)):
-            at += 0.0 if last is None else 1.0 if name == last else 1.8
+            at += 0.0 if last is None else 1.0 if name == last else BETWEEN_SEQUENCES
             place[name, step], last = at, name
         return cls(place)
 
