@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, recorded
+from diagnosis.simulated import RUBBING, UNEXPLAINED, YIELDING, Case, diagnosed, investigated, recorded
 
 from prb3r.diagnosis.checks.heldout import set_aside
 from prb3r.diagnosis.evidence.model_evidence import plausible
@@ -185,12 +185,11 @@ def test_the_same_law_under_two_names_is_ambiguous_and_no_experiment_is_promised
     assert all(experiment.separation < 22 for *_, experiment in found.experiments)
 
 
-RUBBING = {"cable_friction", "worn_hole", "edge_wrap", "slip_history", "load_dependent_friction", "load_cell"}
 PULLEYS = case(
     effect("pulley_friction", efficiency=0.88),
-    without=frozenset({"pulley_friction", "tension_offset", "segment_stiffness"} | RUBBING),
+    without=RUBBING | YIELDING | {"pulley_friction", "tension_offset", "segment_stiffness"},
 )
-"""Left out with what could stand in for it, among which the search would take most of the time."""
+"""Left out with what could stand in for it."""
 
 
 @pytest.mark.parametrize("known", [UNEXPLAINED, PULLEYS], ids=["weakened_plate", "pulley_friction"])

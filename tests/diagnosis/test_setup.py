@@ -187,9 +187,9 @@ def test_physics_is_no_blunder(hidden):
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     hidden = ({"kind": "pulley_friction", "efficiency": 0.85}, {"kind": "precurvature", "curvature_per_m": 1.5})
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
-    wrong = PLANTED["cables 1 and 4 are exchanged"](right)
+    wrong = PLANTED["disks 5 and 6 are exchanged"](right)
     searched, blunders = without_blunders(Task(wrong), lambda stage: None, serially)
-    assert [blunder.blunder for blunder in blunders] == ["cables 1 and 4 are exchanged"]
+    assert [blunder.blunder for blunder in blunders] == ["disks 5 and 6 are exchanged"]
     assert searched.choice.kinds == {"pulley_friction", "precurvature"}
 
 

@@ -31,7 +31,7 @@ NORM, APART = SETTINGS.sizes.detectable, SETTINGS.sizes.apart
 
 @pytest.fixture(scope="module")
 def responses():
-    return Responses(design_of(SEED, 4))
+    return Responses(design_of(SEED, 0))
 
 
 def test_a_full_run_is_composed_as_the_protocol_asks():
@@ -194,6 +194,6 @@ def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
 
 
 def test_labels_are_the_same_again():
-    design = design_of(SEED, 1, Flavour.POOR)
+    design = design_of(SEED, 5, Flavour.POOR)
     asked = [Request(0, SEED, "confusable", 1, "", 5.0), Request(1, SEED, "decoy", 1, "weight")]
     assert labels_of((design, asked)) == labels_of((design, asked))

@@ -36,7 +36,9 @@ PLAIN = (0.0, 0.0), (0.0, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def design():
-    return next(d for d in (design_of(SEED, k, Flavour.REAL) for k in range(20)) if len(d.manipulator["segment"]) > 1)
+    """Several segments of few plates."""
+    drawn = (design_of(SEED, k, Flavour.REAL) for k in range(20))
+    return next(each for each in drawn if len(each.manipulator["segment"]) > 1 and each.plates < 6)
 
 
 @pytest.fixture(scope="module")
