@@ -167,18 +167,20 @@ while len(list(pathlib.Path(".").glob("*.ready"))) < 4:
     time.sleep(0.01)
 kinds.kind(np.zeros(3, sys.argv[2]))
 """
-    read = "import kinds\nprint(kinds.kind(np.zeros(3, sys.argv[2])), sum(kinds.kind.stats.cache_hits.values()))\n"
+    read = """
+import kinds
+for dtype in sys.argv[2:]:
+    print(kinds.kind(np.zeros(3, dtype)), sum(kinds.kind.stats.cache_hits.values()))
+"""
     head = "import sys\nimport numpy as np\n"
 
-    def started(text, dtype):
-        arguments = [sys.executable, "-c", head + text, str(tmp_path / "code"), dtype, dtype]
+    def started(text, *words):
+        arguments = [sys.executable, "-c", head + text, str(tmp_path / "code"), *words]
         return subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
 
-    for process in [started(write, dtype) for dtype in types]:
+    for process in [started(write, dtype, dtype) for dtype in types]:
         with process:
             assert process.wait(timeout=120) == 0
-    found = []
-    for dtype in types:
-        with started(read, dtype) as process:
-            found.append(process.communicate(timeout=120)[0].split())
-    assert found == [[str(300 + np.dtype(dtype).itemsize), "1"] for dtype in types]
+    with started(read, *types) as process:
+        found = process.communicate(timeout=120)[0].splitlines()
+    assert found == [f"{300 + np.dtype(dtype).itemsize} {k}" for k, dtype in enumerate(types, 1)]

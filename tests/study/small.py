@@ -13,10 +13,13 @@ from prb3r.study.work import solve_chunk
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-def small(name: str, *, cloud: int | None = None, metrics: Collection[str] = (), **keep) -> pd.DataFrame:
+def small(
+    name: str, *, cloud: int | None = None, every: int = 1, metrics: Collection[str] = (), **keep
+) -> pd.DataFrame:
     """The rows of a shipped study whose factors have the values `keep`, with comparisons, solved in this process.
 
-    `metrics` are the kinds that are computed, all where none is named; clouds have `cloud` loads.
+    `metrics` are the kinds that are computed, all where none is named; clouds have `cloud` loads, and of the targets of
+    a path there is one in `every`.
     """
     from prb3r.study.compare import with_comparisons
     from prb3r.study.tables import labelled, straight_lengths
@@ -36,6 +39,8 @@ def small(name: str, *, cloud: int | None = None, metrics: Collection[str] = (),
     assert families
     for family in families if cloud else ():
         family.settings["cloud"]["count"] = cloud
+    for family in families if every > 1 else ():
+        family.settings["reach"]["target"] = family.settings["reach"]["target"][::every]
     columns, _ = solve_chunk(Chunk(tuple(families), wanted, "none", None, plan.cables))
     frame = labelled(plan.cases, pd.DataFrame(columns))
     assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()

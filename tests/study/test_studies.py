@@ -94,7 +94,7 @@ def test_fig_10_loci_at_equal_x_part_by_2_percent_near_75_degrees():
 
 
 def test_follow_path_is_followed_with_all_cables_and_lost_without_those_of_segment_1():
-    frame = small("follow-path", broken=["none", "2 and 3"]).set_index("broken")
+    frame = small("follow-path", every=3, broken=["none", "2 and 3"]).set_index("broken")
     assert frame.loc["none", "reached_share"] == 1.0
     assert frame.loc["2 and 3", "reached_share"] < 0.2
 
