@@ -193,7 +193,9 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
 
 def no_loads(chain: Chain) -> Loads:
     """One step without any load."""
-    return loads(chain, np.zeros((1, chain.offset.shape[1])), slip=0.0)
+    plates, cables = chain.offset.shape
+    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,)
+    return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 
 def acting(chain: Chain, loads: Loads) -> Loads:
@@ -202,13 +204,22 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.
     """
     constant = chain.constant or no_loads(chain)
-    tip, true = loads.tip * chain.tip_efficiency, loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
-    true, force = true + chain.zero_drift * loads.elapsed, loads.force * chain.disk_efficiency
-    applied = [np.concatenate([np.zeros_like(f[:1]), f]) for f in (true, force, tip, loads.moment)]
-    always = constant.tension, constant.force, constant.tip, constant.moment
-    tension, force, tip, moment = (f + c for f, c in zip(applied, always, strict=True))
-    slip, elapsed = (np.concatenate([np.zeros_like(f[:1]), f]) for f in (loads.slip, loads.elapsed))
-    return Loads(*(np.ascontiguousarray(f, float) for f in (tension, slip, force, tip, moment, elapsed)))
+    true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension) + chain.zero_drift * loads.elapsed
+    return Loads(
+        tension=_from_rest(true) + constant.tension,
+        slip=_from_rest(loads.slip),
+        force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
+        tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
+        moment=_from_rest(loads.moment) + constant.moment,
+        elapsed=_from_rest(loads.elapsed),
+    )
+
+
+def _from_rest(steps: np.ndarray) -> np.ndarray:
+    """The same behind a row of zeros."""
+    out = np.zeros((len(steps) + 1, *steps.shape[1:]))
+    out[1:] = steps
+    return out
 
 
 class Pose(NamedTuple):

@@ -75,6 +75,7 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
     if not np.isfinite(here.chi2):
         return None
     damping, jacobian, exact, converged = FIRST_DAMPING, model.jacobian(here.p, here.solved), True, False
+    before, idle = here.chi2, 0
     for done in range(settings.most_steps):
         if done == settings.patience and here.chi2 > useful:
             return None
@@ -85,6 +86,8 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
         small = settings.small_gain + settings.small_share * here.chi2
         if exact and -gradient @ _step(jacobian, gradient, held, LEAST_DAMPING) < small:
             converged = True
+            break
+        if idle == settings.idle_rounds:
             break
         harder = 4.0
         there = at(np.clip(here.p + _step(jacobian, gradient, held, damping), low, high))
@@ -97,9 +100,10 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
             damping = max(damping / 10, LEAST_DAMPING)
         elif exact:
             break
-        exact = gain < small
+        exact = gain < settings.idle_gain
         if exact:
             jacobian = model.jacobian(here.p, here.solved)
+            before, idle = here.chi2, idle + 1 if before - here.chi2 < settings.idle_gain else 0
     if not exact:
         jacobian = model.jacobian(here.p, here.solved)
     return model.fitted(here.p, here.residual, jacobian, here.solved, converged)

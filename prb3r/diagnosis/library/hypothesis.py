@@ -44,7 +44,7 @@ class Free(NamedTuple):
     def value(self, u: float, friction: float = 0.0) -> float:
         """The value within its bounds, beside a calibrated coefficient of `friction`."""
         plain = self.null * np.exp(min(u, LARGEST_EXPONENT)) if self.log else self.null + self.scale * u
-        return float(np.clip(plain + (friction if self.above else 0.0), self.low, self.high))
+        return float(min(max(plain + (friction if self.above else 0.0), self.low), self.high))
 
     def at(self, value: float, friction: float = 0.0) -> float:
         """The `u` of a value of the parameter, beside a calibrated coefficient of `friction`."""

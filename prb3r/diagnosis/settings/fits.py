@@ -14,7 +14,10 @@ class FitsSettings:
     most_restarts: int = 4
     """How often the fit of the chosen model is begun again where it has not converged.  Choice, for time."""
     idle_gain: float = 0.05
-    """Fall of chi-square that beginning again must bring: odds of less than 1.03."""
+    """Fall of chi-square that beginning again, or exact derivatives in place of secants, must bring: odds of less than
+    1.03."""
+    idle_rounds: int = 6
+    """Exact derivatives in a row that bring less, after which a fit ends: it creeps along a kink.  Choice, for time."""
     small_gain: float = 1e-5
     """Fall of chi-square that is not worth a step."""
     small_share: float = 1e-6

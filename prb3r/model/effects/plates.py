@@ -178,14 +178,20 @@ RIGID = 1e8
 
 def _hinged(chain: Chain, stiffness: float) -> Chain:
     """The chain with a hinge (N m/rad) at each end of every arc."""
-    hinge = np.full((chain.plates, 1), stiffness)
     curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
     return chain._replace(
         plate=with_end_hinges(chain.plate),
-        stiffness=np.hstack([hinge, chain.stiffness, hinge]),
-        rest=np.pad(chain.rest, ((0, 0), (1, 1))),
-        curvature=np.pad(curvature, 1),
+        stiffness=_between(stiffness, chain.stiffness),
+        rest=_between(0.0, chain.rest),
+        curvature=_between(0.0, curvature),
     )
+
+
+def _between(end: float, inner: np.ndarray) -> np.ndarray:
+    """(..., k + 2) the last axis of `inner` between two values `end`."""
+    out = np.full((*inner.shape[:-1], inner.shape[-1] + 2), end)
+    out[..., 1:-1] = inner
+    return out
 
 
 class ClampCompliance(Effect):
