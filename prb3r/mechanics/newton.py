@@ -10,7 +10,17 @@ from math import exp, inf
 
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.kernel import inner_loop, kernel
-from prb3r.mechanics.march import CYCLING, FAILED, MAX_ITERATIONS, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.march import (
+    CYCLING,
+    FAILED,
+    MAX_ITERATIONS,
+    MAX_STEP,
+    TOLERANCE,
+    at_base,
+    depart,
+    leads_nowhere,
+    next_frame,
+)
 from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 LENGTH_TOLERANCE = 1e-13
@@ -250,7 +260,7 @@ def balance_chain(packed, loads, close, work):
     """
     plates, column, handed = packed.plate, work.column, work.handed
     n, count, softest = column.shape[1], column.shape[2] - 1, softest_node(packed)
-    follows, settled = packed.model[0].presliding != 0.0, True
+    follows, settled, first = packed.model[0].presliding != 0.0, True, 0.0
     for step in range(MAX_EXCHANGES if follows else MAX_ITERATIONS):
         largest, left, length_error = newton_march(packed, loads, work)
         if (
@@ -267,6 +277,10 @@ def balance_chain(packed, loads, close, work):
                 if not abs(column[i, k, 0]) <= longest:
                     longest = abs(column[i, k, 0])
         if not longest < 1e6:
+            return FAILED
+        if step == CYCLING:
+            first = longest
+        elif not follows and leads_nowhere(step, longest, first):
             return FAILED
         if step == 0:
             foresee(plates, work)

@@ -6,9 +6,9 @@ the bounds, where an effect that is none must be able to end; and it takes no se
 save a third of all load paths.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -57,8 +57,8 @@ class Point(Generic[S]):
 def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> F_co | None:
     """The model with the parameters of least chi-square, from `start`; None where that is not finite.
 
-    A step uphill is taken back and shortened.  Derivatives are exact at the start,
-    at the end and wherever secants in their stead lead no further.
+    A step uphill is taken back and shortened.  Derivatives are exact at the start, at the end and wherever secants in
+    their stead lead no further.  Where exact ones lead no further either, though they promise it, the fit is at a kink.
 
     Parameters
     ----------
@@ -75,35 +75,39 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
     if not np.isfinite(here.chi2):
         return None
     damping, jacobian, exact, converged = FIRST_DAMPING, model.jacobian(here.p, here.solved), True, False
-    before, idle = here.chi2, 0
+    promise, before, idle = np.inf, here.chi2, 0
     for done in range(settings.most_steps):
         if done == settings.patience and here.chi2 > useful:
             return None
-        low, high = model.bounds(here.p)
-        gradient = jacobian.T @ here.residual
-        held = ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
-        held[list(fixed)] = True
-        small = settings.small_gain + settings.small_share * here.chi2
-        if exact and -gradient @ _step(jacobian, gradient, held, LEAST_DAMPING) < small:
-            converged = True
-            break
-        if idle == settings.idle_rounds:
-            break
+        downhill = Downhill.at(here, jacobian, model.bounds(here.p), fixed)
+        if exact:
+            promise = downhill.promise
+            if promise < settings.small_gain + settings.small_share * here.chi2:
+                converged = True
+                break
+            if idle == settings.idle_rounds:
+                past = _past_a_kink(model, at, here, jacobian, fixed)
+                if past is None:
+                    break
+                here, jacobian = past, model.jacobian(past.p, past.solved)
+                before, idle, damping = here.chi2, 0, FIRST_DAMPING
+                continue
+        there = at(downhill.step(damping))
         harder = 4.0
-        there = at(np.clip(here.p + _step(jacobian, gradient, held, damping), low, high))
         while exact and there.chi2 > here.chi2 and damping < MOST_DAMPING:
             damping, harder = damping * harder, harder * 2
-            there = at(np.clip(here.p + _step(jacobian, gradient, held, damping), low, high))
-        gain = here.chi2 - there.chi2
+            there = at(downhill.step(damping))
+        gain, tried = here.chi2 - there.chi2, exact
         if gain > 0:
             jacobian, here = _secant(jacobian, here, there), there
             damping = max(damping / 10, LEAST_DAMPING)
-        elif exact:
-            break
         exact = gain < settings.idle_gain
         if exact:
-            jacobian = model.jacobian(here.p, here.solved)
-            before, idle = here.chi2, idle + 1 if before - here.chi2 < settings.idle_gain else 0
+            if gain > 0 or not tried:
+                jacobian = model.jacobian(here.p, here.solved)
+            idle = idle + 1 if before - here.chi2 < settings.idle_gain <= promise else 0
+            idle = settings.idle_rounds if tried and gain <= 0 else idle
+            before = here.chi2
     if not exact:
         jacobian = model.jacobian(here.p, here.solved)
     return model.fitted(here.p, here.residual, jacobian, here.solved, converged)
@@ -145,13 +149,66 @@ def polished(fitted: F) -> F:
     return fitted
 
 
-def _step(jacobian: np.ndarray, gradient: np.ndarray, held: np.ndarray, damping: float) -> np.ndarray:
-    """(p,) the damped step of the parameters that are not `held`."""
-    normal = jacobian.T @ jacobian
-    system = normal + np.diag(damping * np.diag(normal) + 1e-12)
-    system[held], system[:, held] = 0.0, 0.0
-    system[held, held] = 1.0
-    return -np.linalg.solve(system, np.where(held, 0.0, gradient))
+class Downhill(NamedTuple):
+    """Which way chi-square falls from a point, as derivatives foresee."""
+
+    here: Point
+    normal: np.ndarray
+    """(p, p) of the normal equations."""
+    gradient: np.ndarray
+    """(p,) half of chi-square's."""
+    held: np.ndarray
+    """(p,) which parameters stay: those that are fixed, or at a bound beyond which chi-square would fall on."""
+    bounds: tuple[np.ndarray, np.ndarray]
+
+    @classmethod
+    def at(
+        cls, here: Point, jacobian: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], fixed: Sequence[int]
+    ) -> "Downhill":
+        """From the derivatives of the residuals, (r, p)."""
+        gradient, (low, high) = jacobian.T @ here.residual, bounds
+        held = ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
+        held[list(fixed)] = True
+        return cls(here, jacobian.T @ jacobian, gradient, held, bounds)
+
+    def change(self, damping: float) -> np.ndarray:
+        """(p,) the damped step."""
+        system = self.normal + np.diag(damping * np.diag(self.normal) + 1e-12)
+        system[self.held], system[:, self.held] = 0.0, 0.0
+        system[self.held, self.held] = 1.0
+        return -np.linalg.solve(system, np.where(self.held, 0.0, self.gradient))
+
+    def step(self, damping: float) -> np.ndarray:
+        """(p,) where it leads, within bounds."""
+        return np.clip(self.here.p + self.change(damping), *self.bounds)
+
+    @property
+    def promise(self) -> float:
+        """By how much chi-square falls if the derivatives hold all the way."""
+        return float(-self.gradient @ self.change(LEAST_DAMPING))
+
+
+def _past_a_kink(
+    model: Fittable[S, F_co],
+    at: Callable[[np.ndarray], Point[S]],
+    here: Point,
+    jacobian: np.ndarray,
+    fixed: Sequence[int],
+) -> Point[S] | None:
+    """A point that is better by what counts, None where none is found: derivatives learn from the steps uphill.
+
+    Where plates begin to yield or disks touch, derivatives of one side promise what the other does not keep; secants
+    across turn the step along the kink.
+    """
+    for _ in range(model.settings.kink_trials):
+        there = at(Downhill.at(here, jacobian, model.bounds(here.p), fixed).step(FIRST_DAMPING))
+        if here.chi2 - there.chi2 >= model.settings.idle_gain:
+            return there
+        learnt = _secant(jacobian, here, there)
+        if not np.isfinite(there.chi2) or learnt is jacobian:
+            break
+        jacobian = learnt
+    return None
 
 
 def _secant(jacobian: np.ndarray, here: Point, there: Point) -> np.ndarray:
