@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.bundle import bundle
+from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.load_row import blend, slip_from_the_start
 from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
-from prb3r.mechanics.newton import balance_chain, solve_block
+from prb3r.mechanics.newton import balance_chain
 from prb3r.mechanics.tangent import chain_tangent
 
 JUMPED = -2

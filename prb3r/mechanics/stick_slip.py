@@ -19,8 +19,9 @@ from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.complementarity import solve_from_afar, solve_near
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
-from prb3r.mechanics.newton import correct_columns, slips_agree, softest_node
+from prb3r.mechanics.newton import correct_columns, softest_node
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.slip import slips_agree
 from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 
 MAX_STEPS = 20

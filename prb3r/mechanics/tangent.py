@@ -14,7 +14,7 @@ from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.march import at_base, depart, next_frame
-from prb3r.mechanics.newton import pull_through_pulleys, slip_at
+from prb3r.mechanics.slip import pull_through_pulleys, slip_at
 from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 

@@ -12,9 +12,9 @@ from prb3r.mechanics.derivatives.feedback import Sweep, sweep
 from prb3r.mechanics.derivatives.loops import Sliders, drag_sliders, recall_sliders
 from prb3r.mechanics.derivatives.partials import difference, hand_back, place_chain, put_loads, put_state
 from prb3r.mechanics.derivatives.response import Room, respond, unbalance
+from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.load_row import LoadRow
-from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.tangent import chain_tangent
 from prb3r.mechanics.variation import Scratch
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.derivatives.response import no_variation
+from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import Variation, clear, enter, feel, shed, transmit
 

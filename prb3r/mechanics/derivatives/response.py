@@ -21,9 +21,9 @@ import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.bundle import bundle
+from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import at_base, depart, next_frame
-from prb3r.mechanics.newton import solve_block
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.variation import Variation, clear, enter, feel, local_load, shed, transmit, unload
 

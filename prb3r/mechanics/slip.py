@@ -1,0 +1,80 @@
+"""Slip at the holes as an unknown beside the cables' travel, where friction follows it."""
+
+from math import exp
+
+from prb3r.mechanics.kernel import kernel
+
+SLIP_TOLERANCE = 1e-7
+"""How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
+
+
+@kernel
+def slip_at(model, span, cable):
+    """Slip of every cable at the holes of the plate's proximal disk, and what their travel still asks of it.
+
+    Slip is an unknown beside the travel: where a hole sticks, both are tied by the presliding length; where it slips,
+    the slip is at its bound.  Solving for it instead of computing it from the travel keeps Newton's method from
+    stumbling over presliding lengths that are small against the travel of a single step.
+    """
+    for j in range(len(cable)):
+        hole = span[j]
+        hole.new_beyond = cable[j].length - cable[j].passed
+        cable[j].slip, cable[j].follows, cable[j].owed = hole.new_slip, 0.0, 0.0
+        if hole.sticks:
+            cable[j].follows = 1.0 / model.presliding
+            cable[j].owed = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding - hole.new_slip
+
+
+@kernel
+def slip_on(packed, work, damping):
+    """Newton step of the slip at every hole, after that of the angles; whether a hole began or ceased to stick.
+
+    Primal-dual active set: a hole whose slip would leave [-1, 1] slips, one that slips and whose travel turns back
+    sticks again.
+    """
+    model, cable = packed.model[0], packed.cable
+    count, changed = work.column.shape[2] - 1, False
+    for j in range(len(cable)):
+        passed = 0.0
+        for i in range(len(packed.span)):
+            hole = packed.span[i, j]
+            if not hole.present:
+                break
+            travel = damping * (work.system[1 + j, count] - passed)
+            hole.new_beyond += travel
+            asked = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding
+            if hole.sticks:
+                slip = asked if damping == 1.0 else hole.new_slip + damping * (asked - hole.new_slip)
+                hole.new_slip = min(max(slip, -1.0), 1.0)
+                hole.sticks = -1.0 < slip < 1.0
+                changed = changed or not hole.sticks
+            elif asked * hole.new_slip < 1.0 - SLIP_TOLERANCE:
+                hole.sticks = True
+                changed = True
+            for k in range(work.column.shape[1]):
+                passed += packed.span[i, j].dlength[k] * work.column[i, k, 0]
+    return changed
+
+
+@kernel
+def slips_agree(packed):
+    """Whether the slip of every hole is what its travel asks for, cut off at the bounds."""
+    for i in range(len(packed.span)):
+        for j in range(len(packed.cable)):
+            hole = packed.span[i, j]
+            if hole.present:
+                asked = hole.slip + (hole.new_beyond - hole.beyond) / packed.model[0].presliding
+                if not abs(min(max(asked, -1.0), 1.0) - hole.new_slip) <= SLIP_TOLERANCE:
+                    return False
+    return True
+
+
+@kernel
+def pull_through_pulleys(tension, cable, change):
+    """Tension behind the pulleys where the slip at the base follows the cable's travel."""
+    for j in range(len(cable)):
+        if cable[j].pulley != 0.0:
+            cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+            for d in range(change.moment.shape[0]):
+                change.log_tension[j, d] = -cable[j].pulley * cable[j].follows * change.total[j, d]
+            change.log_tension[j, 0] -= cable[j].pulley * cable[j].owed
