@@ -28,9 +28,9 @@ def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
 
 
 def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
-    """What a manipulator, study, table or recording is that is in order: one line, and one for each remark.
+    """What a file or recording is that is in order: one line, and one for each remark.
 
-    A table of steps is checked with the manipulator, if any.
+    It is a manipulator, a study, requirements or a table; one of steps is checked with the manipulator, if any.
 
     Raises
     ------
@@ -56,6 +56,12 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
         )
     from prb3r.study.plan import plan_study
     from prb3r.study.spec import Study
+    from prb3r.study.wishes import Wishes, load_wishes
+
+    if keys and keys <= Wishes.model_fields.keys():
+        wishes = load_wishes(path)
+        wanted = f"{count(len(wishes.requirement), 'requirement')}, {count(len(wishes.preference), 'preference')}"
+        return f"{wanted} for `prb3r compare --requirements`; their columns are checked with the results"
 
     if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _text_is_toml(path):
         what = "says nothing of a manipulator (disk, segment, cable) or of a study (manipulator, factor, step)"

@@ -61,6 +61,9 @@ def test_check_says_what_files_are_and_all_that_is_wrong(steps, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "2 segments, 14 plates, 4 cables, 0.476 m long" in done.stdout
     assert "study of 12 cases" in done.stdout
+    wishes = tmp_path / "wishes.toml"
+    wishes.write_text('[[requirement]]\nmetric = "safety_factor"\nat_least = 1.5\n')
+    assert "1 requirement, 0 preferences for `prb3r compare" in prb3r("check", wishes).stdout
     one, two = tmp_path / "one.toml", tmp_path / "two.toml"
     one.write_text("name = \n")
     two.write_text('name = "x"\nyoungs_modulus_pa = nan\n')
@@ -182,7 +185,12 @@ metric = [{{ kind = "position", disk = 7 }}, {{ kind = "tip-compliance" }}]
     wishes.write_text('[[preference]]\nmetric = "tip_complience"\nbetter = "less"\n')
     done = prb3r("compare", folder, "--requirements", wishes)
     assert done.returncode == 2
+    assert f"{wishes}:2 preference.1.metric: there is no column" in done.stderr
     assert "did you mean 'tip_compliance_m_per_n'?" in done.stderr
+    wishes.write_text("# nothing yet\n")
+    done = prb3r("compare", folder, "--requirements", wishes)
+    assert done.returncode == 2
+    assert "wants nothing of designs" in done.stderr
 
 
 def test_prove_refuses_a_folder_that_is_none_before_any_work(steps):

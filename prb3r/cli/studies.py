@@ -139,10 +139,8 @@ def compare_command(ctx, results, output, requirements) -> None:
     """
     from prb3r.present.study.comparison import advice_on, publish_comparison
     from prb3r.study.designs import read_designs
-    from prb3r.study.wishes import load_wishes
 
-    asked = load_wishes(requirements) if requirements else None
-    counsel = advice_on(read_designs([Path(result) for result in results], asked))
+    counsel = advice_on(read_designs([Path(result) for result in results], requirements))
     click.echo(counsel.markdown)
     if output:
         files = publish_comparison(counsel, Path(output))

@@ -14,7 +14,6 @@ from prb3r.present.study.comparison import Advice, advice_on, publish_comparison
 from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.study.designs import read_designs
 from prb3r.study.run import Result
-from prb3r.study.wishes import load_wishes
 
 COUNSEL_FIGURES = {"decision": decision_figure, "front": front_figure}
 
@@ -89,4 +88,4 @@ def compare(*results: Result | str | Path, requirements: str | Path | None = Non
     folders = [result.folder if isinstance(result, Result) else Path(result) for result in results]
     if not folders:
         raise SpecError(Problem("results", "none are given"))
-    return Counsel(**vars(advice_on(read_designs(folders, load_wishes(requirements) if requirements else None))))
+    return Counsel(**vars(advice_on(read_designs(folders, requirements))))

@@ -131,7 +131,8 @@ class Cable(Strict):
         if isinstance(self.offset_m, list) and len(self.offset_m) != self.ends_at_segment:
             raise ValueError(
                 f"offset_m lists {len(self.offset_m)} numbers but cable {self.name!r} ends at segment "
-                f"{self.ends_at_segment}: give one number for each segment up to there, or a single one"
+                f"{self.ends_at_segment} (ends_at_segment): give one number for each segment up to the last that it "
+                "drives, or a single one"
             )
         return self
 

@@ -1,7 +1,7 @@
 """The designs of one or several study results, with the cases of each, and what each is worth by a criterion."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,18 +11,20 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.model.files.toml import place_of
+from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.quantities import SHORT_FOR, Quantity, describe, printed
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
 from prb3r.study.columns import described
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
-from prb3r.study.wishes import Criterion, Wishes, plain_text
+from prb3r.study.wishes import Criterion, Wishes, load_wishes, plain_text
 
 THE_DESIGN = "the design"
 """Name of the design of a study that is about one."""
-SMALL_LENGTH = 0.1
-"""Lengths below it, m, are told in millimetres."""
+SMALLER_UNITS = {"m": (0.1, 1e3, "mm"), "m/N": (0.1, 1e3, "mm/N"), "m^2": (0.01, 1e4, "cm^2")}
+"""Of a unit the number below which values are told in a smaller one, how many of these it is, and this."""
 
 
 @dataclass(frozen=True)
@@ -63,15 +65,15 @@ class DesignCases:
         return numbers
 
 
-def read_designs(folders: Sequence[Path], asked: Wishes | None = None) -> DesignCases:
-    """The designs of one or several results, with what `asked`, or else the first of their studies, wants of them.
+def read_designs(folders: Sequence[Path], requirements: str | Path | None = None) -> DesignCases:
+    """The designs of one or several results, with what a file, or else the first of their studies, wants of them.
 
     Raises
     ------
     SpecError
-        If a folder holds no result, or the results do not say what a design is or share nothing.
+        If a folder holds no result, the results do not say what a design is or share nothing, or the file is wrong.
     """
-    asked = asked or Wishes()
+    asked = load_wishes(requirements) if requirements else Wishes()
     studies = [_study_of(folder) for folder in folders]
     wishes = asked if asked.given else studies[0].wishes
     frames, rests = [], []
@@ -93,7 +95,10 @@ def read_designs(folders: Sequence[Path], asked: Wishes | None = None) -> Design
     errors = {error.name for study in studies for error in study.errors}
     circumstances = [name for name in rests[0] if name not in errors]
     cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities, firsts)
-    _check(cases, where)
+    if requirements and asked.given:
+        _check(cases, where, lambda keys: place_of(requirements, keys))
+    else:
+        _check(cases, where, lambda keys: f"{where} {dotted(keys, wishes.model_dump())}")
     return cases
 
 
@@ -161,23 +166,24 @@ def _named(factor: str, value: Any) -> str:
     return f"{quantity.title} {plain_text(value * per_unit)} {unit}"
 
 
-def _check(cases: DesignCases, where: str) -> None:
+def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> None:
     """Raise SpecError where a wish names a column that is not there or no number, or a case that nobody has."""
     problems, frame = [], cases.frame
     if not cases.wishes.given:
         problems.append(Problem(where, "nothing says what is wanted: give [[preference]] or [[requirement]]"))
     elif len(cases.names) < 2 and not cases.wishes.requirement:
         problems.append(Problem(where, "there is only one design, and no requirement; nothing to lay beside it"))
-    for criterion in cases.wishes.criteria:
-        place = f"{where} {type(criterion).__name__.lower()} {criterion.metric}"
+    for keys, criterion in cases.wishes.placed:
         absent = [name for name in (criterion.metric, *criterion.where) if name not in frame]
-        problems += [Problem(place, f"there is no column {name!r}{did_you_mean(name, frame)}") for name in absent]
+        for name in absent:
+            key = (*keys, "metric") if name == criterion.metric else (*keys, "where", name)
+            problems.append(Problem(place_in(key), f"there is no column {name!r}{did_you_mean(name, frame)}"))
         if absent:
             continue
         if not pd.api.types.is_numeric_dtype(frame[criterion.metric]):
-            problems.append(Problem(place, f"column {criterion.metric!r} holds no numbers"))
+            problems.append(Problem(place_in((*keys, "metric")), f"column {criterion.metric!r} holds no numbers"))
         elif select(frame, criterion.where).empty:
-            problems.append(Problem(place, f"no case has {criterion.where}"))
+            problems.append(Problem(place_in((*keys, "where")), f"no case has {criterion.where}"))
     if problems:
         raise SpecError(*problems)
 
@@ -189,15 +195,16 @@ def _quantity_of(field: Any) -> Quantity:
 
 
 def _unit_of(values: Iterable[float], quantity: Quantity) -> tuple[float, str]:
-    """The factor from the SI unit to the one that values are told in, and this; millimetres if a length is small."""
-    small = any(0 < abs(value) < SMALL_LENGTH for value in values) and quantity.unit in ("m", "m/N")
-    return (1e3, f"m{quantity.unit}") if small else (1.0, printed(quantity.unit))
+    """The factor from the SI unit to the one that values are told in, and this; a smaller one if a value is small."""
+    bound, per_unit, smaller = SMALLER_UNITS.get(quantity.unit, (0.0, 1.0, ""))
+    small = any(0 < abs(value) < bound for value in values)
+    return (per_unit, printed(smaller)) if small else (1.0, printed(quantity.unit))
 
 
 def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = ()) -> str:
     """A value with three digits, a real minus, and its unit, that of the values `beside` it; `-` where there is none.
 
-    Lengths are told in millimetres where one of them is small.
+    Lengths are told in millimetres and areas in square centimetres where one of them is small.
     """
     if not np.isfinite(value):
         return "-"

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from prb3r.errors import Problem, SpecError
 from prb3r.model.files.numbers import Positive
 from prb3r.model.files.toml import read_toml
 from prb3r.model.manipulator import Strict
@@ -116,6 +117,11 @@ class Wishes(Strict):
         return [*self.requirement, *self.preference]
 
     @property
+    def placed(self) -> list[tuple[tuple[str, int], Criterion]]:
+        """Everything that is wanted and its place in a file: `requirement` or `preference`, number from 0."""
+        return [((key, k), wish) for key in ("requirement", "preference") for k, wish in enumerate(getattr(self, key))]
+
+    @property
     def given(self) -> bool:
         """Whether anything is wanted at all."""
         return bool(self.requirement or self.preference)
@@ -127,9 +133,12 @@ def load_wishes(path: str | Path) -> Wishes:
     Raises
     ------
     SpecError
-        With every problem of the file and its line.
+        With every problem of the file and its line, or if it says nothing.
     """
-    return read_toml(path, Wishes)
+    wishes = read_toml(path, Wishes)
+    if not wishes.given and wishes.designs is None:
+        raise SpecError(Problem(str(path), "wants nothing of designs: give [[requirement]] or [[preference]]"))
+    return wishes
 
 
 def plain_text(value: Any) -> str:

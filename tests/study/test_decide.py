@@ -208,6 +208,7 @@ def test_areas_have_their_square_and_factors_their_names():
     frame = pd.DataFrame({"mu": [0.1, 0.3]})
     assert design_names(frame, ["mu"]) == ["Friction coefficient 0.1", "Friction coefficient 0.3"]
     assert value_in_words(0.0181, describe("workspace_area_m2")) == "0.0181 m²"
+    assert value_in_words(0.0181, describe("workspace_area_m2"), beside=[0.00343]) == "181 cm²"
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,8 @@ def front_figure(decision: Decision) -> Figure:
         axes.plot(x[out], y[out], ls="", marker="x", color=style.QUIET, label="breaks a requirement", **crosses)
     edge = _edge(decision.scores[:, columns], decision.feasible)
     ink: Ink = {"lw": 0.9, "ls": (0, (4, 2)), "zorder": 2.5}
-    axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front of these two", **ink)
+    if edge:
+        axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front of these two", **ink)
     if many and decision.feasible.any():  # what breaks a requirement may lie anywhere
         axes.set(xlim=_around(x[decision.feasible]), ylim=_around(y[decision.feasible]))
     for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
