@@ -198,22 +198,24 @@ def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, 
             if isinstance(value, Level):
                 settings = _with_level(settings, value)
             elif factor.ratio is not None:
-                settings = with_setting(settings, factor.ratio[0], value * setting_at(settings, factor.ratio[1]))
+                settings = with_setting(settings, factor.ratio[0], _changed(settings, factor.ratio[1], value, True))
             elif factor.path is not None:
                 settings = with_setting(settings, factor.path, value)
             for path in factor.changed if factor.added_to or factor.times else ():
-                settings = with_setting(settings, path, _in_error(settings, path, value, bool(factor.times)))
+                settings = with_setting(settings, path, _changed(settings, path, value, bool(factor.times)))
         except (KeyError, TypeError) as error:
             wrong.append(f"factor {name!r}: {error.args[0]}")
     return settings, wrong
 
 
-def _in_error(settings: Tree, path: str, error: Any, multiplied: bool) -> Any:
-    """What stands at `path`, with an error."""
-    right = setting_at(settings, path)
-    if isinstance(right, bool) or not isinstance(right, int | float | np.ndarray):
-        raise TypeError(f"path {path!r} leads to no number that could be off: {right!r}")
-    return right * error if multiplied else right + error
+def _changed(settings: Tree, path: str, by: Any, multiplied: bool) -> Any:
+    """What stands at `path`, a number or a list of them, each times `by` or with it added."""
+    stands = setting_at(settings, path)
+    numbers = stands if isinstance(stands, list) else [stands]
+    if not numbers or any(isinstance(n, bool) or not isinstance(n, int | float | np.ndarray) for n in numbers):
+        raise TypeError(f"path {path!r} leads to no number that could be changed: {stands!r}")
+    changed = [number * by if multiplied else number + by for number in numbers]
+    return changed if isinstance(stands, list) else changed[0]
 
 
 def _with_level(settings: Tree, level: Level) -> Tree:

@@ -23,8 +23,13 @@ from prb3r.study.wishes import Criterion, Wishes, load_wishes, plain_text
 
 THE_DESIGN = "the design"
 """Name of the design of a study that is about one."""
-SMALLER_UNITS = {"m": (0.1, 1e3, "mm"), "m/N": (0.1, 1e3, "mm/N"), "m^2": (0.01, 1e4, "cm^2")}
-"""Of a unit the number below which values are told in a smaller one, how many of these it is, and this."""
+HANDIER_UNITS = {
+    "m": (0.0, 0.1, 1e3, "mm"),
+    "m/N": (0.0, 0.1, 1e3, "mm/N"),
+    "m^2": (0.0, 0.01, 1e4, "cm^2"),
+    "Pa": (1e5, np.inf, 1e-6, "MPa"),
+}
+"""Of a unit between which numbers values are told in another one, how many of that it is, and that."""
 
 
 @dataclass(frozen=True)
@@ -195,16 +200,16 @@ def _quantity_of(field: Any) -> Quantity:
 
 
 def _unit_of(values: Iterable[float], quantity: Quantity) -> tuple[float, str]:
-    """The factor from the SI unit to the one that values are told in, and this; a smaller one if a value is small."""
-    bound, per_unit, smaller = SMALLER_UNITS.get(quantity.unit, (0.0, 1.0, ""))
-    small = any(0 < abs(value) < bound for value in values)
-    return (per_unit, printed(smaller)) if small else (1.0, printed(quantity.unit))
+    """The factor from the SI unit to the one that values are told in, and this: a handier one if one asks for it."""
+    low, high, per_unit, handier = HANDIER_UNITS.get(quantity.unit, (0.0, 0.0, 1.0, ""))
+    called_for = any(low < abs(value) < high for value in values)
+    return (per_unit, printed(handier)) if called_for else (1.0, printed(quantity.unit))
 
 
 def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = ()) -> str:
     """A value with three digits, a real minus, and its unit, that of the values `beside` it; `-` where there is none.
 
-    Lengths are told in millimetres and areas in square centimetres where one of them is small.
+    Lengths are told in mm and areas in cm² where one of them is small, stresses in MPa where one of them is large.
     """
     if not np.isfinite(value):
         return "-"

@@ -209,6 +209,8 @@ def test_areas_have_their_square_and_factors_their_names():
     assert design_names(frame, ["mu"]) == ["Friction coefficient 0.1", "Friction coefficient 0.3"]
     assert value_in_words(0.0181, describe("workspace_area_m2")) == "0.0181 m²"
     assert value_in_words(0.0181, describe("workspace_area_m2"), beside=[0.00343]) == "181 cm²"
+    assert value_in_words(1.73e8, describe("peak_stress_pa")) == "173 MPa"
+    assert value_in_words(250.0, describe("pressure_pa")) == "250 Pa"
 
 
 @pytest.mark.parametrize(

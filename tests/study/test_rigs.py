@@ -123,6 +123,18 @@ def test_only_the_error_of_a_design_matters_that_its_number_depends_on(tmp_path)
     assert (result.folder / "indices.png").exists()
 
 
+def test_an_error_of_a_list_is_one_of_each_of_its_numbers(tmp_path):
+    error = '[[factor]]\nname = "hole_error_m"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 1e-4 }\n'
+    scale = '[[factor]]\nname = "scale"\ntimes = "cable.4.offset_m.1"\nnormal = { sd = 0.01 }\n'
+    listed = 'set = { "cable.1.offset_m" = [0.0255, 0.021], "cable.4.offset_m" = [-0.0255, -0.021] }\n'
+    (tmp_path / "errors.toml").write_text(listed + HEAD + error + scale + DRIVE + sampling("sobol", 4))
+    for case in plan_study(tmp_path / "errors.toml").cases:
+        first, second = (cable["offset_m"] for cable in case.settings["manipulator"]["cable"][::3])
+        error, scale = case.factors["hole_error_m"], case.factors["scale"]
+        assert first == pytest.approx([0.0255 + error, 0.021 + error], rel=1e-15)
+        assert second == pytest.approx([-0.0255 * scale, -0.021], rel=1e-15)
+
+
 def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path):
     text = HEAD + (
         '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [1e-3, 2e-3]\n'
@@ -144,7 +156,7 @@ def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path
         ('name = "mu"\npath = "friction.coefficient"\nnormal = { sd = 0.1 }', "normal needs its mean"),
         ('name = "a"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "must end in '_m'"),
         ('name = "a_m"\ntimes = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "a multiplier has no unit"),
-        ('name = "a"\nadded_to = "model"\nnormal = { sd = 0.1 }', "leads to no number that could be off: 'prb3r'"),
+        ('name = "a"\nadded_to = "model"\nnormal = { sd = 0.1 }', "leads to no number that could be changed: 'prb3r'"),
         ('name = "a_m"\nadded_to = "cable.9.offset_m"\nnormal = { sd = 0.1 }', "there is no cable '9'"),
         ('name = "a"\ntimes = "youngs_modulus_pa"\nnormal = { sd = 0.1, low = 2, high = 1 }', "must be less than high"),
     ],
