@@ -115,9 +115,11 @@ MEANINGS = {
 
 
 def schema_of(file: str) -> dict[str, Any]:
-    """JSON Schema of a `study`, a `manipulator` or a `recording`."""
+    """JSON Schema of a `study`, a `manipulator` or a `recording`, without the examples in Python of its classes."""
     schema = FILES[file].model_json_schema()
     for part in (schema, *schema.get("$defs", {}).values()):
+        if "description" in part:
+            part["description"] = part["description"].partition("\n\nExamples\n")[0]
         for name, field in part.get("properties", {}).items():
             if "description" not in field:
                 field["description"] = _meaning(name, part)

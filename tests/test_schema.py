@@ -26,3 +26,10 @@ def test_the_length_of_a_plate_is_called_that():
 def test_no_meaning_is_left_without_a_field():
     names = {name.split(".")[1] for file in FILES for name, _ in fields(file)}
     assert names >= MEANINGS.keys()
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_nothing_of_python_is_told_to_those_who_write_files(file):
+    schema = schema_of(file)
+    assert not [name for name, part in schema["$defs"].items() if ">>>" in part.get("description", "")]
+    assert ">>>" not in schema.get("description", "")
