@@ -81,6 +81,11 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
 
 
+def is_study(path: Path) -> bool:
+    """Whether a file is meant as a study: it names a manipulator, and describes none."""
+    return "manipulator" in (keys := _keys(path)) and not keys & MANIPULATOR_KEYS
+
+
 def _keys(path: Path) -> set[str]:
     try:
         return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()

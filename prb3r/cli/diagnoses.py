@@ -85,20 +85,35 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
 
 @click.command("predict")
 @click.argument("diagnosis", metavar="DIAGNOSIS")
-@click.argument("manipulator", metavar="MANIPULATOR.toml")
+@click.argument("design", metavar="MANIPULATOR.toml|STUDY.toml")
 @click.argument("steps", metavar="[STEPS]", required=False)
 @click.option("-o", "--output", metavar="FILE", help="A .toml or, with STEPS, a .csv or .parquet, instead of stdout.")
-@click.option("--seed", default=0, show_default=True, help="Of the draws behind the bands.")
-def predict_command(diagnosis, manipulator, steps, output, seed) -> None:
-    """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands."""
+@click.option("--seed", default=0, show_default=True, help="Of the draws behind bands and studies.")
+def predict_command(diagnosis, design, steps, output, seed) -> None:
+    """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands.
+
+    Of a study, the study with 64 rigs that the diagnosis leaves possible, as a factor that nobody chooses.
+    """
+    from prb3r.check import is_study
     from prb3r.diagnosis.result.design_prediction import predict_design
+    from prb3r.diagnosis.result.learnt_study import learnt_study
     from prb3r.model.files.table import csv_text, write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
     if output and steps is None and Path(output).suffix != ".toml":
-        raise SpecError(Problem(output, "without STEPS a manipulator is written: a .toml file"))
+        raise SpecError(Problem(output, "without STEPS a manipulator or a study is written: a .toml file"))
+    if is_study(Path(design)):
+        if steps is not None:
+            raise SpecError(Problem(steps, "a study has its own loads; give the table with a manipulator"))
+        text = learnt_study(diagnosis, design, output or design, seed=seed)
+        if output:
+            ensure_writable(Path(output).parent)
+            write_whole(Path(output), text.encode())
+        else:
+            click.echo(text, nl=False)
+        return
     say_what_is_compiled()
-    learnt = predict_design(diagnosis, manipulator, steps, seed=seed)
+    learnt = predict_design(diagnosis, design, steps, seed=seed)
     if output and learnt.positions is not None:
         write_table(learnt.positions, output)
     elif output:

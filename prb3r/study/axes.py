@@ -56,7 +56,11 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
 
 
 def _named(factors: list[Factor], rows: np.ndarray) -> dict[str, list[Any]]:
-    return {factor.name: column for factor, column in zip(factors, rows.T.tolist(), strict=True)}
+    """Values of each factor, or its levels where `rows` holds their numbers."""
+    return {
+        factor.name: [factor.level[int(number)] for number in column] if factor.level else column
+        for factor, column in zip(factors, rows.T.tolist(), strict=True)
+    }
 
 
 def count_cases(study: Study, designs: int | None = None) -> int:
@@ -80,7 +84,7 @@ def sample_count(study: Study) -> int:
 
 
 def sampled_points(study: Study) -> np.ndarray:
-    """(samples, factors) values of the factors that are sampled.
+    """(samples, factors) values of the factors that are sampled, numbers from 0 of those that have levels.
 
     With the method `saltelli`, blocks of `count` rows: two independent samples A and B, then for each factor A with
     that factor's column from B (Saltelli et al., Computer Physics Communications 181, 2010, 259).

@@ -1,16 +1,13 @@
 """What a factor of a study may say: what it sets, and its values one by one, on a grid, sampled or searched."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-import numpy as np
-import scipy
 from pydantic import Field, model_validator
 
-from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import ModelName, Strict
 from prb3r.quantities import unit_ending
+from prb3r.study.distributions import Alternatives, Distribution, Interval, Lognormal, Normal
 from prb3r.study.wishes import Scalar
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
@@ -29,84 +26,6 @@ class Range(Strict):
     start: float = Field(alias="from")
     stop: float = Field(alias="to")
     count: Annotated[int, Field(ge=1, le=MAX_CASES)]
-
-
-class Distribution(Strict, ABC):
-    """What a sampled factor is drawn from."""
-
-    @abstractmethod
-    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
-        """Values below which each `share` of the distribution lies.
-
-        Parameters
-        ----------
-        neutral : its middle, where it does not say one.
-        """
-
-
-class Interval(Distribution):
-    """The ends between which a factor is sampled, all values alike likely, or searched."""
-
-    low: float
-    high: float
-    step: Positive | None = None
-    """Only low, low + step, and so on up to high: numbers of plates, thicknesses of sheets."""
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Interval":
-        if not self.low < self.high:
-            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
-        if self.step is not None and self.step > self.high - self.low:
-            raise ValueError(f"a step of {self.step:g} leaves low ({self.low:g}) alone; give a shorter one")
-        return self
-
-    @property
-    def steps(self) -> int:
-        """Number of steps from `low` up to `high`; 0 where any value between them will do."""
-        return 0 if self.step is None else int((self.high - self.low) / self.step * (1 + 1e-9))
-
-    def values(self, share: np.ndarray, neutral: float = 0.0) -> np.ndarray:
-        if self.step is None:
-            return self.low + (self.high - self.low) * share
-        return self.low + self.step * np.minimum(np.floor(share * (self.steps + 1)), self.steps)
-
-
-class Normal(Distribution):
-    """A normal distribution, cut off at `low` and `high` where they are given."""
-
-    mean: float | None = None
-    """Absent: 0 where it is added, 1 where it multiplies."""
-    sd: Positive
-    """Standard deviation."""
-    low: float | None = None
-    """Nothing lies below it."""
-    high: float | None = None
-    """Nothing lies above it."""
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Normal":
-        if self.low is not None and self.high is not None and not self.low < self.high:
-            raise ValueError(f"low ({self.low:g}) must be less than high ({self.high:g})")
-        return self
-
-    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
-        mean = neutral if self.mean is None else self.mean
-        if self.low is None and self.high is None:
-            return scipy.stats.norm.ppf(share, mean, self.sd)
-        low, high = (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
-        return scipy.stats.truncnorm.ppf(share, (low - mean) / self.sd, (high - mean) / self.sd, mean, self.sd)
-
-
-class Lognormal(Distribution):
-    """A distribution whose logarithm is normal: of what is positive and known within a factor."""
-
-    median: Positive | None = None
-    """Absent: 1 where it multiplies."""
-    sd: Positive
-    """Standard deviation of the natural logarithm: 0.1 is about 10 %."""
-
-    def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
-        return scipy.stats.lognorm.ppf(share, self.sd, scale=self.median or neutral)
 
 
 class Level(Strict):
@@ -146,18 +65,22 @@ class Factor(Strict):
     lognormal: Lognormal | None = None
     """For [sampling]: a median and the standard deviation of the logarithm."""
     level: Annotated[list[Level], Field(min_length=1)] | None = None
+    chosen: bool = True
+    """Of levels: `false` where nobody chooses between them; [sampling] then draws them, all alike likely."""
     zip: str | None = None
     """Factors with the same word here advance together."""
 
     @property
     def drawn(self) -> Distribution | None:
         """What it is sampled from or searched between, if its values are not given."""
+        if self.level and not self.chosen:
+            return Alternatives(count=len(self.level))
         return self.range or self.normal or self.lognormal
 
     @property
     def is_error(self) -> bool:
         """Whether it is something that nobody chooses: an error of the rig, or scatter."""
-        return bool(self.added_to or self.times or self.normal or self.lognormal)
+        return bool(self.added_to or self.times or self.normal or self.lognormal) or not self.chosen
 
     @property
     def neutral(self) -> float:
@@ -198,10 +121,13 @@ def _factor_problems(factor: Factor) -> Iterator[str]:
         yield f"give one of {valid} or {DRAWN[-1]}" + (f", not {' and '.join(given)}" * bool(given))
     if factor.level is not None and given:
         yield f"levels have no {given[0]}"
+    if factor.level is None and not factor.chosen:
+        yield "chosen = false is of levels; numbers that nobody chooses are drawn (normal or lognormal) or errors"
     if factor.geomspace is not None and not min(factor.geomspace.start, factor.geomspace.stop) > 0:
         yield "geomspace needs positive ends"
-    if factor.zip is not None and drawn:
-        yield f"a sampled factor ({drawn[0]}) cannot be zipped; all sampled factors already advance together"
+    if factor.zip is not None and factor.drawn is not None:
+        how = drawn[0] if drawn else "chosen = false"
+        yield f"a sampled factor ({how}) cannot be zipped; all sampled factors already advance together"
     middle = {"normal": "mean", "lognormal": "median"}
     for name, word in middle.items():
         given_by = getattr(factor, name)

@@ -142,7 +142,9 @@ class Study(Strict):
                 f"{self.sampled[0].name!r} is drawn: say how it is sampled, [sampling] method = 'sobol', count = 64"
             )
         if self.sampling is not None and not self.sampled:
-            problems.append("[sampling] needs factors that are drawn (range, normal or lognormal)")
+            problems.append(
+                "[sampling] needs factors that are drawn (range, normal, lognormal, or levels with chosen = false)"
+            )
         problems += self._search_problems()
         if self.wishes.given and not self.design_factors and not self.errors:
             problems.append(

@@ -15,6 +15,7 @@ from prb3r.diagnosis.result.posterior import averaged
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
+from prb3r.study.plan import plan_study
 
 ELASTICA = {"model": "elastica"}
 """What a diagnosis calculates with."""
@@ -146,3 +147,52 @@ def test_what_cannot_be_used_is_refused(folder, tmp_path):
     assert run(folder, folder / "same.toml", "-o", tmp_path / "learnt.csv").exit_code == 2
     with pytest.raises(SpecError, match="at least 40"):
         predict(folder, folder / "same.toml", STEPS, draws=10)
+
+
+STUDY = """# which one?
+name = "next"
+title = "next"
+manipulator = "same.toml"
+{}
+[[factor]]
+name = "mu_factor"
+times = "friction.coefficient"
+normal = {{ sd = 0.01 }}
+[[step]]
+cable_1_n = 20
+[[metric]]
+kind = "position"
+"""
+
+
+def test_a_study_starts_from_what_was_learnt_with_its_uncertainty(folder, tmp_path):
+    study = folder / "study.toml"
+    study.write_text(STUDY.format('[sampling]\nmethod = "latin-hypercube"\ncount = 128\n'))
+    result = run(folder, study, "-o", tmp_path / "learnt.toml")
+    assert result.exit_code == 0, result.output
+    text = (tmp_path / "learnt.toml").read_text()
+    assert text.startswith("# which one?\n")
+    plan = plan_study(tmp_path / "learnt.toml")
+    assert [factor.name for factor in plan.study.factor] == ["learnt", "mu_factor"]
+    assert len(plan.cases) == 128
+    constants = diagnosed().constants["youngs_modulus_pa"]
+    moduli = np.array([case.settings["manipulator"]["youngs_modulus_pa"] for case in plan.cases])
+    assert moduli.mean() == pytest.approx(constants.explained, rel=0.005)
+    sd = (constants.high - constants.low) / (2 * 1.96)
+    assert moduli.std() == pytest.approx(sd, rel=0.3)
+    assert all(case.settings["manipulator"]["effect"][0]["kind"] == "weakened_plate" for case in plan.cases)
+    study.write_text(STUDY.format(""))
+    assert run(folder, study, folder / "steps.csv").exit_code == 2
+    again = run(folder, tmp_path / "learnt.toml")
+    assert "has what was learnt already" in again.output
+
+
+def test_a_study_without_sampling_gets_it(folder):
+    study = folder / "plain.toml"
+    study.write_text(
+        STUDY.format("").replace("times =", "path =").replace("normal = { sd = 0.01 }", "values = [0.1, 0.2]")
+    )
+    result = run(folder, study)
+    assert result.exit_code == 0, result.output
+    (folder / "plain-learnt.toml").write_text(result.output)
+    assert len(plan_study(folder / "plain-learnt.toml").cases) == 2 * 64

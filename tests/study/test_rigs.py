@@ -135,6 +135,37 @@ def test_an_error_of_a_list_is_one_of_each_of_its_numbers(tmp_path):
         assert second == pytest.approx([-0.0255 * scale, -0.021], rel=1e-15)
 
 
+LEARNT = """
+[[factor]]
+name = "learnt"
+chosen = false
+[[factor.level]]
+label = "weak"
+set = { youngs_modulus_pa = 1.5e11 }
+[[factor.level]]
+label = "strong"
+set = { youngs_modulus_pa = 2e11 }
+"""
+
+
+def test_levels_that_nobody_chooses_are_rigs_alike_likely(tmp_path):
+    thick = '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [8e-4, 1.6e-3]\n'
+    bound = '[[requirement]]\nmetric = "drive_tension_n"\nat_most = {}\n'
+    result = solved(tmp_path, HEAD + LEARNT + thick + DRIVE + sampling("sobol", 8) + bound.format(1e4))
+    counts = result.cases.groupby(["learnt", "thickness_m"]).size()
+    assert counts.tolist() == [4, 4, 4, 4]
+    drive = result.cases.groupby(["thickness_m", "learnt"])["drive_tension_n"].mean()
+    for thickness in (8e-4, 1.6e-3):
+        assert drive[thickness, "strong"] / drive[thickness, "weak"] == pytest.approx(2.0 / 1.5, rel=1e-6)
+    assert result.plan.study.design_factors == ["thickness_m"]
+    shares = read_arrow(result.folder / "shares.parquet").to_pandas()
+    assert shares["rigs"].tolist() == [8] * 4
+    publish(result)
+    summary = (result.folder / "summary.md").read_text()
+    assert "Learnt: 2 alternatives that nobody chooses" in summary
+    assert "Drive tension (Thickness 0.8 mm)" in summary
+
+
 def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path):
     text = HEAD + (
         '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [1e-3, 2e-3]\n'
@@ -157,6 +188,7 @@ def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path
         ('name = "a"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "must end in '_m'"),
         ('name = "a_m"\ntimes = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "a multiplier has no unit"),
         ('name = "a"\nadded_to = "model"\nnormal = { sd = 0.1 }', "leads to no number that could be changed: 'prb3r'"),
+        ('name = "a"\nchosen = false\npath = "friction.coefficient"\nvalues = [0.1]', "chosen = false is of levels"),
         ('name = "a_m"\nadded_to = "cable.9.offset_m"\nnormal = { sd = 0.1 }', "there is no cable '9'"),
         ('name = "a"\ntimes = "youngs_modulus_pa"\nnormal = { sd = 0.1, low = 2, high = 1 }', "must be less than high"),
     ],

@@ -70,7 +70,7 @@ def predict_design(
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     posterior, verdict = read_posterior(diagnosis)
     design = manipulator_of(manipulator)
-    central, left = _carried(posterior.named, posterior.manipulator, design)
+    central, left = on_design(posterior.named, posterior.manipulator, design)
     if steps is None:
         return DesignPrediction(central, left, (), None)
     remarks = []
@@ -78,12 +78,12 @@ def predict_design(
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     positions = solve(central, steps)
     centres = [
-        (share, solve(_carried(centre, posterior.manipulator, design)[0], steps)[list(PREDICTED)].to_numpy())
+        (share, solve(on_design(centre, posterior.manipulator, design)[0], steps)[list(PREDICTED)].to_numpy())
         for share, centre in posterior.centres
     ]
     rng = np.random.default_rng([seed, 1])
     drawn = [
-        within_tolerances(_carried(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
+        within_tolerances(on_design(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
         for draw in posterior.draws(draws, seed)
     ]
     spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
@@ -122,7 +122,7 @@ def read_posterior(diagnosis: str | Path) -> tuple[Posterior, str]:
     raise SpecError(Problem(str(path), what))
 
 
-def _carried(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
+def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
     """The design with what carries over, and what does not."""
     effects, left = carried_effects(drawn.effects, here, there)
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:

@@ -94,6 +94,8 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
     """A factor: its name in words, what it sets, the values it takes."""
     factor = next(factor for factor in source.study.factor if factor.name == name)
     values = source.cases[name].drop_duplicates()
+    if not factor.chosen:
+        return source.quantity(name).title, factor.target, f"{len(values)} alternatives that nobody chooses"
     if len(values) > FEW and pd.api.types.is_numeric_dtype(values):
         ends = [source.cell(name, value, unit=True) for value in (values.min(), values.max())]
         return source.quantity(name).title, factor.target, f"{len(values)} values from {ends[0]} to {ends[1]}"
@@ -126,11 +128,14 @@ def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
     Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.  Words that
     go along with a number (`zip`) are that number's.
     """
+    drawn = {factor.name for factor in source.study.factor if not factor.chosen}
     numbers = [name for name in source.factors if pd.api.types.is_numeric_dtype(source.cases[name])]
     names = [
         name
         for name in source.factors
-        if name not in numbers and not any(_goes_along(source.cases, name, number) for number in numbers)
+        if name not in numbers
+        and name not in drawn
+        and not any(_goes_along(source.cases, name, number) for number in numbers)
     ]
     chosen = [list(some) for count in range(1, len(names) + 1) for some in itertools.combinations(names, count)]
     sizes = [len(source.cases[some].drop_duplicates()) for some in chosen]

@@ -82,13 +82,8 @@ def _by_setting(study: Study, table: pd.DataFrame) -> list[tuple[str, pd.DataFra
     if not fixed:
         return [("", table)]
     return [
-        (f" ({', '.join(f'{describe(n).title} {_plain(v)}' for n, v in zip(fixed, values, strict=True))})", part)
-        for values, part in table.groupby(fixed, sort=False, dropna=False)
+        (f" ({design_names(part[:1], fixed)[0]})", part) for _, part in table.groupby(fixed, sort=False, dropna=False)
     ]
-
-
-def _plain(value: Any) -> str:
-    return str(value) if isinstance(value, str) else style.digits(float(value))
 
 
 def _percent(row: dict[str, Any], kind: str) -> str:

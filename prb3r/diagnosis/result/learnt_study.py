@@ -1,0 +1,88 @@
+"""A study that starts from a diagnosis: rigs that its recording leaves possible, as a factor that nobody chooses."""
+
+import os
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from prb3r.diagnosis.result.design_prediction import on_design, read_posterior
+from prb3r.errors import Problem, SpecError
+from prb3r.model.files.toml import toml_text
+from prb3r.model.manipulator import Manipulator, load_manipulator
+from prb3r.study.spec import load_study
+
+LEARNT = "learnt"
+"""Name of the factor."""
+LEVELS = 64
+"""Rigs that are drawn: the ends of what 95 % of them do are then known within a few per cent of the rigs."""
+
+
+def learnt_study(diagnosis: str | Path, study: str | Path, into: str | Path, count: int = LEVELS, seed: int = 0) -> str:
+    """The text of a study file with the factor `learnt`: `count` rigs that a diagnosis leaves possible.
+
+    Each is a level that sets the constants and effects of one draw (a model by its probability, then its parameters,
+    which go together as the recording ties them), so that the study tells what the uncertainty of the diagnosis does
+    to its metrics, as it does of tolerances.  The factor stands before all others, which may change the design.
+
+    Parameters
+    ----------
+    into : the file that the text is for; its folder is the one that the path of the manipulator starts from.
+
+    Raises
+    ------
+    SpecError
+        With what is wrong with a file, or if the study searches, or has a factor `learnt` already.
+    """
+    spec, path = load_study(study), Path(study)
+    if spec.search is not None:
+        what = "a study that searches draws no rigs; take the design that it finds into a study with [sampling]"
+        raise SpecError(Problem(f"{path} search", what))
+    if any(factor.name == LEARNT for factor in spec.factor):
+        raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
+    design = load_manipulator(path.parent / spec.manipulator)
+    posterior, _ = read_posterior(diagnosis)
+    drawn = [on_design(draw, posterior.manipulator, design)[0] for draw in posterior.draws(count, seed)]
+    levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
+    added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
+    if spec.sampling is None:
+        added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
+    comment = f"# prb3r predict, of {count} draws (seed {seed}): what a diagnosis leaves possible\n"
+    text = path.read_text("utf-8-sig")
+    there = Path(os.path.relpath((path.parent / spec.manipulator).resolve(), Path(into).parent.resolve())).as_posix()
+    text = re.sub(r"(?m)^manipulator\s*=.*$", lambda _: f'manipulator = "{there}"', text, count=1)
+    first = re.search(r"(?m)^\s*\[", text)
+    place = first.start() if first else len(text)
+    text = f"{text[:place].rstrip()}\n\n{comment}{added}\n{text[place:].lstrip()}"
+    return _checked(text, path)
+
+
+def _checked(text: str, path: Path) -> str:
+    """The text, if it still is TOML: a study may be written in ways that nothing can be put into."""
+    try:
+        tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        what = (
+            "cannot be added to as it is written; give its factors as [[factor]] and [sampling] as tables of their own"
+        )
+        raise SpecError(Problem(str(path), what)) from None
+    return text
+
+
+def _plain(manipulator: Manipulator) -> dict[str, Any]:
+    return manipulator.model_dump(exclude_none=True)
+
+
+def _changes(before: Any, after: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Paths, as factors have them, at which plain manipulators of the same parts differ, with what is there after."""
+    if before == after:
+        return
+    if isinstance(after, dict) and isinstance(before, dict) and before.keys() == after.keys():
+        for key in after:
+            yield from _changes(before[key], after[key], f"{path}.{key}".lstrip("."))
+    elif path == "segment":
+        for number, (one, other) in enumerate(zip(before, after, strict=True), 1):
+            yield from _changes(one, other, f"{path}.{number}")
+    else:
+        yield path, after
