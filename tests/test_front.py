@@ -20,8 +20,7 @@ OBJECTS = "Cable Disk Manipulator Segment __version__ compare diagnose load_mani
 DEEDS = "effects plot predict reach run_study sensitivities solve solve_in_blocks"
 ERRORS = "EngineError Prb3rError RecordingError SpecError"
 PROMISED = f"{OBJECTS} {DEEDS} {ERRORS}".split()
-SHOWN_IN_DOCS = "diagnose predict"
-WITHOUT_EXAMPLES = {"__version__", *SHOWN_IN_DOCS.split(), *ERRORS.split()}
+WITHOUT_EXAMPLES = {"__version__", *ERRORS.split()}
 PULL = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_1_n": [20.0]})
 
 

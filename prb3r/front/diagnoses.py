@@ -174,6 +174,30 @@ def diagnose(
     """Diagnose a recording, given as its folder or read already, or several `together` with what their rigs share.
 
     Parameters and errors as of `diagnosis_of` and `joint_diagnosis_of`.
+
+    Examples
+    --------
+    A simulated rig with four plates, one of them cracked, of which its owner does not know.
+
+    >>> from pathlib import Path
+    >>> import pandas as pd
+    >>> import prb3r
+    >>> arm = prb3r.load_manipulator("studies/manipulators/two-segment.toml").replace("model", "elastica")
+    >>> arm = arm.replace("segment.1.plates", 2).replace("segment.2.plates", 2)
+    >>> rig = arm.replace("effect", [prb3r.effects.WeakenedPlate(plate=2, factor=0.7)])
+    >>> pulls = {"sequence": list("aaabbbccc"), "step": [1, 2, 3] * 3}
+    >>> pulls |= {"cable_1_n": [20, 40, 60, 0, 0, 0, 10, 20, 30], "cable_4_n": [0, 0, 0, 20, 40, 60, 0, 0, 0]}
+    >>> read = prb3r.solve(rig, pulls).query("disk > 0")[["sequence", "step", "disk", "x_m", "y_m"]]
+    >>> bench = Path("bench")
+    >>> bench.mkdir()
+    >>> read.round(4).to_csv(bench / "markers.csv", index=False)  # to a tenth of a millimetre
+    >>> pd.DataFrame(pulls).to_csv(bench / "steps.csv", index=False)
+    >>> recording = ['name = "bench"', 'manipulator = "manipulator.toml"', "[measurement]", "position_sd_m = 3e-5"]
+    >>> for name, text in {"recording": "\\n".join(recording), "manipulator": arm.to_toml()}.items():
+    ...     _ = (bench / f"{name}.toml").write_text(text)
+    >>> found = prb3r.diagnose(bench)
+    >>> found.verdict, found.effects[0].name, round(found.effects[0].parameters["factor"].value, 1)
+    ('explained', 'weakened_plate (plate 2)', 0.7)
     """
     if together != (not isinstance(recording, Recording | str | Path)):
         raise SpecError(Problem("diagnose", "several recordings are given with together=True, one without"))

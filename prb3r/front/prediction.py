@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.diagnosis.result.design_prediction import DRAWS, DesignPrediction, predict_design
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.model.files.table import write_table
 from prb3r.model.given import Given
 from prb3r.present import rc
@@ -75,7 +76,7 @@ class Prediction(DesignPrediction):
 
 
 def predict_on(
-    diagnosis: str | Path,
+    diagnosis: str | Path | Diagnosis,
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
@@ -86,7 +87,7 @@ def predict_on(
 
     Parameters
     ----------
-    diagnosis : the folder that `prb3r diagnose` wrote, or its diagnosis.json.
+    diagnosis : what `prb3r.diagnose` returned, the folder that `prb3r diagnose` wrote, or its diagnosis.json.
     manipulator : the design, its file, or what the file would hold.
     steps : a table of steps as for `solve`, if positions are wanted.
     draws : models and parameters that are solved for the bands.
@@ -96,5 +97,29 @@ def predict_on(
     ------
     SpecError
         With what is wrong with a file, or if `draws` are too few for a band.
+
+    Examples
+    --------
+    A rig as its file says, read without error at three steps, and what that tells of one with three segments.
+
+    >>> from pathlib import Path
+    >>> import pandas as pd
+    >>> import prb3r
+    >>> arm = prb3r.load_manipulator("studies/manipulators/two-segment.toml").replace("model", "elastica")
+    >>> arm = arm.replace("segment.1.plates", 2).replace("segment.2.plates", 2)
+    >>> pulls = {"sequence": "a", "step": [1, 2, 3], "cable_1_n": [20, 40, 60]}
+    >>> read = prb3r.solve(arm, pulls).query("disk > 0")[["sequence", "step", "disk", "x_m", "y_m"]]
+    >>> bench = Path("bench")
+    >>> bench.mkdir()
+    >>> read.round(4).to_csv(bench / "markers.csv", index=False)  # to a tenth of a millimetre
+    >>> pd.DataFrame(pulls).assign(sequence="a").to_csv(bench / "steps.csv", index=False)
+    >>> recording = ['name = "bench"', 'manipulator = "manipulator.toml"', "[measurement]", "position_sd_m = 3e-5"]
+    >>> for name, text in {"recording": "\\n".join(recording), "manipulator": arm.to_toml()}.items():
+    ...     _ = (bench / f"{name}.toml").write_text(text)
+    >>> load = {"sequence": ["a"], "step": [1], "cable_tip+_n": [20]}
+    >>> learnt = prb3r.predict(prb3r.diagnose(bench), "studies/manipulators/three-segment.toml", load)
+    >>> tip = learnt.positions.iloc[-1]
+    >>> bool(tip["y_low_m"] < tip["y_m"] < tip["y_high_m"])
+    True
     """
     return Prediction(**vars(predict_design(diagnosis, manipulator, steps, draws=draws, seed=seed)))

@@ -126,6 +126,14 @@ def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_p
     assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(2 * 1.96 * 3 * 0.03 / np.sqrt(2), rel=0.3)
 
 
+def test_what_a_diagnosis_returned_tells_the_same_as_its_folder(folder):
+    of_folder, of_itself = (
+        predict(folder, folder / "same.toml", STEPS),
+        predict(diagnosed(), folder / "same.toml", STEPS),
+    )
+    pd.testing.assert_frame_equal(of_itself.positions, of_folder.positions)
+
+
 def test_the_command_writes_the_table(folder):
     result = run(folder, folder / "same.toml", folder / "steps.csv", "-o", folder / "predicted.csv")
     assert result.exit_code == 0, result.output

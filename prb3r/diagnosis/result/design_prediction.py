@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
+from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
@@ -55,7 +56,7 @@ class DesignPrediction:
 
 
 def predict_design(
-    diagnosis: str | Path,
+    diagnosis: str | Path | Diagnosis,
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
@@ -93,14 +94,16 @@ def predict_design(
     return DesignPrediction(central, left, tuple(remarks), _banded(positions, averaged(centres), spread))
 
 
-def read_posterior(diagnosis: str | Path) -> tuple[Posterior, str]:
-    """What a diagnosis knows, from its folder or its diagnosis.json, and its verdict.
+def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
+    """What a diagnosis knows, of itself or from its folder or its diagnosis.json, and its verdict.
 
     Raises
     ------
     SpecError
         If there is no such file, or if it is not a diagnosis that says how sure it is.
     """
+    if isinstance(diagnosis, Diagnosis):
+        return diagnosis.posterior, diagnosis.verdict
     path = Path(diagnosis)
     path = path / "diagnosis.json" if path.is_dir() else path
     try:

@@ -59,7 +59,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
         places=places,
         statement=statement,
         rivals=tuple(rival for rival in near if rival not in elsewhere),
-        delta_bic=bic(fitted) - bic(simpler) if simpler is not None else float("nan"),
+        delta_bic=float(bic(fitted) - bic(simpler)) if simpler is not None else float("nan"),
         heldout_gain=fresh.judge(simpler, fitted).gain if fresh and simpler else None,
         partial=partial,
         profiles=profiles,
