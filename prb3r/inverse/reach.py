@@ -17,6 +17,9 @@ from prb3r.model.given import of_given
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
+FAR = 20.0
+"""Times the length of the manipulator: nobody asks for what lies farther, but in millimetres."""
+
 
 class Wanted(TypedDict, total=False):
     """Where a disk should be; coordinates that are left out are free."""
@@ -70,6 +73,16 @@ def _problems(
         Problem("target", f"unknown coordinate {name!r}{did_you_mean(name, COORDINATES)}")
         for name in wanted
         if name not in COORDINATES
+    ]
+    length = manipulator.chain().length
+    problems += [
+        Problem(
+            "target",
+            f"{name} = {value:g} m is far beyond the manipulator, which is {length:.3g} m long; "
+            f"lengths are given in metres: {value:g} mm is {value / 1e3:g}",
+        )
+        for name, value in wanted.items()
+        if name in ("x_m", "y_m") and abs(value) > FAR * length
     ]
     if most_n is not None and not 0 < most_n < np.inf:
         problems.append(Problem("most_n", "the largest tension must be more than 0 N"))

@@ -231,3 +231,9 @@ def test_lengths_of_cables_of_a_straight_and_of_an_evenly_bent_manipulator():
 def test_questions_that_make_no_sense(asked, message):
     with pytest.raises(SpecError, match=message):
         prb3r.reach(FREE, **asked)
+
+
+def test_a_target_in_millimetres_is_refused():
+    file = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
+    with pytest.raises(SpecError, match=r"y_m = 80 m is far beyond .* 80 mm is 0\.08"):
+        prb3r.reach(file, x_m=0.2, y_m=80)
