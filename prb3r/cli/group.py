@@ -13,6 +13,10 @@ import click
 from prb3r.errors import Prb3rError
 
 
+RESUMED = frozenset({"run", "prove"})
+"""Commands that go on where they were interrupted."""
+
+
 class ExitCode(IntEnum):
     """What a command tells the shell; input that is refused and failures of the engine carry theirs with them."""
 
@@ -36,7 +40,8 @@ class Commands(click.Group):
                 click.echo(f"prb3r: {problem}", err=True)
             ctx.exit(error.exit_code)
         except KeyboardInterrupt:
-            click.echo("prb3r: interrupted; what is computed is kept, run the same command to go on", err=True)
+            kept = "; what is computed is kept, run the same command to go on"
+            click.echo(f"prb3r: interrupted{kept if ctx.invoked_subcommand in RESUMED else ''}", err=True)
             ctx.exit(ExitCode.INTERRUPTED)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
