@@ -12,7 +12,6 @@ import click
 
 from prb3r.errors import Prb3rError
 
-
 RESUMED = frozenset({"run", "prove"})
 """Commands that go on where they were interrupted."""
 

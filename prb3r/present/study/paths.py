@@ -45,7 +45,9 @@ def paths_figure(sheet: Sheet[PathPlot]) -> Figure:
         Line2D([], [], **MISSED, label="not reached, and the way to it"),
     ]
     marks = marks if failed else marks[:1]
-    figure, axes = canvas.panels(titles, [*sheet.handles(solid=True), *marks, *notes(failed)], view_of(corners)[2])
+    figure, axes = canvas.panels(
+        titles, [*sheet.handles(solid=True), *marks, *notes(failed, mark={"ls": ""})], view_of(corners)[2]
+    )
     for panel, part in zip(axes, parts, strict=True):
         for look, _, group in sheet.groups(part):
             for case in group["case_id"]:

@@ -141,10 +141,10 @@ def not_drawn(sheet: Sheet[Any], row: pd.Series, what: str) -> str:
     return f"{', '.join(names)}: {what}" if names else what
 
 
-def notes(texts: list[str], most: int = 6) -> list[Line2D]:
-    """Legend entries for what is not drawn: the first `most` texts, and how many more there are."""
+def notes(texts: list[str], most: int = 6, mark: Mapping[str, Any] = FAILED_MARK) -> list[Line2D]:
+    """Legend entries for what is not drawn: the first `most` texts behind a `mark`, and how many more there are."""
     more = [f"and {len(texts) - most} more"] if len(texts) > most else []
-    return [entry({**FAILED_MARK, "label": text}) for text in texts[:most] + more]
+    return [entry({**mark, "label": text}) for text in texts[:most] + more]
 
 
 def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:
