@@ -47,11 +47,15 @@ def cost(fitted: Fit) -> float:
 def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     """ln of the marginal likelihood by Laplace's method, prior odds of the effects included, up to a constant.
 
-    The integral over the constants is common to all models but for what effects can do as well.
+    The integral over the constants is common to all models but for what effects can do as well.  -inf where the
+    readings do not feel a constant, as where hardly a step has an equilibrium.
     """
     model, constants = fitted.model, len(fitted.model.varied)
     normal = fitted.jacobian.T @ fitted.jacobian
-    volume = np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:constants, :constants])[1]
+    of_constants = np.linalg.slogdet(normal[:constants, :constants])[1]
+    if not np.isfinite(of_constants):
+        return -np.inf
+    volume = np.linalg.slogdet(normal)[1] - of_constants
     volume += 2 * np.log(model.deviations[constants:]).sum()
     sided = sum(0.0 in ends for ends in list(zip(*model.bounds(fitted.p), strict=True))[constants:])
     odds = sum(log_odds[hypothesis] for hypothesis in model.hypotheses)
