@@ -1,9 +1,7 @@
 """What was learnt from one manipulator, on another design: its file, and its positions with 95 % bands.
 
-A band holds what the recording leaves open: which model, and its parameters; and how exactly another design will be
-made, by the tolerances of the recording.  The rig that was recorded is made: what its parts are off by moved the
-recording too, so that the fitted parameters carry it, and drawing it anew would count it twice.  What the diagnosis
-could not explain is in no band.
+A band holds what the recording leaves open: which model, and its parameters; and how exactly the design will be made,
+by the tolerances of the recording.  What the diagnosis could not explain is not in it.
 """
 
 import json
@@ -21,7 +19,7 @@ from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
@@ -79,17 +77,16 @@ def predict_design(
     remarks = []
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
-    made = same_geometry(posterior.manipulator, design)
-    if made:
-        remarks.append("the bands are of the rig that was recorded; one that is built anew differs by its tolerances")
     positions = solve(central, steps)
     centres = [
         (share, solve(on_design(centre, posterior.manipulator, design)[0], steps)[list(PREDICTED)].to_numpy())
         for share, centre in posterior.centres
     ]
     rng = np.random.default_rng([seed, 1])
-    rigs = (on_design(draw, posterior.manipulator, design)[0] for draw in posterior.draws(draws, seed))
-    drawn = [rig if made else within_tolerances(rig, posterior.tolerance, rng) for rig in rigs]
+    drawn = [
+        within_tolerances(on_design(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
+        for draw in posterior.draws(draws, seed)
+    ]
     spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
