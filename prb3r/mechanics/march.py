@@ -16,9 +16,6 @@ MAX_ITERATIONS = 60
 """Evaluations of a plate, or of the chain, after which a solve is given up."""
 CYCLING = 12
 """From this Newton step on steps are shortened: at kinks of friction or of a bending law full ones may cycle."""
-SLOWEST = 0.8
-"""By which what is left must fall with every step from there on, on the average of twelve and more: halved steps come
-to 0.5."""
 SHORTEST_SHARE = 1.0 / 64
 """Of a step that leads to a larger error, where steps are shortened."""
 MAX_STEP = 0.5
@@ -81,13 +78,6 @@ def depart(plate, span, cable):
 
 
 @kernel
-def leads_nowhere(step, left, at_first):
-    """Whether what is `left` to correct has fallen so little since step `CYCLING`, where it was `at_first`, that the
-    method will not converge."""
-    return step > 2 * CYCLING and left > at_first * SLOWEST ** (step - CYCLING)
-
-
-@kernel
 def march(packed, tension, slip, work):
     """Solve plate after plate without dead loads, starting from the present node angles.
 
@@ -100,15 +90,11 @@ def march(packed, tension, slip, work):
     for i in range(len(spans)):
         plate, after, span = plates[i], plates[i + 1], spans[i]
         plate.load[0], plate.load[1], plate.load[2] = 0.0, 0.0, 0.0
-        steps, last, share, first = FAILED, 0.0, 1.0, 0.0
+        steps, last, share = FAILED, 0.0, 1.0
         for step in range(MAX_ITERATIONS):
             error = balance_plate(model, plate, span, cable)
             if error <= TOLERANCE:
                 steps = step
-                break
-            if step == CYCLING:
-                first = error
-            elif leads_nowhere(step, error, first):
                 break
             if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
                 share /= 2  # back by half of what was gone

@@ -19,7 +19,6 @@ from prb3r.mechanics.march import (
     TOLERANCE,
     at_base,
     depart,
-    leads_nowhere,
     next_frame,
 )
 from prb3r.mechanics.slip import pull_through_pulleys, slip_at, slip_on, slips_agree
@@ -27,6 +26,9 @@ from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, tran
 
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
+SLOWEST = 0.8
+"""By which the longest correction must fall with every step from `CYCLING` on, on the average of twelve and more: halved
+steps come to 0.5.  The same 1,398 of 1,600 steps of random chains with kinks and a tip load converge without it."""
 MAX_EXCHANGES = 24
 """Newton steps where holes change between sticking and slipping; later they would only go round in circles."""
 
@@ -143,6 +145,13 @@ def foresee(plates, work):
         for k in range(work.column.shape[1]):
             angle += plates[i].q[k] + work.column[i, k, 0]
         work.foreseen[i] = angle
+
+
+@kernel
+def leads_nowhere(step, left, at_first):
+    """Whether what is `left` to correct has fallen so little since step `CYCLING`, where it was `at_first`, that the
+    method will not converge."""
+    return step > 2 * CYCLING and left > at_first * SLOWEST ** (step - CYCLING)
 
 
 @kernel

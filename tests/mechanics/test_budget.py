@@ -5,7 +5,7 @@ import pytest
 from prototype import PRB_3R, cantilever, prototype
 
 from prb3r.mechanics import budget
-from prb3r.mechanics.chain import loads
+from prb3r.mechanics.chain import Law, loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.limit import limit_load
 
@@ -89,3 +89,12 @@ def test_a_limit_that_was_not_found_is_none(monkeypatch):
     limit = limit_load(rod, loads(rod, np.zeros((1, 0)), tip=(-1, 0.1)), from_rest=True)
     assert np.isnan(limit.factor)
     assert limit.outcome == Outcome.GAVE_UP
+
+
+@pytest.mark.parametrize(("tip", "most"), [(0.0, 6_000), ((2.0, 1.0), 40_000)], ids=["no dead load", "tip load"])
+def test_a_step_beyond_the_limit_costs_few_evaluations(tip, most):
+    """Plates that yield: under a tip load 56,112, with each of Newton's failures taking all its 60 steps."""
+    yielding = prototype()._replace(law=Law(knee=2.0, ratio=0.02), friction=np.full((14, 4), 0.3))
+    found = solve_chain(yielding, loads(yielding, [[60, 0, 0, 0], [400, 0, 0, 0]], tip=tip))
+    assert (found.outcome == Outcome.NO_EQUILIBRIUM).all()
+    assert found.work.sum() < most

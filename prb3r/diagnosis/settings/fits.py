@@ -19,7 +19,8 @@ class FitsSettings:
     idle_rounds: int = 2
     """Exact derivatives in a row that bring less, after which a fit is taken to be at a kink.  Choice, for time."""
     kink_trials: int = 8
-    """Steps that are tried to get past it.  Choice: of 80 fits six ended lower with 8, seven with 16."""
+    """Steps that are tried to get past it.  Of 60 starts before a wall of two parameters 31 end at the least without,
+    39 with 4 or 8 and 40 with 12 to 24 (`tests/diagnosis/test_kinks.py`)."""
     small_gain: float = 1e-5
     """Fall of chi-square that is not worth a step."""
     small_share: float = 1e-6
