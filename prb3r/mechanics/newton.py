@@ -27,8 +27,8 @@ from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, tran
 LENGTH_TOLERANCE = 1e-13
 """Largest error of a cable's length, of the length; small against every presliding length."""
 SLOWEST = 0.8
-"""By which the longest correction must fall with every step from `CYCLING` on, on the average of twelve and more: halved
-steps come to 0.5.  The same 1,398 of 1,600 steps of random chains with kinks and a tip load converge without it."""
+"""By which the longest correction must fall with every step from `CYCLING` on, on the average of twelve and more:
+halved steps come to 0.5.  Of 1,600 steps of random chains with kinks and a tip load the same 1,398 converge without."""
 MAX_EXCHANGES = 24
 """Newton steps where holes change between sticking and slipping; later they would only go round in circles."""
 
