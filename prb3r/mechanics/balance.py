@@ -122,7 +122,7 @@ def balance_plate(model, plate, span, cable):
         if not model.linear:
             angle = elastic
             elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
-            if plate.slider.shape[1] > 0:  # known when compiled
+            if model.share > 0.0:
                 slipping, follows = slipping_law(model, plate, k, angle)
                 elastic = (1.0 - model.share) * elastic + slipping
                 slope = (1.0 - model.share) * slope + follows

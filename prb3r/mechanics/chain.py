@@ -52,9 +52,9 @@ class Hysteresis(NamedTuple):
     elements: int = 1
 
     @property
-    def present(self) -> bool:
-        """Whether any stiffness slips, so that plates remember how they were bent."""
-        return self.share > 0
+    def slipping(self) -> int:
+        """Number of elements whose sliders remember how a plate was bent; 0 where no stiffness slips."""
+        return self.elements if self.share > 0 else 0
 
 
 class Contact(NamedTuple):
@@ -147,7 +147,7 @@ class Chain(NamedTuple):
     @property
     def remembers(self) -> bool:
         """Whether states depend on those before: by the slip at holes or in the plates."""
-        return self.presliding > 0 or self.hysteresis.present
+        return self.presliding > 0 or self.hysteresis.slipping > 0
 
     @property
     def length(self) -> float:

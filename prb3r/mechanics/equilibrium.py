@@ -8,7 +8,7 @@ import numpy as np
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.budget import GAVE_UP
-from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Loads, acting, no_loads
+from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
@@ -134,7 +134,7 @@ def solve_chain(
         unless friction follows the cables' travel.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
-    steps, packed = loads.steps, pack(chain)
+    steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping
     modes = segment_modes(chain) if chain.tied else None
     rows = acting(chain, loads)
     load_path = rows_of_loads(rows)
@@ -154,7 +154,7 @@ def solve_chain(
         moment=np.full((kept, plates, n + 2), np.nan),
         slip=np.full((kept if history else 0, plates, cables), np.nan),
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
-        slider=np.full((kept if chain.hysteresis.present else 0, plates, n, MOST_ELEMENTS), np.nan),
+        slider=np.full((kept, plates, n, elements), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
         block=np.full((steps if eigenvalue and n > CLOSED_FORM_ROWS else 0, plates, n, n), np.nan),
     )
@@ -177,8 +177,7 @@ def solve_chain(
                 for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
                     packed.span[name] = values[s]
                 packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            if len(path.slider):
-                packed.plate["slider"][:-1] = path.slider[s]
+            packed.plate["slider"][:-1, :, :elements] = path.slider[s]
             share = path.reached[s] if failed[s] else 1.0
             step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
             slip = step.slip if starts[s] else rows.slip[s + 1]

@@ -117,7 +117,7 @@ def ramp(packed, way, loaded, modes, space, work):
     and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further, `GAVE_UP` where the
     work that it may take is done.
     """
-    kept, reached, slides = space.kept, space.reached, packed.plate[0].slider.shape[1] > 0
+    kept, reached, slides = space.kept, space.reached, packed.model[0].elements > 0
     longest = SLIDING_STEP if slides else 1.0
     done, step, iterations = 0.0, longest, 0
     reached[0] = 0.0
@@ -161,7 +161,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
-            for e in range(packed.plate[i].slider.shape[1]):
+            for e in range(packed.model[0].elements):
                 packed.plate[i].slider[k, e] = 0.0
     save(packed, work, kept)
     taken = ramp(packed, onset, dead, modes, space, work)
@@ -200,7 +200,7 @@ def follow(packed, onset, way, dead, from_rest, modes, space, history, work, pat
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
-    if history is not None or packed.plate[0].slider.shape[1] > 0:
+    if history is not None or packed.model[0].elements > 0:
         keep_state(space.accepted, last, 1.0, space.rest)
     lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
     for s in range(1, len(rows)):

@@ -46,7 +46,7 @@ def write_step(packed, s, path):
         if detail:
             for k in range(n):
                 path.q[s, i, k] = plate.q[k]
-                for e in range(plate.slider.shape[1]):
+                for e in range(path.slider.shape[3]):
                     path.slider[s, i, k, e] = plate.slider[k, e]
             for j in range(path.tension.shape[2]):
                 path.tension[s, i, j] = packed.span[i, j].tension
@@ -64,7 +64,7 @@ def write_end(s, kept, path):
         for i in range(path.q.shape[1]):
             for k in range(path.q.shape[2]):
                 path.q[s, i, k] = kept.q[i, k]
-                for e in range(kept.slider.shape[2]):
+                for e in range(path.slider.shape[3]):
                     path.slider[s, i, k, e] = kept.slider[i, k, e]
             if len(path.slip) > 0:
                 for j in range(path.slip.shape[2]):

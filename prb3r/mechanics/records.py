@@ -2,8 +2,7 @@
 
 Records reach compiled code as plain pointers whose shapes are known, so that loops over nodes unroll and no
 reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.  For the same reason
-records without room for derivatives by the node angles, or for springs that slip, are computed without them, at no
-cost.
+records without room for derivatives by the node angles are computed without them, at no cost.
 """
 
 from functools import cache
@@ -29,9 +28,9 @@ class Packed(NamedTuple):
     """(m,) the cables as they arrive at the disk that is being passed."""
 
 
-def plate_fields(n: int, links: int, by: int, springs: int) -> list[tuple]:
-    """One plate of `n` nodes with derivatives by `by` of their angles, all or none, and room for as many `springs` that
-    slip at each; positions, forces and moments in the frame of its proximal disk, SI units."""
+def plate_fields(n: int, links: int, by: int) -> list[tuple]:
+    """One plate of `n` nodes with derivatives by `by` of their angles, all or none; positions, forces and moments in the
+    frame of its proximal disk, SI units."""
     return [
         ("arc", float),
         ("clamp", float),
@@ -56,8 +55,8 @@ def plate_fields(n: int, links: int, by: int, springs: int) -> list[tuple]:
         ("load", float, (3,)),  # the same of the dead loads further out
         ("extra", float),  # extra bending moment all along the arc
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
-        ("yields", float, (n if springs else 0,)),  # hysteresis: node angle from which Jenkin elements slip, on average
-        ("slider", float, (n, springs)),  # node angle where the slider of each stood in the last accepted state
+        ("yields", float, (n,)),  # hysteresis: node angle from which Jenkin elements slip, on average
+        ("slider", float, (n, MOST_ELEMENTS)),  # node angle where the slider of each stood in the last accepted state
     ]
 
 
@@ -125,9 +124,9 @@ CABLE_FIELDS = [
 
 
 @cache
-def record_types(n: int, links: int, by: int, springs: int) -> tuple[np.dtype, ...]:
+def record_types(n: int, links: int, by: int) -> tuple[np.dtype, ...]:
     """Of model, plate, span and cable."""
-    fields = model_fields(n, links), plate_fields(n, links, by, springs), span_fields(by), CABLE_FIELDS
+    fields = model_fields(n, links), plate_fields(n, links, by), span_fields(by), CABLE_FIELDS
     return tuple(np.dtype(f) for f in fields)
 
 
@@ -139,8 +138,7 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
     slips = chain.hysteresis
-    springs = MOST_ELEMENTS if slips.present else 0
-    of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n, springs)
+    of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n)
     model = np.zeros(1, of_model)
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
     of_holes = "presliding", "edges", "clearance", "friction_exponent", "friction_tension"
@@ -149,7 +147,7 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     model["stiff"] = 1.0
     for name in ("linear", "cubic", "ratio", "sharpness"):
         model[name] = getattr(chain.law, name)
-    if slips.present:
+    if slips.slipping:
         model["linear"], model["share"], model["elements"] = False, slips.share, 0 if held else slips.elements
     plate = np.zeros(plates + 1, of_plate)
     for name in ("arc", "clamp", "stiffness", "rest"):
@@ -164,7 +162,7 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     plate["frame"][0] = 0, 0, 0, 1, 0
     per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
     plate["curvature"][:-1] = per_angle / chain.arc[:, None]
-    if slips.present:
+    if slips.slipping:
         with np.errstate(divide="ignore"):  # hinges do not slip
             plate["yields"][:-1] = np.broadcast_to(slips.curvature, plates)[:, None] / plate["curvature"][:-1]
     cable = np.zeros(cables, of_cable)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.bundle import bundle
-from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
+from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 PLATE_TURN = 0.35
@@ -57,7 +57,7 @@ def state(chain: Chain) -> State:
         slip=np.zeros(shape),
         beyond=np.zeros(shape),
         sign=np.ones(1),
-        slider=np.zeros((*chain.stiffness.shape, MOST_ELEMENTS if chain.hysteresis.present else 0)),
+        slider=np.zeros((*chain.stiffness.shape, chain.hysteresis.slipping)),
     )
 
 
@@ -75,7 +75,7 @@ def save(packed, work, into):
     for i in range(len(packed.span)):
         for k in range(into.q.shape[1]):
             into.q[i, k] = packed.plate[i].q[k]
-            for e in range(packed.plate[i].slider.shape[1]):
+            for e in range(packed.model[0].elements):
                 into.slider[i, k, e] = packed.plate[i].slider[k, e]
         if packed.model[0].presliding != 0.0:
             for j in range(into.slip.shape[1]):
@@ -91,7 +91,7 @@ def restore(packed, work, kept):
     for i in range(len(packed.span)):
         for k in range(kept.q.shape[1]):
             packed.plate[i].q[k] = kept.q[i, k]
-            for e in range(packed.plate[i].slider.shape[1]):
+            for e in range(packed.model[0].elements):
                 packed.plate[i].slider[k, e] = kept.slider[i, k, e]
         if packed.model[0].presliding != 0.0:
             for j in range(kept.slip.shape[1]):

@@ -131,7 +131,7 @@ def differentiate(packed, held, sides, rows, steps, modes, space, out):
     `held` is the chain once more, as records of a held shape.
     """
     now, handed, partial, left, outer = space.now, space.handed, space.partial, space.left, space.room.outer
-    history, slides, tied = packed.model[0].presliding != 0.0, packed.plate[0].slider.shape[1] > 0, modes is not None
+    history, slides, tied = packed.model[0].presliding != 0.0, packed.model[0].elements > 0, modes is not None
     for e in range(len(steps.row)):
         put_loads(rows[steps.last[e]], rows[steps.row[e]], steps, e, now)
         put_state(held, steps, e, now, None)

@@ -122,7 +122,7 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
-    elements = chain.hysteresis.elements if chain.hysteresis.present else 0
+    elements = chain.hysteresis.slipping
     packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
     height = n + 3 + (3 if history else 1) * cables
     acts = [rows if _same_loads(side, problem) else acting(*side) for side in _problems(directions)]
@@ -199,5 +199,5 @@ def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
 def _kind(chain: Chain, loads: Loads) -> tuple:
     """What a parameter cannot change."""
     shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
-    slips = chain.hysteresis.present, chain.hysteresis.elements
+    slips = chain.hysteresis.slipping
     return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0, slips
