@@ -126,7 +126,8 @@ def test_a_final_state_of_a_cloud_is_that_of_its_last_load(spec, tmp_path):
 def test_figures_show_the_first_loads_of_large_clouds_and_say_so_where_some_fail(spec, tmp_path, monkeypatch):
     monkeypatch.setattr(thinning, "MOST_ROWS", 3000)
     monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("all states were read"))
-    result = solve_study(spec(SPEC.replace("3 = 60.0 }", "3 = 1e6 }\nsafety = 0")), Options(tmp_path / "out"))
+    failing = SPEC.replace("3 = 60.0 }", "3 = 1e6 }\nsafety = 0").replace("40_000", "5_000")
+    result = solve_study(spec(failing), Options(tmp_path / "out"))
     drawn = thinning.states_to_draw(result)
     assert (thinning.loads_to_draw(result), drawn["step"].max(), len(drawn)) == (3000, 3000, 3000)
     assert set(drawn) == {"case_id", "step", "disk", "x_m", "y_m"}
