@@ -6,8 +6,10 @@ and pulls the distal part with ``T (H - Q) / |H - Q|``.  On entering the span it
     T = T_in exp(slip mu |beta - alpha|)                                                               [Eq. 6, 7]
 
 `alpha`, `beta`: directions before and after the hole, relative to the axis of the disk; at the base `alpha` is zero.
-Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  `mu` may fall with the tension before the hole,
-as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44 (1953) T59: friction as the power 1 - p of the force).
+Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  A cable that is stiff against bending does not
+lie against a hole over all of a turn: of each turn t may count ``t / (1 + c t)``.  `mu` may fall or grow with the
+tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44 (1953) T59: friction as the
+power 1 - p of the force).
 The slip is declared, or it follows from the cable's own travel: when the length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
 """
@@ -49,18 +51,28 @@ def measure_span(model, plate, out):
 
 
 @kernel
+def counted(turn, saturation):
+    """What of a turn rubs, without its sign, and how that changes with the turn."""
+    share = 1.0 / (1.0 + saturation * abs(turn))
+    return abs(turn) * share, copysign(share * share, turn)
+
+
+@kernel
 def rub(model, out, cable):
     """Friction coefficient times turning angle at the hole before a span, and how the tension behind depends on it."""
     after, before, slip, friction = out.direction, cable.approach, cable.slip, out.friction
     if model.friction_exponent != 0.0:
         friction *= (cable.tension / model.friction_tension) ** -model.friction_exponent
     if model.edges:
-        out.wrap = friction * (abs(after) + abs(before))
-        out.rate = slip * copysign(friction, after)
-        out.rate_in = slip * copysign(friction, before)
+        leaving, grows = counted(after, model.wrap_saturation)
+        entering, grows_in = counted(before, model.wrap_saturation)
+        out.wrap = friction * (leaving + entering)
+        out.rate = slip * (friction * grows)
+        out.rate_in = slip * (friction * grows_in)
     else:
-        out.wrap = friction * abs(after - before)
-        out.rate = slip * copysign(friction, after - before)
+        turning, grows = counted(after - before, model.wrap_saturation)
+        out.wrap = friction * turning
+        out.rate = slip * (friction * grows)
         out.rate_in = -out.rate
     out.passes = 1.0 - model.friction_exponent * slip * out.wrap
 

@@ -135,6 +135,8 @@ class Chain(NamedTuple):
     """Of the tension before a hole, by which friction there falls."""
     friction_tension: float = 1.0
     """Tension at which it has the coefficients of `friction`, N."""
+    wrap_saturation: float = 0.0
+    """How little of a turn at a hole rubs, 1/rad: of a turn t counts t / (1 + wrap_saturation t)."""
     umbilical: float = 0.0
     """Couple by which the tip is turned back, of its turn, N m/rad."""
     closure: tuple[Term, ...] = ()

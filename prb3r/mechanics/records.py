@@ -29,8 +29,8 @@ class Packed(NamedTuple):
 
 
 def plate_fields(n: int, links: int, by: int) -> list[tuple]:
-    """One plate of `n` nodes with derivatives by `by` of their angles, all or none; positions, forces and moments in the
-    frame of its proximal disk, SI units."""
+    """One plate of `n` nodes with derivatives by `by` of their angles, all or none; positions, forces and moments in
+    the frame of its proximal disk, SI units."""
     return [
         ("arc", float),
         ("clamp", float),
@@ -107,6 +107,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("stiff", float),  # share of the plates' stiffness that is left in the present state
         ("friction_exponent", float),
         ("friction_tension", float),
+        ("wrap_saturation", float),
         ("umbilical", float),
     ]
 
@@ -141,7 +142,7 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n)
     model = np.zeros(1, of_model)
     model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
-    of_holes = "presliding", "edges", "clearance", "friction_exponent", "friction_tension"
+    of_holes = "presliding", "edges", "clearance", "friction_exponent", "friction_tension", "wrap_saturation"
     for name in ("disk", "softening", "umbilical", *of_holes):
         model[name] = getattr(chain, name)
     model["stiff"] = 1.0

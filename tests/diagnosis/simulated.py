@@ -128,7 +128,15 @@ class Case:
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
 RUBBING = frozenset(
-    {"cable_friction", "worn_hole", "edge_wrap", "slip_history", "load_dependent_friction", "load_cell"}
+    {
+        "cable_friction",
+        "worn_hole",
+        "edge_wrap",
+        "slip_history",
+        "load_dependent_friction",
+        "load_cell",
+        "wrap_saturation",
+    }
 )
 YIELDING = frozenset({"hysteretic_plate", "plate_softening", "nonlinear_plate", "tension_drift"})
 """Kinds that could stand in for others in part, among which a search for what is not there takes most of its time."""

@@ -17,12 +17,19 @@ def case(friction=0.3, **effect):
     return Case(hidden=(tuple(effect.items()),), friction=friction, seed=1)
 
 
+WIDTH = {"wrap_saturation": 0.8}
+"""Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone."""
+
+
 @pytest.mark.parametrize(
     ("hidden", "place"),
     [
         (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
         (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
         (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
+        (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
+        (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
+        (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
         (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
         (case(kind="plate_softening", share_per_step=0.008), {}),
         (case(kind="load_cell", quadratic_per_n=0.002), {}),
@@ -38,7 +45,7 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     assert place.items() <= dict(effect.place).items()
     ((name, size),) = effect.parameters.items()
     assert size.low < true[name] < size.high
-    assert size.high - size.low < 0.4 * abs(true[name])
+    assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
 
 
 def suspected(recording):

@@ -22,7 +22,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
-    amounts |= {"load_dependent_friction", "base_compliance", "umbilical"}
+    amounts |= {"wrap_saturation", "base_compliance", "umbilical"}
     assert {h.kind for h, _ in library if h.by_degrees and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
@@ -74,6 +74,20 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ),
         ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
         ("plate_softening", {}, {"share_per_step": (-0.004, -0.005, -0.003)}, "gain 0.4 (0.3 to 0.5) % of"),
+        (
+            "load_dependent_friction",
+            {"tension_n": 95.0},
+            {"exponent": (-0.3, -0.4, -0.2)},
+            "Friction grows with the load: its coefficient is the calibrated one at 95.0 N",
+        ),
+        (
+            "wrap_saturation",
+            {},
+            {"saturation_per_rad": (4, 3, 5)},
+            "of a turn t counts t / (1 + t x 4 (3 to 5) per rad).",
+        ),
+        ("stiffness_gradient", {}, {"tip_to_base": (0.6, 0.5, 0.7)}, "become softer and softer from the base to the"),
+        ("stiffness_gradient", {}, {"tip_to_base": (1.5, 1.4, 1.6)}, "become stiffer and stiffer from the base to the"),
         ("precurvature", {}, {"curvature_per_m": (1, None, None)}, "All plates are bent"),
         ("precurvature", {"plates": (4,)}, {"curvature_per_m": (1, None, None)}, "Plate 4 is bent"),
         ("precurvature", {"plates": (4, 5, 6)}, {"curvature_per_m": (1, None, None)}, "Plates 4 to 6 are bent"),

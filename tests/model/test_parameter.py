@@ -21,6 +21,8 @@ EFFECTS = [
     {"kind": "worn_hole", "disk": 2, "coefficient": 0.5},
     {"kind": "tension_offset", "offset_n": 0.5},
     {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0},
+    {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
+    {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
     {"kind": "plate_softening", "share_per_step": 0.01},
     {"kind": "base_compliance", "compliance_rad_per_n_m": 0.01},

@@ -69,6 +69,39 @@ def test_at_its_own_tension_friction_that_falls_with_the_load_is_the_nominal_one
     assert not same(state(manipulator(falls, base_hole), up=20.0), state(manipulator(base_hole), up=20.0), 1e-5)
 
 
+@pytest.mark.parametrize("edges", [False, True])
+def test_of_every_turn_less_counts_the_larger_it_is(edges):
+    """The turns are read off the disks: a span leads from hole to hole, 20 mm off the middle of faces 2 mm away."""
+    saturates = {"kind": "wrap_saturation", "saturation_per_rad": 4.0}
+    rig = manipulator(saturates, *[{"kind": "edge_wrap"}] * edges, mu=0.3, plates=2)
+    found = state(rig, up=400.0)
+    place, axis = found.x[0] + 1j * found.y[0], np.exp(1j * found.angle[0])
+    spans = (place + axis * (-0.002 + 0.02j))[1:] - (place + axis * (0.002 + 0.02j))[:-1]
+    before = np.angle(np.array([1.0, spans[0] / axis[1]]))
+    after = np.angle(spans / axis[:-1])
+    turns = np.abs([before, after]) if edges else np.abs(after - before)[None]
+    assert turns.max() > 0.1
+    wrap = np.cumsum((turns / (1 + 4.0 * turns)).sum(0))
+    assert found.tension[0, :, 0] == pytest.approx(400.0 * np.exp(-0.3 * wrap), rel=1e-9)
+    without = manipulator(saturates | {"saturation_per_rad": 1e9}, mu=0.3, plates=2)
+    assert same(state(without, up=400.0), state(manipulator(plates=2), up=400.0))
+
+
+def test_friction_that_grows_with_the_load_has_the_other_sign_of_the_power():
+    grows = {"kind": "load_dependent_friction", "exponent": -0.5, "tension_n": 10.0}
+    twice = {"kind": "worn_hole", "disk": 0, "coefficient": 0.4}
+    nominal = {"kind": "worn_hole", "disk": 0, "coefficient": 0.2}
+    assert same(state(manipulator(grows, nominal), up=40.0), state(manipulator(twice), up=40.0))
+
+
+def test_stiffness_that_changes_along_the_arm_does_so_by_the_same_factor_from_plate_to_plate():
+    """Four plates, eight times as stiff at the tip: by 2 from one to the next, about the middle of them."""
+    steady = {"kind": "stiffness_gradient", "tip_to_base": 8.0}
+    steps = [{"kind": "weakened_plate", "plate": k + 1, "factor": 2.0 ** (k - 1.5)} for k in range(4)]
+    assert same(state(manipulator(steady, mu=0.2)), state(manipulator(*steps, mu=0.2)))
+    assert same(state(manipulator(steady, plates=1)), state(manipulator(plates=1)))
+
+
 @pytest.mark.parametrize("model", ["prb3r", "elastica"])
 def test_a_compliant_base_is_a_cantilever_on_a_rotational_spring(model):
     """Roark: w = F L^3 / (3 EI) + c F L^2, and the tip turns by F L^2 / (2 EI) + c F L, to first order in the force."""

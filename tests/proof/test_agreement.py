@@ -153,6 +153,8 @@ def later_effects(rng):
         {"kind": "plate_softening", "share_per_step": u(-0.03, 0.05)},
         {"kind": "umbilical", "stiffness_n_m_per_rad": u(0, 1)},
         {"kind": "pulley_friction", "efficiency": u(0.8, 1)},
+        {"kind": "wrap_saturation", "saturation_per_rad": u(0, 10)},
+        {"kind": "stiffness_gradient", "tip_to_base": u(0.5, 2)},
     ]
 
 

@@ -100,6 +100,8 @@ NOTHING = [
     effect("load_cell"),
     effect("tension_drift", offset_n_per_step=0.0),
     effect("load_dependent_friction", exponent=0.0, tension_n=10.0),
+    effect("wrap_saturation", saturation_per_rad=0.0),
+    effect("stiffness_gradient", tip_to_base=1.0),
     effect("base_compliance", compliance_rad_per_n_m=0.0),
     effect("plate_softening", share_per_step=0.0),
     effect("umbilical", stiffness_n_m_per_rad=0.0),

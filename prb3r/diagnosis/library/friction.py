@@ -58,8 +58,29 @@ def _loaded(scope: Scope) -> list[Place]:
 
 
 def _exponent(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 1, where friction does not depend on the load; mostly to a third, as of one elastic contact (Hertz)."""
-    return (Free("exponent", 0.0, 0.0, 1.0, sd=0.3),)
+    """Up to 1, where friction does not depend on the load; mostly to a third, as of one elastic contact (Hertz).  As
+    far the other way, where cables plough through what is softer."""
+    return (Free("exponent", 0.0, -1.0, 1.0, sd=0.3),)
+
+
+def _load_sentence(fitted: Occurrence) -> str:
+    tension, falls = fitted.place["tension_n"], fitted.size.value > 0
+    how = "falls with the load, as of polymers on metal" if falls else "grows with the load"
+    return (
+        f"Friction {how}: its coefficient is the calibrated one at {tension} N and goes with the tension as "
+        f"(T / {tension} N)^-n, n = {fitted.size}."
+    )
+
+
+def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Mostly up to where the turns of the nominal manipulator, as large as the bends, count half; to where a twentieth
+    of them does."""
+    turn = max(scope.largest_bend, 1e-3)
+    return (Free("saturation_per_rad", 0.0, 0.0, 20 / turn, scale=1 / turn, sd=0.5),)
+
+
+def _rubs(scope: Scope) -> list[Place]:
+    return whole_rig_if(scope.manipulator.friction.coefficient > 0)
 
 
 def _declared_slip(scope: Scope) -> list[Place]:
@@ -104,14 +125,21 @@ FRICTION_SUSPECTS = (
     Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient, presence=0.3),
     Suspect(
         "load_dependent_friction",
-        sentence=lambda fitted: (
-            "Friction falls with the load, as of polymers on metal: its coefficient is the calibrated one at "
-            f"{fitted.place['tension_n']} N and goes with the tension as (T / {fitted.place['tension_n']} N)^-n, "
-            f"n = {fitted.size}."
-        ),
+        sentence=_load_sentence,
         transfer=as_it_is,
         places=_loaded,
         free=_exponent,
+        presence=RARE,
+    ),
+    Suspect(
+        "wrap_saturation",
+        sentence=lambda fitted: (
+            "Friction saturates with the wrap angle, as of stiff cables that lie against their holes over a part of "
+            f"each turn: of a turn t counts t / (1 + t x {fitted.size} per rad)."
+        ),
+        transfer=as_it_is,
+        places=_rubs,
+        free=_saturation,
         presence=RARE,
     ),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),

@@ -42,6 +42,19 @@ def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("factor", 1.0, 0.05, 20.0, log=True, sd=0.5),)
 
 
+def _taper(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """From a fifth to fivefold, as of a strip that tapers by a factor of 1.7; mostly within a quarter."""
+    return (Free("tip_to_base", 1.0, 0.2, 5.0, log=True, sd=0.25),)
+
+
+def _taper_sentence(fitted: Occurrence) -> str:
+    less = "softer" if fitted.size.value < 1 else "stiffer"
+    return (
+        f"The plates become {less} and {less} from the base to the tip, as of an arm that tapers: the last one has "
+        f"{fitted.size} times the stiffness that the first one suggests."
+    )
+
+
 def _bent_plates(scope: Scope) -> Iterator[Place]:
     """All plates, those of each segment, each alone."""
     yield {}
@@ -174,6 +187,14 @@ PLATE_SUSPECTS = (
         transfer=OF_A_PART,
         places=lambda scope: ({"segment": number} for number, _ in scope.segments),
         free=_factor,
+    ),
+    Suspect(
+        "stiffness_gradient",
+        sentence=_taper_sentence,
+        transfer=left_behind("belongs to this arm, as it was made"),
+        places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # of two plates one is a weakened one
+        free=_taper,
+        presence=RARE,
     ),
     Suspect(
         "nonlinear_plate",

@@ -24,16 +24,28 @@ class CableFriction(Effect):
 
 
 class LoadDependentFriction(Effect):
-    """Friction that falls with the load, as of polymers on metal: at every hole the coefficient times
-    (T / `tension_n`)^-`exponent`, T the tension of the cable before the hole."""
+    """Friction that falls with the load, as of polymers on metal, or grows with it where the exponent is negative: at
+    every hole the coefficient times (T / `tension_n`)^-`exponent`, T the tension of the cable before the hole."""
 
     kind: Literal["load_dependent_friction"]
     once: ClassVar[bool] = True
-    exponent: Annotated[float, Field(ge=0, le=1)]
+    exponent: Annotated[float, Field(ge=-1, le=1)]
     tension_n: Annotated[Positive, Field(description="Tension at which the coefficients hold as they are, N.")]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(friction_exponent=self.exponent, friction_tension=self.tension_n)
+
+
+class WrapSaturation(Effect):
+    """Friction that saturates with the wrap angle, as of cables so stiff that they do not lie against their holes over
+    all of a turn: of every turn t at a hole counts t / (1 + `saturation_per_rad` t)."""
+
+    kind: Literal["wrap_saturation"]
+    once: ClassVar[bool] = True
+    saturation_per_rad: NonNegative
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(wrap_saturation=self.saturation_per_rad)
 
 
 class PulleyFriction(Effect):

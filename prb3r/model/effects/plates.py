@@ -39,6 +39,19 @@ class SegmentStiffness(Effect):
         return chain._replace(stiffness=chain.stiffness * factor[:, None])
 
 
+class StiffnessGradient(Effect):
+    """Bending stiffness that changes steadily from plate 1 to the last, which has `tip_to_base` times the factor of the
+    first; their geometric mean stays."""
+
+    kind: Literal["stiffness_gradient"]
+    tip_to_base: Positive
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        along = np.arange(chain.plates) - (chain.plates - 1) / 2
+        factor = self.tip_to_base ** (along / max(chain.plates - 1, 1))
+        return chain._replace(stiffness=chain.stiffness * factor[:, None])
+
+
 class NonlinearPlate(Effect):
     """The law `cubic` takes `cubic_m2` (c): M = EI k (1 + c k^2); `bilinear` takes `knee_per_m` and `ratio`: beyond the
     curvature of the knee the tangent stiffness is `ratio` times EI. `smooth` takes a `sharpness` (R) too: M = EI k

@@ -22,6 +22,7 @@ OF_THE_KIND = (
     "nonlinear_plate",
     "hysteretic_plate",
     "load_dependent_friction",
+    "wrap_saturation",
     "disk_contact",
     "clamp_compliance",
     "cable_bending",

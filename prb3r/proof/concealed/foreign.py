@@ -66,9 +66,10 @@ def _creep(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     return Change([], {}, -u * np.log1p(at.step))
 
 
-def _gradient(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Stiffness that changes steadily along the arm."""
-    return Change(_plate_factors(u * np.linspace(-1, 1, at.design.plates)), {}, 0.0)
+def _waves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
+    """Stiffness that rises and falls along the arm, one and a half times."""
+    along = np.linspace(0, 1, at.design.plates)
+    return Change(_plate_factors(u * np.sin(3 * np.pi * along)), {}, 0.0)
 
 
 def _plate_factors(logarithms: np.ndarray) -> list[dict[str, Any]]:
@@ -112,7 +113,7 @@ def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 LAWS: dict[str, ForeignLaw] = {
     "friction_grows": ForeignLaw(_friction_grows, SETTINGS.foreign.largest_friction_growth),
     "creep": ForeignLaw(_creep, SETTINGS.foreign.largest_creep),
-    "gradient": ForeignLaw(_gradient, SETTINGS.foreign.largest_gradient, signed=True),
+    "waves": ForeignLaw(_waves, SETTINGS.foreign.largest_waves, signed=True),
     "yielding": ForeignLaw(_yielding, SETTINGS.foreign.largest_yielding, signed=True),
     "dead_zone": ForeignLaw(_dead_zone, SETTINGS.foreign.largest_dead_zone, jumps=True),
     "saturation": ForeignLaw(_saturation, SETTINGS.foreign.largest_saturation),

@@ -35,6 +35,7 @@ class Rig(NamedTuple):
     friction: np.ndarray  # (n, m) coefficient at the hole before plate i
     friction_exponent: float  # by which friction falls with the tension before the hole
     friction_tension: float  # at which it has these coefficients
+    wrap_saturation: float  # by which a turn counts less, the larger it is, 1/rad
     pulley: np.ndarray  # (m,) -ln(efficiency)
     edges: bool  # turning counted at both edges of a hole
     presliding: float  # infinite: declared slip

@@ -129,6 +129,7 @@ def _arrays(draft: Draft) -> Rig:
         friction=draft.friction,
         friction_exponent=float(draft.friction_exponent),
         friction_tension=float(draft.friction_tension),
+        wrap_saturation=float(draft.wrap_saturation),
         pulley=draft.pulley,
         edges=draft.edges,
         presliding=float(draft.presliding if draft.cables else np.inf),

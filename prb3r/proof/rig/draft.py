@@ -62,6 +62,8 @@ class Draft:
     """Share of the plates' stiffness that every step takes."""
     friction_exponent: float = 0.0
     friction_tension: float = 1.0
+    wrap_saturation: float = 0.0
+    """How little of a turn counts, 1/rad."""
     contact_angle: np.ndarray = field(init=False)
     """(n, 2) toward negative and toward positive offsets."""
     contact_stiffness: np.ndarray = field(init=False)

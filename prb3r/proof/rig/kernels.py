@@ -124,6 +124,13 @@ def add_rows(to, first, end, factor, what):
 
 
 @njit(cache=True)
+def rubbing_turn(rig, angle):
+    """Turn that counts, and its derivative by the angle, which is its sign where nothing saturates."""
+    open_share = 1 + rig.wrap_saturation * abs(angle)
+    return abs(angle) / open_share, np.sign(angle) / open_share**2
+
+
+@njit(cache=True)
 def pull_cable(rig, j, tension, slips, ends, pulls):
     """Add what cable `j` does to every plate's wrench and tangent, and note its span tensions."""
     slip, sticking = slips
@@ -139,9 +146,11 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
     for i in range(reach):
         before = angle[i - 1] - ends[i - 1, 2] if i else 0.0  # of the last span, against this disk's axis
         if rig.edges:
-            turn, enter_sign, leave_sign = abs(before) + abs(angle[i]), np.sign(before), np.sign(angle[i])
+            entered, enter_sign = rubbing_turn(rig, before)
+            left, leave_sign = rubbing_turn(rig, angle[i])
+            turn = entered + left
         else:
-            turn, leave_sign = abs(angle[i] - before), np.sign(angle[i] - before)
+            turn, leave_sign = rubbing_turn(rig, angle[i] - before)
             enter_sign = -leave_sign
         if i == 0:  # the pulley comes first
             log += slip[0, j] * rig.pulley[j]

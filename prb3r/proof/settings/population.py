@@ -122,8 +122,8 @@ class Foreign:
     relative, at the largest tension."""
     largest_creep: float = 0.2
     """ln of stiffness lost per ln of steps under load."""
-    largest_gradient: float = 0.7
-    """ln of stiffness from the middle of the arm to its tip."""
+    largest_waves: float = 0.7
+    """ln of stiffness from the middle to a crest."""
     largest_yielding: float = 0.5
     """Rest curvature of the plate that has yielded, in those of the largest bend on `prototype_arc_m`."""
     largest_dead_zone: float = 0.9

@@ -2,7 +2,7 @@
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
 coefficient of every hole of its cables, `worn_hole` what then stands at one disk.  `load_dependent_friction` scales
-all of them.
+all of them, `wrap_saturation` what turns they act on.
 """
 
 from collections.abc import Iterator
@@ -89,6 +89,15 @@ def _weakening(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"exponent": u, "tension_n": given.pull / 2}, 0, 0.4)
 
 
+def _saturate(draft: Draft, saturation_per_rad):
+    draft.wrap_saturation = saturation_per_rad
+
+
+def _saturating(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0:  # the largest turns count a third
+        yield Candidate((), lambda u: {"saturation_per_rad": u / given.bend}, 0, 2.0)
+
+
 def _lose(draft: Draft, efficiency, cables=None):
     draft.pulley[draft.columns(cables)] -= np.log(efficiency)
 
@@ -127,8 +136,16 @@ FRICTION_RECORDS = (
     Record(
         "load_dependent_friction",
         _weaken_with_load,
-        (size("exponent", number_in(0, 1)), size("tension_n", POSITIVE)),
+        (size("exponent", number_in(-1, 1)), size("tension_n", POSITIVE)),
         _weakening,
+        rare=True,
+        once=True,
+    ),
+    Record(
+        "wrap_saturation",
+        _saturate,
+        (size("saturation_per_rad", FROM_ZERO),),
+        _saturating,
         rare=True,
         once=True,
     ),

@@ -37,6 +37,15 @@ def _stiffened(given: Conditions) -> Iterator[Candidate]:
             yield Candidate((("segment", number),), _factor, -1.0, 1.0)  # e = 1.4^3: a thickness wrong by 40 %
 
 
+def _taper(draft: Draft, tip_to_base):
+    draft.rigidity *= np.exp(np.log(tip_to_base) * np.linspace(-0.5, 0.5, len(draft.rigidity)))
+
+
+def _tapered(given: Conditions) -> Iterator[Candidate]:
+    if given.plates > 1:  # a tip half as stiff as the base, or twice
+        yield Candidate((), lambda u: {"tip_to_base": float(np.exp(u))}, -0.7, 0.7)
+
+
 def _curve(draft: Draft, curvature_per_m, plates=None):
     draft.rest[slice(None) if plates is None else np.unique(plates) - 1] += curvature_per_m
 
@@ -103,6 +112,13 @@ PLATE_RECORDS = (
         (one_of("segment", "segments"), size("factor", POSITIVE, Scale.LOGARITHM)),
         _stiffened,
         turn=6,
+    ),
+    Record(
+        "stiffness_gradient",
+        _taper,
+        (size("tip_to_base", POSITIVE, Scale.LOGARITHM),),
+        _tapered,
+        rare=True,
     ),
     Record("precurvature", _curve, (size("curvature_per_m"), several("plates", "plates")), _curved, turn=3),
     *BENDING_RECORDS,
