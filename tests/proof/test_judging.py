@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.judging.intervals import median_of, share_of
+from prb3r.proof.judging.missed import Missed
 from prb3r.proof.judging.opened import OpenedCase, first_right, parameters, plate_error
+from prb3r.proof.judging.scores import GOALS, does_no_harm
 from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.sizes import detectable_norm, squared_distance
@@ -63,3 +66,27 @@ def test_scores_of_one_verdict():
     assert plate_error(case._replace(verdict=Verdict(0, "diagnose", "explained", (beside,)))) == 1
     assert not first_right(case._replace(verdict=Verdict(0, "diagnose", "unexplained", (claim,))))
     assert parameters(case._replace(verdict=Verdict(0, "diagnose", "failed"))) == [(np.inf, False)]
+
+
+def test_harm_is_a_name_that_predicts_another_design_worse_than_constants_do():
+    """Mean squares in standard deviations of a reading: 9 by constants alone, the noise is 1."""
+    label = Label(0, "foreign", 0, 0, foreign=("leak", 0.1), nearest={"gravity": 1e4})
+
+    def judged(verdict, explained, calibrated=9.0):
+        missed = (
+            Missed(OTHER_LOADS, 1.0, 99.0, 0.9, 0.0, 0.0),
+            Missed(OTHER_DESIGN, calibrated, explained, 0.9, 0.0, 0.0),
+        )
+        return OpenedCase(label, Verdict(0, "diagnose", verdict), 0.3, missed)
+
+    assert does_no_harm(judged("explained", 8.0))
+    assert not does_no_harm(judged("explained", 10.0))
+    assert does_no_harm(judged("unexplained", 10.0))
+    assert does_no_harm(judged("ambiguous", 0.9, calibrated=0.5))  # both within the noise
+    (goal,) = [goal for goal in GOALS if goal.short == "outside, no harm"]
+    cases = [
+        judged("explained", 8.0),
+        judged("explained", 10.0),
+        OpenedCase(label, Verdict(0, "diagnose", "failed"), 0.3),
+    ]
+    assert (goal.measure(cases).value, goal.measure(cases).count) == (0.5, 2)

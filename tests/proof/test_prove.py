@@ -18,6 +18,7 @@ from prb3r.proof.concealed.design import Flavour, followed, largest_bend
 from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.distances import distance_to_pairs, distance_without_a_step, linear_distance, nearest_by_kind
 from prb3r.proof.concealed.drawing import label_of
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS, target_states
 from prb3r.proof.concealed.foreign import LAWS
 from prb3r.proof.concealed.labels import Label, Request
 from prb3r.proof.concealed.recordings import bias_of, recording_of
@@ -193,6 +194,21 @@ def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
     # Between processes sums differ in their last bits, and fits stop a relative 1e-6 short of their lowest point.
     assert again.chi2 == pytest.approx(first.verdict.chi2, rel=1e-6)
     assert again.largest == pytest.approx(first.verdict.largest, rel=1e-5)
+
+
+def test_physics_outside_the_library_goes_to_another_design_unless_it_is_of_one_arm(responses):
+    design, nobody = responses.design, np.zeros(2)
+    other = {"name": OTHER_DESIGN, "manipulator": dict(design.manipulator), "program": [list(design.program[0])]}
+    plain, *moved = (
+        target_states(design, other | {"name": name}, (), nobody, None, law)[0].x
+        for name, law in [
+            (OTHER_DESIGN, None),
+            (OTHER_DESIGN, ("leak", 0.2)),
+            (OTHER_LOADS, ("waves", 0.3)),
+            (OTHER_DESIGN, ("waves", 0.3)),
+        ]
+    )
+    assert [bool(np.abs(x - plain).max() > 1e-5) for x in moved] == [True, True, False]
 
 
 def test_labels_are_the_same_again():

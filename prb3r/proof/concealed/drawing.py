@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.proof.concealed.camera import truth
+from prb3r.proof.concealed.design import Design
 from prb3r.proof.concealed.distances import distance_to_pairs, refitted_distance
+from prb3r.proof.concealed.elsewhere import drawn_targets
 from prb3r.proof.concealed.foreign import followed_foreign
 from prb3r.proof.concealed.labels import AWKWARD, Label, Request
 from prb3r.proof.concealed.outside import foreign_label
@@ -15,6 +17,8 @@ from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.concealed.sizing import SizedEffect, distances_by_kind, draw_effect, places_near
 from prb3r.proof.settings import SETTINGS
 
+OUTSIDE = "foreign", "deleted"
+"""Classes of physics that the library of the diagnosis does not hold."""
 Drawing = Callable[[Request, Responses, Responses | None, np.random.Generator], Label | None]
 """Of a request, the responses of its design and those of its loading sequences alone; None if it cannot be met."""
 
@@ -27,7 +31,15 @@ def label_of(request: Request, responses: Responses, loading: Responses | None) 
         label = _DRAWINGS[request.cls](replace(request, kind=""), responses, loading, rng)
     if label is None:
         label = Label(request.case, "clean", request.design, 0, note=f"no {request.cls} {request.kind} on this design")
-    return _with_constants(label, responses, rng)
+    return _with_targets(_with_constants(label, responses, rng), responses.design, rng)
+
+
+def _with_targets(label: Label, design: Design, rng: np.random.Generator) -> Label:
+    """With other loads and another design, where the physics is outside the library and equilibria are found there."""
+    if label.cls not in OUTSIDE:
+        return label
+    asked = drawn_targets(rng, design, label.effects, label.constants, None, label.foreign)
+    return replace(label, targets=asked or ())
 
 
 def _with_constants(label: Label, responses: Responses, rng: np.random.Generator) -> Label:

@@ -10,6 +10,7 @@ from prb3r.proof.concealed.build import Build, rig_as_built
 from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.design import Design, followed, largest_bend
 from prb3r.proof.concealed.designs import drawn_program, weaker_program
+from prb3r.proof.concealed.foreign import LAWS, followed_foreign
 from prb3r.proof.rig.simulate import RigStates
 from prb3r.proof.settings import SETTINGS
 
@@ -56,13 +57,26 @@ def target_states(
     target: Mapping[str, Any],
     effects: Sequence[Mapping[str, Any]],
     constants: Sequence[float],
-    build: Build,
+    build: Build | None,
+    foreign: tuple[str, float] | None = None,
 ) -> list[RigStates] | None:
-    """What the rig really does there; None where an equilibrium ceases."""
+    """What the rig really does there; None where an equilibrium ceases.
+
+    Parameters
+    ----------
+    build : imperfections of a rig that is not as it is drawn
+    foreign : a law outside the library that acts on it, and its size
+    """
     there = replace(design, manipulator=target["manipulator"])
     if target["name"] == OTHER_LOADS:
-        return followed(rig_as_built(truth(design, effects, *constants), build), target["program"])
-    return followed(truth(there, carried(effects, design, there), *constants), target["program"])
+        plain = truth(design, effects, *constants)
+        manipulator = rig_as_built(plain, build) if build else plain
+    else:
+        manipulator = truth(there, carried(effects, design, there), *constants)
+        foreign = foreign if foreign and LAWS[foreign[0]].of_the_kind else None
+    if foreign is None:
+        return followed(manipulator, target["program"])
+    return followed_foreign(there, manipulator, target["program"], *foreign)
 
 
 def drawn_targets(
@@ -70,9 +84,13 @@ def drawn_targets(
     design: Design,
     effects: Sequence[Mapping[str, Any]],
     constants: Sequence[float],
-    build: Build,
+    build: Build | None,
+    foreign: tuple[str, float] | None = None,
 ) -> tuple[dict[str, Any], ...] | None:
-    """Other loads on the rig, and another design, such that there is an equilibrium at every step; None if not."""
+    """Other loads on the rig, and another design, such that there is an equilibrium at every step; None if not.
+
+    See :func:`target_states` for the parameters.
+    """
     out = []
     for name in (OTHER_LOADS, OTHER_DESIGN):
         manipulator = dict(design.manipulator) if name == OTHER_LOADS else _another(rng, design)
@@ -80,7 +98,7 @@ def drawn_targets(
         for _ in range(SETTINGS.programs.weakenings):
             listed = [list(map(dict, steps)) for steps in program]
             target = {"name": name, "manipulator": manipulator, "program": listed}
-            states = target_states(design, target, effects, constants, build)
+            states = target_states(design, target, effects, constants, build, foreign)
             if states is not None and largest_bend(states) < SETTINGS.real.largest_bend_rad:
                 out.append(target)
                 break

@@ -47,6 +47,8 @@ class ForeignLaw(NamedTuple):
     """Whether it can act either way."""
     jumps: bool = False
     """Whether its action comes in jumps with its size."""
+    of_the_kind: bool = True
+    """Whether another design of the same making has it too; else it is a fault of one arm, or of a set-up."""
 
 
 def _friction_grows(at: Instant, u: float, step: Mapping[str, float]) -> Change:
@@ -113,12 +115,12 @@ def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 LAWS: dict[str, ForeignLaw] = {
     "friction_grows": ForeignLaw(_friction_grows, SETTINGS.foreign.largest_friction_growth),
     "creep": ForeignLaw(_creep, SETTINGS.foreign.largest_creep),
-    "waves": ForeignLaw(_waves, SETTINGS.foreign.largest_waves, signed=True),
+    "waves": ForeignLaw(_waves, SETTINGS.foreign.largest_waves, signed=True, of_the_kind=False),
     "yielding": ForeignLaw(_yielding, SETTINGS.foreign.largest_yielding, signed=True),
     "dead_zone": ForeignLaw(_dead_zone, SETTINGS.foreign.largest_dead_zone, jumps=True),
     "saturation": ForeignLaw(_saturation, SETTINGS.foreign.largest_saturation),
     "leak": ForeignLaw(_leak, SETTINGS.foreign.largest_leak),
-    "frame_moves": ForeignLaw(_frame_moves, SETTINGS.foreign.largest_knock, signed=True),
+    "frame_moves": ForeignLaw(_frame_moves, SETTINGS.foreign.largest_knock, signed=True, of_the_kind=False),
 }
 """By name."""
 

@@ -46,7 +46,8 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
     out = []
     for forecast in verdict.elsewhere:
         target = next(each for each in label.targets if each["name"] == forecast.name)
-        states = target_states(design, target, label.effects, label.constants, build_of(label))
+        build = build_of(label) if label.build else None
+        states = target_states(design, target, label.effects, label.constants, build, label.foreign)
         assert states is not None
         true = np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)[:, 1:]
         sd = design.measurement.get("position_sd_m")

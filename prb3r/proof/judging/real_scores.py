@@ -134,7 +134,7 @@ def _removed(name: str, worst: bool) -> Measure:
 
 
 def _covered(name: str) -> Measure:
-    return lambda cases: mean_of([m.covered for c in cases for m in c.missed if m.name == name])
+    return lambda cases: mean_of([m.covered for c in cases if c.label.build for m in c.missed if m.name == name])
 
 
 def _seconds(slow: bool, worst: bool) -> Measure:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from prb3r.proof.concealed.drawing import OUTSIDE
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN
 from prb3r.proof.judging.goals import Goal, Measure, Test, share_measure
 from prb3r.proof.judging.intervals import Score, median_of, ratio_of, share_of
 from prb3r.proof.judging.opened import (
@@ -67,12 +69,25 @@ def _after(cases: Sequence[OpenedCase]) -> Score:
 
 def outside(case: OpenedCase) -> bool:
     """Whether the physics is far outside the library of the diagnosis."""
-    return case.label.cls in ("foreign", "deleted") and case.label.distance >= SETTINGS.sizes.far_outside
+    return case.label.cls in OUTSIDE and case.label.distance >= SETTINGS.sizes.far_outside
 
 
 def far_outside(case: OpenedCase) -> bool:
     """Whether not even two effects of the library together come near."""
     return outside(case) and (case.label.pair_distance or 0.0) >= SETTINGS.sizes.apart
+
+
+def _asked_elsewhere(case: OpenedCase) -> bool:
+    """Whether the physics is far outside the library, and predictions of another design were asked for."""
+    return outside(case) and any(missed.name == OTHER_DESIGN for missed in case.missed)
+
+
+def does_no_harm(case: OpenedCase) -> bool:
+    """Whether nothing is explained, or another design is predicted no worse than by calibration alone, or within the
+    noise."""
+    there = [missed for missed in case.missed if missed.name == OTHER_DESIGN]
+    within = SETTINGS.real.excess**2
+    return case.verdict.verdict == "unexplained" or all(m.explained <= max(m.calibrated, within) for m in there)
 
 
 def _flagged(case: OpenedCase) -> bool:
@@ -148,6 +163,13 @@ GOALS: tuple[Goal, ...] = (
         "<=",
         (0.03,),
         share_measure(outside, lambda c: bool(confident(c.verdict)) or failed(c)),
+    ),
+    Goal(
+        "outside the library: `unexplained`, or another design no worse than by calibration alone",
+        ">=",
+        (0.95,),
+        share_measure(_asked_elsewhere, does_no_harm),
+        "outside, no harm",
     ),
     Goal("confusable flagged", ">=", (0.98,), share_measure(_of("confusable"), _flagged), "confusable"),
 )
