@@ -97,7 +97,8 @@ def _dead_zone(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 def _saturation(at: Instant, u: float, step: Mapping[str, float]) -> Change:
     """Tensions that fall behind the more, the higher they are."""
     names = [f"cable_{name}_n" for name in at.design.cables]
-    return Change([], {name: step[name] * (1 - u * (step[name] / at.design.pull) ** 2) for name in names}, 0.0)
+    left = {name: max(1 - u * (step[name] / at.design.pull) ** 2, 0.0) for name in names}
+    return Change([], {name: step[name] * left[name] for name in names}, 0.0)
 
 
 def _leak(at: Instant, u: float, step: Mapping[str, float]) -> Change:
