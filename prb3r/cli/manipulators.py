@@ -23,7 +23,7 @@ FOUND = ("converged", "detour")
 @click.argument("steps", metavar="STEPS")
 @click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
 @click.option("-o", "--output", metavar="MARKERS", help="A .csv or .parquet file instead of CSV on stdout.")
-@click.option("--as-measured", is_flag=True, help="Positions as read with the observation effects of the file.")
+@click.option("--as-measured", is_flag=True, help="As read with the observation effects of the file.")
 @click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
@@ -38,10 +38,12 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
 
     def told() -> Iterator[Any]:
         with _progress(blocks.steps) as progress:
+            before = 0
             for block in blocks:
-                table = as_read(block, blocks.manipulator, image_centre) if as_measured else block
+                table = as_read(block, blocks.manipulator, image_centre, before) if as_measured else block
                 last = table.loc[table["disk"] == table["disk"].max(), "outcome"]
                 outcomes.update(last)
+                before += len(last)
                 progress.advance(len(last), int((~last.isin(FOUND)).sum()))
                 yield table[POSITION_COLUMNS]
 

@@ -12,7 +12,7 @@ from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.strain import peak_strain
-from prb3r.model.effects import observed
+from prb3r.model.effects import observed, turned
 from prb3r.model.files.validation import validate
 from prb3r.model.given import of_given
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -117,7 +117,7 @@ def solve(
     ----------
     steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (docs/my-manipulator.md).
     model : instead of the manipulator's own.
-    as_measured : positions as a camera with the manipulator's observation effects reads them.
+    as_measured : positions and angles as a camera with the manipulator's observation effects reads them.
     image_centre_m : of that camera.
     also : further columns: `stress_pa`, highest bending stress of the plate that ends at the disk (NaN for the base and
         where `outer_fibre_m` is not known); `lowest_eigenvalue_n_m_per_rad` of the step's tangent stiffness.
@@ -147,10 +147,14 @@ def solve(
     return as_read(table, blocks.manipulator, image_centre_m) if as_measured else table
 
 
-def as_read(table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float]) -> pd.DataFrame:
-    """A table of equilibria with its positions as a camera with the manipulator's observation effects reads them."""
-    x, y = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m).T
-    return table.assign(x_m=x, y_m=y)
+def as_read(
+    table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float], before: int = 0
+) -> pd.DataFrame:
+    """A table of equilibria with its positions and angles as a camera with the manipulator's observation effects reads
+    them; `before`: steps of the recording before the table."""
+    elapsed = before + np.arange(len(table)) // (manipulator.plates + 1)
+    x, y = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m, elapsed).T
+    return table.assign(x_m=x, y_m=y, angle_rad=table["angle_rad"] + turned(manipulator.effect, elapsed))
 
 
 def _framed(table: LoadTable, columns: dict[str, np.ndarray]) -> pd.DataFrame:

@@ -96,8 +96,9 @@ def write_recording(
             }
             for row in rows
         ]
-        states = simulate(true, scattered, before=len(steps) - len(rows))
-        x, y, angle = observe(true, states, image_centre=CENTRE, frame=frame)
+        before = len(steps) - len(rows)
+        states = simulate(true, scattered, before=before)
+        x, y, angle = observe(true, states, image_centre=CENTRE, frame=frame, before=before)
         bend = np.diff(angle, axis=1, prepend=0.0)
         for k, row in enumerate(rows):
             for disk in range(1, x.shape[1]):

@@ -48,6 +48,18 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
 
 
+def test_a_camera_that_moves_steadily_is_named_with_its_speed():
+    """By a tenth of a millimetre a step, and by as much turning as moves the tip by about that."""
+    true = {"x_m_per_step": -1e-4, "y_m_per_step": 0.0, "angle_rad_per_step": 3e-4}
+    found = tell(investigate(Task(recorded(case(kind="camera_drift", **true)))))
+    assert found.verdict == "explained"
+    (effect,) = found.effects
+    assert (effect.kind, effect.rivals) == ("camera_drift", ())
+    for name, size in effect.parameters.items():
+        assert size.low < true[name] < size.high
+        assert size.high - size.low < (2e-4 if name.startswith("angle") else 5e-5)
+
+
 def suspected(recording):
     predict = predictor(recording)
     scope = Scope.of(recording, predict.chain, predict.equilibria(Constants()))
@@ -56,7 +68,7 @@ def suspected(recording):
 
 def test_drift_is_suspected_where_time_does_not_go_with_the_load_alone():
     whole = recorded(Case(hidden=()))
-    drifts = {"tension_drift", "plate_softening"}
+    drifts = {"tension_drift", "plate_softening", "camera_drift"}
     assert drifts <= suspected(whole.only([0, 2, 4]))
     assert drifts.isdisjoint(suspected(whole.only([0, 4])))
 

@@ -16,7 +16,11 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
     hinges = {"clamp_compliance", "base_compliance"}
     assert structural == hinges | {"dead_cable", "slip_history", "edge_wrap", "hysteretic_plate"}
     assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
-    assert {h.kind for h, _ in library if not h.mechanical} == {"camera_scale", "lens_distortion"}
+    assert {h.kind for h, _ in library if not h.mechanical} == {
+        "camera_scale",
+        "lens_distortion",
+        "camera_drift",
+    }
 
 
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
@@ -97,6 +101,16 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"disk": 6},
             {"efficiency": (0.74, 0.7, 0.8)},
             "disk 6 only 74 (70 to 80) % arrives",
+        ),
+        (
+            "camera_drift",
+            {},
+            {
+                "x_m_per_step": (1e-4, 9e-5, 1.1e-4),
+                "y_m_per_step": (-2e-5, None, None),
+                "angle_rad_per_step": (3e-4, None, None),
+            },
+            "the picture shifts by (100 (90 to 110), -20) micrometres and turns by 300 microradians",
         ),
         ("camera_scale", {}, {"scale": (1.00123, None, None)}, "1.0012 times the true ones"),
     ],

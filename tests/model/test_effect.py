@@ -78,6 +78,19 @@ def test_disks_in_contact_share_the_moment_with_the_plate():
     assert whole == pytest.approx(120 * 0.02, rel=0.03)  # what the cable asks for
 
 
+def test_a_camera_that_moves_has_every_step_farther_on():
+    """Two sequences of two steps: the fourth step is read three quarters of a turn on, and 3 mm off."""
+    moves = {"kind": "camera_drift", "x_m_per_step": 1e-3, "angle_rad_per_step": np.pi / 2}
+    steps = pd.DataFrame({"sequence": ["a", "a", "b", "b"], "step": [1, 2, 1, 2], "cable_up_n": [10.0, 20, 30, 40]})
+    plain, read = (
+        solve_steps(manipulator(moves), steps, as_measured=flag)[["x_m", "y_m", "angle_rad"]].to_numpy()[-5:]
+        for flag in (False, True)
+    )
+    assert read[:, 0] == pytest.approx(plain[:, 1] + 3e-3)
+    assert read[:, 1] == pytest.approx(-plain[:, 0])
+    assert read[:, 2] == pytest.approx(plain[:, 2] + 1.5 * np.pi)
+
+
 def test_soft_clamps_add_two_hinges_to_every_plate():
     compliance = 0.004
     soft = {"kind": "clamp_compliance", "compliance_rad_per_n_m": compliance}

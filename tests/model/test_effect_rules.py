@@ -46,6 +46,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "tip_load_friction", "efficiency": 1.0},
         {"kind": "weight_friction", "efficiency": 1.0},
         {"kind": "camera_scale", "scale": 1.1},
+        {"kind": "camera_drift", "x_m_per_step": 1e-3},
     ],
 )
 def test_an_effect_of_no_size_changes_nothing(effect):

@@ -101,6 +101,7 @@ NOTHING = [
     effect("tension_drift", offset_n_per_step=0.0),
     effect("load_dependent_friction", exponent=0.0, tension_n=10.0),
     effect("wrap_saturation", saturation_per_rad=0.0),
+    effect("camera_drift", x_m_per_step=1e-3),
     effect("stiffness_gradient", tip_to_base=1.0),
     effect("base_compliance", compliance_rad_per_n_m=0.0),
     effect("plate_softening", share_per_step=0.0),
@@ -205,6 +206,11 @@ def test_observation():
     np.testing.assert_allclose(y, 0.1 + (states.y - 0.1) * (1 + 0.3 * r2))
     x, y, angle = observe(prototype(), states, frame=(np.pi / 2, 0.1, 0.2))
     np.testing.assert_allclose((x, y, angle), (0.1 - states.y, 0.2 + states.x, states.angle + np.pi / 2))
+    moves = effect("camera_drift", y_m_per_step=1e-3, angle_rad_per_step=np.pi / 4)
+    x, y, angle = observe(prototype(moves), states, before=1)  # by one eighth of a turn, then by a quarter
+    np.testing.assert_allclose(x[0], (states.x[0] - states.y[0]) / np.sqrt(2), atol=1e-12)
+    np.testing.assert_allclose(y[1], states.x[1] + 2e-3, atol=1e-12)
+    np.testing.assert_allclose(angle[1], states.angle[1] + np.pi / 2)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.mechanics.chain import Chain, Loads, pose
 from prb3r.mechanics.derivatives.solved_path import SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.model.effects import observed, with_effects
+from prb3r.model.effects import observed, turned, with_effects
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Kind, Recording
@@ -88,20 +88,28 @@ class Predictor:
         """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""
         return self.read(self.equilibria(constants, effects, loads), constants, effects)
 
-    def seen(self, points: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
-        """(..., 2) where the camera has `points` (..., 2) of the manipulator's own frame, m."""
+    def seen(
+        self, points: np.ndarray, step: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()
+    ) -> np.ndarray:
+        """(..., 2) where the camera has `points` (..., 2) of the manipulator's own frame at each `step` (...), m."""
         cos, sin = np.cos(constants.rotation), np.sin(constants.rotation)
         x, y = points[..., 0], points[..., 1]
-        turned = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
-        return observed(turned, [*self.recording.manipulator.effect, *effects], self.recording.image_centre_m)
+        framed = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
+        effects, elapsed = [*self.recording.manipulator.effect, *effects], self.recording.loads.elapsed[step, 0]
+        return observed(framed, effects, self.recording.image_centre_m, elapsed)
+
+    def turned(self, step: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
+        """(...) by how much the camera has angles larger than they are at each `step` (...), rad."""
+        elapsed = self.recording.loads.elapsed[step, 0]
+        return constants.rotation + turned([*self.recording.manipulator.effect, *effects], elapsed)
 
     def read(self, states: Equilibria, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
         """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
         step, disk, kind, _ = self.recording.readings
-        seen = self.seen(np.stack([states.x[step, disk], states.y[step, disk]], -1), constants, effects)
+        seen = self.seen(np.stack([states.x[step, disk], states.y[step, disk]], -1), step, constants, effects)
         angle = states.angle[step, disk]
         bend = angle - states.angle[step, np.maximum(disk - 1, 0)]
-        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + constants.rotation, bend])
+        return np.choose(kind, [seen[:, 0], seen[:, 1], angle + self.turned(step, constants, effects), bend])
 
     def lost(self, solved: Solution) -> Lost | None:
         """The readings with steps that are not in balance held at the last that was, or at rest; None if all are."""

@@ -76,8 +76,8 @@ def seen_change(predict: Predictor, solved: Solution, found: Sensitivities) -> n
     out[bends] -= found.dangle[step[bends], np.maximum(disk[bends] - 1, 0)]
     for axis in (0, 1):
         away = PIXEL * np.eye(2)[axis]
-        ahead = predict.seen(points + away, solved.constants, solved.effects)
-        behind = predict.seen(points - away, solved.constants, solved.effects)
+        ahead = predict.seen(points + away, step, solved.constants, solved.effects)
+        behind = predict.seen(points - away, step, solved.constants, solved.effects)
         gradient = (ahead - behind) / (2 * PIXEL)
         moved = (found.dx, found.dy)[axis][step, disk]
         for reads, column in ((Kind.X, 0), (Kind.Y, 1)):

@@ -141,8 +141,8 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
     cos, sin = np.cos(angle), np.sin(angle)
     for way, turned in (("along", (cos, sin)), ("across", (-sin, cos))):
         away = PIXEL * np.stack(turned, -1)
-        ahead = predict.seen(points + away, solved.constants, solved.effects)
-        behind = predict.seen(points - away, solved.constants, solved.effects)
+        ahead = predict.seen(points + away, step, solved.constants, solved.effects)
+        behind = predict.seen(points - away, step, solved.constants, solved.effects)
         change = (ahead - behind) / (2 * PIXEL)
         seen = np.select([kind == Kind.X, kind == Kind.Y], [change[:, 0], change[:, 1]], 0.0)
         for number in np.unique(disk[kind <= Kind.Y]).tolist():

@@ -2,7 +2,7 @@
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Suspect
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, RARE, Occurrence, Suspect
 from prb3r.recording.recording import Kind
 
 
@@ -21,6 +21,29 @@ def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("k1_per_m2", 0.0, -size, size, scale=size, sd=0.2),)
 
 
+def _moving(scope: Scope) -> list[Place]:
+    """Where time is told from the load, which would move all markers of a photograph too."""
+    return _positions(scope) if scope.tells_time else []
+
+
+def _motion(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to a tenth of the length, or 0.1 rad, over the whole recording; mostly a hundredth: more is seen by eye."""
+    shift, turn = scope.chain.length / scope.elapsed, 1 / scope.elapsed
+    return (
+        *(Free(f"{axis}_m_per_step", 0.0, -0.1 * shift, 0.1 * shift, scale=shift, sd=0.01) for axis in "xy"),
+        Free("angle_rad_per_step", 0.0, -0.1 * turn, 0.1 * turn, scale=turn, sd=0.01),
+    )
+
+
+def _motion_sentence(fitted: Occurrence) -> str:
+    x, y = (fitted.estimates[f"{axis}_m_per_step"].times(1e6) for axis in "xy")
+    turn = fitted.estimates["angle_rad_per_step"].times(1e6)
+    return (
+        f"The camera (or what it stands on) moves steadily: from step to step the picture shifts by ({x}, {y}) "
+        f"micrometres and turns by {turn} microradians; photograph something that stands still."
+    )
+
+
 CAMERA_SUSPECTS = (
     Suspect(
         "camera_scale",
@@ -37,5 +60,8 @@ CAMERA_SUSPECTS = (
         transfer=OF_THE_SETUP,
         places=_positions,
         free=_distortion,
+    ),
+    Suspect(
+        "camera_drift", sentence=_motion_sentence, transfer=OF_THE_SETUP, places=_moving, free=_motion, presence=RARE
     ),
 )

@@ -43,9 +43,19 @@ def with_effects(chain: Chain, manipulator: Host, effects: Iterable[Effect]) -> 
     return chain
 
 
-def observed(points: np.ndarray, effects: Iterable[Effect], image_centre_m: Sequence[float]) -> np.ndarray:
-    """Positions (..., 2) as read with all observation effects, scale before distortion."""
+def observed(
+    points: np.ndarray, effects: Iterable[Effect], image_centre_m: Sequence[float], elapsed: np.ndarray | float
+) -> np.ndarray:
+    """Positions (..., 2) as read with all observation effects, drift before scale before distortion.
+
+    `elapsed` (...): steps of the table before that of each position.
+    """
     for effect in sorted(effects, key=lambda effect: effect.late):
         if isinstance(effect, Observation):
-            points = effect.observe(points, np.asarray(image_centre_m))
+            points = effect.observe(points, np.asarray(image_centre_m), elapsed)
     return points
+
+
+def turned(effects: Iterable[Effect], elapsed: np.ndarray) -> np.ndarray:
+    """(...) what all observation effects add to measured angles after so many steps, rad."""
+    return sum((effect.turn(elapsed) for effect in effects if isinstance(effect, Observation)), np.zeros(elapsed.shape))

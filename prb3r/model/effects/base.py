@@ -101,8 +101,12 @@ class Observation(Effect):
         return chain
 
     @abstractmethod
-    def observe(self, points: np.ndarray, centre: np.ndarray) -> np.ndarray:
-        """Measured positions (..., 2) of `points`; `centre` (2,) of the image, m."""
+    def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
+        """Measured positions (..., 2) of `points`; `centre` (2,) of the image, m; `elapsed` (...) steps before each."""
+
+    def turn(self, elapsed: np.ndarray | float) -> np.ndarray | float:
+        """(...) what is added to measured angles after so many steps, rad."""
+        return 0.0
 
 
 def columns(cables: Sequence[str] | None, manipulator: Host) -> list[int]:

@@ -14,7 +14,7 @@ class CameraScale(Observation):
     kind: Literal["camera_scale"]
     scale: Positive
 
-    def observe(self, points: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
         return self.scale * points
 
 
@@ -25,6 +25,27 @@ class LensDistortion(Observation):
     late: ClassVar[int] = 1
     k1_per_m2: float
 
-    def observe(self, points: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
         away = points - centre
         return centre + away * (1 + self.k1_per_m2 * (away**2).sum(-1, keepdims=True))
+
+
+class CameraDrift(Observation):
+    """The camera, or the frame that it is mounted on, moves steadily: with every step of the table before it what is
+    measured is turned by `angle_rad_per_step` about the base origin, and shifted by `x_m_per_step` and `y_m_per_step`,
+    before scale and distortion."""
+
+    kind: Literal["camera_drift"]
+    late: ClassVar[int] = -1
+    x_m_per_step: float = 0.0
+    y_m_per_step: float = 0.0
+    angle_rad_per_step: float = 0.0
+
+    def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
+        turned, passed = self.turn(elapsed), np.asarray(elapsed)[..., None]
+        cos, sin, x, y = np.cos(turned), np.sin(turned), points[..., 0], points[..., 1]
+        shift = np.array([self.x_m_per_step, self.y_m_per_step])
+        return np.stack([cos * x - sin * y, sin * x + cos * y], -1) + passed * shift
+
+    def turn(self, elapsed: np.ndarray | float) -> np.ndarray | float:
+        return np.asarray(elapsed) * self.angle_rad_per_step

@@ -36,10 +36,11 @@ def exact_readings(
     states : of each sequence
     frames : rotation (rad) and shift (m) of each sequence; None: none
     """
-    parts = []
+    parts, before = [], 0
     for k, part in enumerate(states):
         frame = (0.0, 0.0, 0.0) if frames is None else frames[k]
-        x, y, angle = observe(manipulator, part, image_centre=design.image_centre, frame=frame)
+        x, y, angle = observe(manipulator, part, image_centre=design.image_centre, frame=frame, before=before)
+        before += len(part.x)
         bend = np.diff(part.angle, axis=1)
         all_kinds = np.stack([x[:, 1:], y[:, 1:], angle[:, 1:], bend], -1)
         parts.append(all_kinds[:, :, list(design.kinds)])

@@ -44,6 +44,10 @@ class BuiltRig:
     """Of the camera."""
     lens: float
     """k1 of the camera, 1/m^2."""
+    camera_shift: np.ndarray
+    """(2,) of what the camera has, m for every step before."""
+    camera_turn: float
+    """And about the origin, rad."""
 
 
 def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
@@ -87,6 +91,8 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         disk_efficiency=draft.disk_efficiency,
         scale=draft.scale,
         lens=draft.lens,
+        camera_shift=draft.camera_shift,
+        camera_turn=draft.camera_turn,
     )
 
 

@@ -75,6 +75,10 @@ class Draft:
     scale: float = 1.0
     lens: float = 0.0
     """1/m^2."""
+    camera_shift: np.ndarray = field(init=False)
+    """(2,) of what the camera has, m for every step before."""
+    camera_turn: float = 0.0
+    """And rad."""
     rest: np.ndarray = field(init=False)
     """(n,) stress-free curvature."""
     moment: np.ndarray = field(init=False)
@@ -102,6 +106,7 @@ class Draft:
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
         self.tension_drift = np.zeros(m)
         self.gain, self.gain_per_n = np.ones(m), np.zeros(m)
+        self.camera_shift = np.zeros(2)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
         self.disk_efficiency = np.ones((n, 1))
 

@@ -117,19 +117,23 @@ def observe(
     *,
     image_centre: Sequence[float] = (0.0, 0.0),
     frame: Sequence[float] = (0.0, 0.0, 0.0),
+    before: int = 0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, y and angle (s, n + 1) as the camera has them: turned and shifted by the frame, scaled, distorted.
+    """x, y and angle (s, n + 1) as the camera has them: turned and shifted by the frame, then by its drift, scaled,
+    distorted.
 
-    measured = c + (q - c)(1 + k1 r^2), q = scale (R p + d), r = |q - c|.
+    measured = c + (q - c)(1 + k1 r^2), q = scale (R' (R p + d) + d'), r = |q - c|.
 
     Parameters
     ----------
     image_centre : c, m
     frame : rotation in rad, and shift d in m
+    before : number of steps that were taken before the sequence, for R' and d', which grow by the same every step
     """
     built, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
-    cos, sin = np.cos(rotation), np.sin(rotation)
-    x = built.scale * (cos * states.x - sin * states.y + shift_x) - image_centre[0]
-    y = built.scale * (sin * states.x + cos * states.y + shift_y) - image_centre[1]
-    stretch = 1 + built.lens * (x**2 + y**2)
-    return image_centre[0] + x * stretch, image_centre[1] + y * stretch, states.angle + rotation
+    passed = before + np.arange(len(states.x))[:, None]
+    plane = np.exp(1j * rotation) * (states.x + 1j * states.y) + complex(shift_x, shift_y)
+    plane = np.exp(1j * passed * built.camera_turn) * plane + passed * complex(*built.camera_shift)
+    away = built.scale * plane - complex(*image_centre)
+    read = complex(*image_centre) + away * (1 + built.lens * np.abs(away) ** 2)
+    return read.real, read.imag, states.angle + rotation + passed * built.camera_turn

@@ -46,6 +46,7 @@ TYPICAL: Mapping[str, Typical] = {
     "tension_drift": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension in the end
     "load_cell": Typical(0.15, 0.75),  # 3 to 15 % off
     "load_dependent_friction": Typical(0.25, 0.85),  # exponents of 0.1 to 0.33
+    "camera_drift": Typical(0.05, 0.4),  # 0.1 to 0.8 % of the length in the end
     "wrap_saturation": Typical(0.15, 0.8),  # the largest turns count three quarters to two fifths
     "stiffness_gradient": Typical(0.15, 0.7),  # a tip 10 to 40 % softer or stiffer than the base
     "umbilical": Typical(0.05, 0.5),  # 5 to 50 % of the arm's own stiffness from end to end

@@ -112,8 +112,9 @@ class Sight(NamedTuple):
 
 def sight(predict: Predictor, constants: Constants, states: Equilibria) -> Sight:
     """What the camera reads of all disks of given states."""
-    seen = predict.seen(np.stack([states.x, states.y], -1), constants)
-    x, y, angle = seen[..., 0], seen[..., 1], states.angle + constants.rotation
+    step = np.broadcast_to(np.arange(len(states.x))[:, None], states.x.shape)
+    seen = predict.seen(np.stack([states.x, states.y], -1), step, constants)
+    x, y, angle = seen[..., 0], seen[..., 1], states.angle + predict.turned(step, constants)
     bend = np.diff(states.angle, axis=1, prepend=states.angle[:, :1])
     columns = np.zeros((*x.shape, len(Kind), 3))
     columns[:, :, Kind.X] = np.stack([-y, np.ones_like(x), np.zeros_like(x)], -1)

@@ -29,7 +29,25 @@ def _distorted(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"k1_per_m2": u / given.length**2}, -0.6, 0.6)
 
 
+def _move_on(draft: Draft, x_m_per_step=0.0, y_m_per_step=0.0, angle_rad_per_step=0.0):
+    draft.camera_shift += [x_m_per_step, y_m_per_step]
+    draft.camera_turn += angle_rad_per_step
+
+
+def _moving_on(given: Conditions) -> Iterator[Candidate]:
+    if given.positions:  # by a fiftieth of the length in the end, aslant
+        step = given.length / given.steps
+        yield Candidate((), lambda u: {"x_m_per_step": 0.8 * u * step, "y_m_per_step": 0.6 * u * step}, -0.02, 0.02)
+
+
 CAMERA_RECORDS = (
     Record("camera_scale", _scale, (size("scale", POSITIVE, Scale.LOGARITHM),), _scaled, turn=15),
     Record("lens_distortion", _distort, (size("k1_per_m2"),), _distorted, turn=16),
+    Record(
+        "camera_drift",
+        _move_on,
+        tuple(size(f"{name}_per_step", optional=True) for name in ("x_m", "y_m", "angle_rad")),
+        _moving_on,
+        rare=True,
+    ),
 )
