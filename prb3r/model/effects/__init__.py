@@ -58,4 +58,8 @@ def observed(
 
 def turned(effects: Iterable[Effect], elapsed: np.ndarray) -> np.ndarray:
     """(...) what all observation effects add to measured angles after so many steps, rad."""
-    return sum((effect.turn(elapsed) for effect in effects if isinstance(effect, Observation)), np.zeros(elapsed.shape))
+    total = np.zeros(elapsed.shape)
+    for effect in effects:
+        if isinstance(effect, Observation):
+            total += effect.turn(elapsed)
+    return total
