@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -39,6 +40,8 @@ class Manipulator(Strict):
     ... )
     >>> manipulator.plates, manipulator.cable_names
     (7, ['up'])
+    >>> manipulator
+    Manipulator('one segment', plates=[7], cables=['up'], model='prb3r')
     """
 
     name: str
@@ -128,6 +131,17 @@ in metres: -21 mm is -0.021
         True
         """
         return toml_text({key: value for key, value in plain(self).items() if value != []})
+
+    def __repr__(self) -> str:
+        """Its name, the plates of each segment, cables, model and kinds of effects; `to_toml` has all of it."""
+        plates = [segment.plates for segment in self.segment]
+        effects = f", effects={[effect.kind for effect in self.effect]}" if self.effect else ""
+        return f"Manipulator({self.name!r}, {plates=}, cables={self.cable_names}, model={self.model!r}{effects})"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.to_toml())}</pre>"
 
     @property
     def follows_history(self) -> bool:

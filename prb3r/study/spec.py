@@ -1,5 +1,6 @@
 """What a study file may say: factors, loads, metrics, comparisons and plots."""
 
+from html import escape
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -80,6 +81,21 @@ class Study(Strict):
     """By what the designs that do are ranked."""
     timing: bool = False
     """Also measure the time per equilibrium of each model; it goes into manifest and summary, never into tables."""
+
+    def __repr__(self) -> str:
+        """Its name, and the names of its factors, metrics and plots."""
+        parts = {
+            "factors": [factor.name for factor in self.factor],
+            "metrics": [metric.kind for metric in self.metric],
+            "plots": [plot.name for plot in self.plot],
+        }
+        return f"Study({self.name!r}, {', '.join(f'{name}={names}' for name, names in parts.items())})"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        head = f"<p><strong>{escape(self.title)}</strong></p><p>{escape(self.question)}</p>"
+        return f"{head}<p>{escape(repr(self))}</p>"
 
     @property
     def design_factors(self) -> list[str]:
@@ -189,7 +205,8 @@ def load_study(path: str | Path) -> Study:
     --------
     >>> import prb3r
     >>> study = prb3r.load_study("studies/workspace.toml")
-    >>> study.name
-    'workspace'
+    >>> study
+    Study('workspace', factors=['thickness_ratio', 'segment_1_force', 'limit'], metrics=['workspace'], \
+plots=['workspaces', 'areas'])
     """
     return read_toml(path, Study)

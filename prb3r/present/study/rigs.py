@@ -37,6 +37,8 @@ RIGS_CAPTIONS = {
 MOST_PANELS = 6
 """Metrics that are drawn; all of them are in the tables."""
 TOLD_QUANTILES = (0.05, 0.5, 0.95)
+ENDS = "", "_low", "_high"
+"""What names of columns end with: an estimate and the ends of its interval."""
 MATTERS = 0.05
 """An error that makes less of the variance is told in `indices.parquet` alone."""
 
@@ -56,8 +58,12 @@ def rigs_section(result: Result) -> Section:
     note = (
         "Shares with Wilson's 95 % intervals, which are wide for samples that fill space more evenly than chance. "
         "Each requirement is asked of every rig by itself, over the circumstances that it stands in. "
-        f"Errors below {100 * MATTERS:g} % of the variance are in indices.parquet alone."
     )
+    if not rigs.indices.empty:
+        note += (
+            f"Shares of the variance are estimates, cut off at 0 and 100 %, between which they lie (not in "
+            f"indices.parquet, which also has errors below {100 * MATTERS:g} %)."
+        )
     return Section("Errors of the rigs", sentences, tables, note)
 
 
@@ -87,9 +93,14 @@ def _by_setting(study: Study, table: pd.DataFrame) -> list[tuple[str, pd.DataFra
 
 
 def _percent(row: dict[str, Any], kind: str) -> str:
-    numbers = [100 * row[f"{kind}{end}"] for end in ("", "_low", "_high")]
-    rounded = [round(number) + 0 for number in numbers] if np.isfinite(numbers).all() else []
+    numbers = within_bounds(np.array([row[f"{kind}{end}"] for end in ENDS]))
+    rounded = [round(100 * number) for number in numbers] if np.isfinite(numbers).all() else []
     return "{} % ({} to {} %)".format(*rounded) if rounded else "–"
+
+
+def within_bounds(indices: np.ndarray) -> np.ndarray:
+    """Estimates of indices, or ends of their intervals, cut off at 0 and 1, between which an index lies."""
+    return np.clip(indices, 0.0, 1.0)
 
 
 def _title(study: Study, metric: str) -> str:
@@ -227,7 +238,7 @@ def indices_figure(study: Study, rigs: Rigs) -> Figure:
     for panel, quantity in zip(axes, metrics, strict=False):
         table = part[part["metric"] == quantity.name].set_index("error").reindex(errors)
         for kind, colour, shift in (("first_order", looks[0], 0.19), ("total", looks[1], -0.19)):
-            values, low, high = (table[f"{kind}{end}"].to_numpy(float) for end in ("", "_low", "_high"))
+            values, low, high = (within_bounds(table[f"{kind}{end}"].to_numpy(float)) for end in ENDS)
             panel.barh(rows + shift, values, 0.36, color=colour, lw=0)
             ends = np.maximum([values - low, high - values], 0.0)
             panel.errorbar(values, rows + shift, xerr=ends, fmt="none", ecolor=style.INK, elinewidth=0.7, capsize=1.5)
