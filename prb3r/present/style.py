@@ -141,12 +141,3 @@ def digits(value: float) -> str:
 def with_unit(value: float, unit: str) -> str:
     """A number of four digits with its unit as printed: `12.5 mm`, `30°`, `0.3`."""
     return f"{digits(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
-
-
-def legend_columns(entries: Sequence[str], width: float) -> int:
-    """The most columns in which a legend, filled column by column, fits into `width` (mm)."""
-    for columns in range(len(entries), 1, -1):
-        longest = [max(map(len, column)) for column in np.array_split(entries, columns)]
-        if sum(14 + 1.4 * length for length in longest) < width - 2:
-            return columns
-    return 1

@@ -89,7 +89,8 @@ def test_fit_vertical_and_published_points_are_named(coupling):
         mark=[{"x": 50.0, "y": 0.06, "label": "published"}],
     )  # fmt: skip
     figure = study_figure(plot, coupling, None, scene)
-    assert {"thin: 0.2 mm per N, within 1.1 mm", "changing point, 60.7 N", "published"} <= set(texts(figure))
+    assert {"changing point, 60.7 N", "published"} <= set(texts(figure))
+    assert [text.get_text() for text in figure.axes[0].texts] == ["thin: 0.2 mm per N, within 1.1 mm"]
     point = next(line for line in figure.axes[0].lines if line.get_markerfacecolor() == "white")
     assert (point.get_xdata()[0], point.get_ydata()[0]) == pytest.approx((50.0, 60.0))
 
@@ -139,6 +140,18 @@ def test_legend_fits_the_figure(coupling):
     figure = study_figure(plot, coupling, None, SCENE)
     figure.savefig(io.BytesIO())
     assert figure.legends[0].get_window_extent().width < figure.bbox.width
+
+
+def test_a_legend_says_no_word_twice_and_takes_two_rows_of_a_column_of_a_paper(coupling):
+    coupling = coupling.assign(presliding_m=np.tile([3e-5, 1e-3, 5e-3], 8), disk7_shift_m=coupling["tip_shift_m"] / 2)
+    both = {"x": "cable_2_n", "y": ["tip_shift_m", "disk7_shift_m"]}
+    figure = study_figure(plot_of(name="a", kind="lines", by="presliding_m", **both), coupling, None, SCENE)
+    figure.savefig(io.BytesIO())
+    assert texts(figure) == ["Presliding 0.03 mm", "1 mm", "5 mm", "Tip", "Disk 7"]
+    assert figure.axes[0].get_ylabel() == "Shift (mm)"
+    (legend,) = figure.legends
+    assert len({round(text.get_window_extent().y0) for text in legend.get_texts()}) == 2
+    assert legend.get_window_extent().width < figure.bbox.width
 
 
 def test_unknown_column_is_named(coupling):

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from prb3r.present import canvas, style
+from prb3r.present.legends import legend_columns
 
 MEASURED: dict[str, Any] = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
 LOOKS: dict[str, dict[str, Any]] = {
@@ -50,7 +51,7 @@ def panel_grid(
 
     `grid` may say the `count` of panels that are drawn on, the first ones, and holds what `Figure.subplots` takes.
     """
-    beside = style.legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
+    beside = legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
     whole = height + 4 * -(-len(handles) // beside)
     count = grid.pop("count", rows * columns)
     figure, axes = canvas.axes_grid((width, whole), (rows, columns), count, **grid)

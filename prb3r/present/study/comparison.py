@@ -20,7 +20,7 @@ from prb3r.study.designs import DesignCases, value_in_words
 
 DECISION_CAPTIONS = {
     "decision": "How far each design is inside the requirements, and what it is worth by each preference.",
-    "decision-front": "The designs over the two preferences of greatest weight.",
+    "decision-front": "The designs over the two preferences of greatest weight, and the Pareto front of these two.",
 }
 MOST_BESIDE = 5
 """Up to this many designs stand side by side; more stand below each other."""

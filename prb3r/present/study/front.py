@@ -4,12 +4,14 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.present import canvas, style
+from prb3r.present.legends import legend_columns, without_repeats
 from prb3r.present.spots import point_at
 from prb3r.study.decision import Decision
 from prb3r.study.phrases import bound_in_words, wish_in_words
@@ -26,6 +28,8 @@ UPRIGHT_LETTERS = 36
 """And beside its height."""
 MOST_OTHERS = 40
 """Of more designs, those without a look of their own are left out where they would lie on top of each other."""
+SHORT_HANDLE = 2.0
+"""Length of the lines in a legend of marks, in letters."""
 LEGEND_ROW = 4.0
 """Height of a row of a legend, mm."""
 Ink = dict[str, Any]
@@ -55,7 +59,7 @@ def decision_figure(decision: Decision) -> Figure:
         raise ValueError("nothing to lay side by side")
     looks = {k: look for k, look in looks_of(decision).items() if _shown_beside(decision, look)}
     handles = _design_handles(decision, looks)
-    beside = style.legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
+    beside = legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
     height = 7.5 * sum(heights) + 12 * len(heights) + LEGEND_ROW * -(-len(handles) // beside)
     count = len(heights)
     figure, grid = canvas.axes_grid((style.DOUBLE, height), (count, 1), count, height_ratios=heights)
@@ -93,9 +97,9 @@ def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Li
     """Legend entries of the designs that are told apart, best first, and of the others."""
     order = [*(k for k in decision.ranking if k in looks), *(k for k in looks if not decision.feasible[k])]
     handles = []
-    for k in [k for k in order if looks[k] is not OTHERS]:
-        mark, look = "" if decision.feasible[k] else " (out)", looks[k]
-        handles.append(_handle(look, style.literal(decision.designs[k]) + mark))
+    apart = [k for k in order if looks[k] is not OTHERS]
+    for k, name in zip(apart, without_repeats([decision.designs[k] for k in apart]), strict=True):
+        handles.append(_handle(looks[k], style.literal(name) + ("" if decision.feasible[k] else " (out)")))
     if len(handles) < len(order):
         handles.append(_handle(OTHERS, "others"))
     return handles
@@ -130,13 +134,12 @@ def front_figure(decision: Decision) -> Figure:
     shown = [style.shown(q, decision.values.iloc[:, j]) for q, j in zip(quantities, columns, strict=True)]
     x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
     looks = looks_of(decision)
-    told = [
-        textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
-        for k in decision.ranking
-        if looks[k] is not OTHERS
-    ]
-    beside = min(2, style.legend_columns([*told, "Pareto front of these two"], style.SINGLE))
-    rows = sum(text.count("\n") + 1 for text in told) / beside + 2
+    apart = [k for k in decision.ranking if looks[k] is not OTHERS]
+    short = without_repeats([decision.designs[k] for k in apart])
+    told = {k: textwrap.fill(style.literal(name), LABEL_LETTERS) for k, name in zip(apart, short, strict=True)}
+    with matplotlib.rc_context({"legend.handlelength": SHORT_HANDLE}):
+        beside = legend_columns(["breaks a requirement", "Pareto front", *told.values()], style.SINGLE)
+    rows = (sum(text.count("\n") + 1 for text in told.values()) + 2) / beside + 1
     size = style.SINGLE, 0.68 * style.SINGLE + LEGEND_ROW * rows
     figure, ((axes,),) = canvas.axes_grid(size, (1, 1), 1)
     out = ~decision.feasible
@@ -147,13 +150,12 @@ def front_figure(decision: Decision) -> Figure:
     edge = _edge(decision.scores[:, columns], decision.feasible)
     ink: Ink = {"lw": 0.9, "ls": (0, (4, 2)), "zorder": 2.5}
     if edge:
-        axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front of these two", **ink)
+        axes.plot(x[edge], y[edge], color=style.QUIET, label="Pareto front", **ink)
     if many and decision.feasible.any():  # what breaks a requirement may lie anywhere
         axes.set(xlim=_around(x[decision.feasible]), ylim=_around(y[decision.feasible]))
     for k in sorted(decision.ranking, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
-        label = None if look is OTHERS else textwrap.fill(style.literal(decision.designs[k]), LABEL_LETTERS)
-        axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=label)
+        axes.plot(x[k], y[k], ls="", marker=look.marker, color=look.colour, ms=5, label=told.get(k))
     point_at(axes, np.stack([x, y], 1), np.arange(len(x)))
     sides = (axes.set_xlabel, LABEL_LETTERS), (axes.set_ylabel, UPRIGHT_LETTERS)
     for (setter, letters), j, s in zip(sides, columns, shown, strict=True):
@@ -162,7 +164,8 @@ def front_figure(decision: Decision) -> Figure:
         better = "→" if preference.better == "greater" else "←"
         text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better {better}"
         setter(textwrap.fill(text, letters))
-    canvas.legend(figure, axes, beside)
+    axes.locator_params(axis="x", nbins=6)
+    canvas.legend(figure, axes, beside, handlelength=SHORT_HANDLE)
     return figure
 
 

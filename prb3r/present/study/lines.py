@@ -4,11 +4,13 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.transforms import ScaledTranslation
 
 from prb3r.present import canvas, style
 from prb3r.present.spots import LAST, point_at
@@ -27,7 +29,7 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
-    extra = [*(ink for _, _, ink in fits), *points.values(), *bounds[:1], *failures(rows)]
+    extra = [*points.values(), *bounds[:1], *failures(rows)]
     figure, axes = canvas.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
@@ -39,6 +41,7 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
             ends = select(part, reach).dropna(subset=["_up"])["_at"].agg(["min", "max"]).to_numpy()
             if np.isfinite(ends).all():
                 panel.plot(ends, law(ends), **ink)
+                _told_beside(panel, ends, law(ends), ink["label"])
         for point in plot.mark:
             panel.plot(point.x * x.factor, point.y * y.factor, **points[point.label])
         point_at(panel, part[["_at", "_up"]], part["case_id"], part.get("step", LAST))
@@ -132,13 +135,20 @@ def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> st
     return f"{rate}, within {style.with_unit(float(f'{deviation:.2g}'), y_unit)}"
 
 
+def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:
+    """A law above its line, along it."""
+    above = axes.transData + ScaledTranslation(0, 5 / 72, axes.figure.dpi_scale_trans)
+    along = {"rotation": np.degrees(np.arctan2(*np.diff([y, x])[:, 0])), "transform_rotates_text": True}
+    size = 0.85 * matplotlib.rcParams["font.size"]
+    place = {"ha": "center", "va": "bottom", "rotation_mode": "anchor", "transform": above}
+    axes.text(x.mean(), y.mean(), text, fontsize=size, **place, **along)
+
+
 def _symbol(quantity: Quantity) -> str:
     return f"unit {quantity.symbol or quantity.title.lower()}"
 
 
 def _common(sheet: Sheet[LinesPlot], unit: str) -> str:
     """Axis label of several columns: the words that all of their names end with."""
-    titles = [sheet.quantity(column).title.lower().split() for column in sheet.plot.y]
-    same = [words[0] for words in zip(*(title[::-1] for title in titles), strict=False) if len(set(words)) == 1]
-    text = " ".join(same[::-1]).capitalize() or "Value"
+    text = sheet.ending_of_stacked.capitalize() or "Value"
     return f"{text} ({unit})" if unit else text

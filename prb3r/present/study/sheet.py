@@ -1,11 +1,11 @@
 """What a figure is drawn from: the plot, the rows it shows, the looks of their groups, the notes in its legend."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -13,13 +13,11 @@ from matplotlib.patches import Patch
 
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
+from prb3r.present.legends import named_in_legend, without_repeats
 from prb3r.present.style import Look, Shown, pale, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.plots.base import COLUMN, Panelled, Plot
-
-MOST_IN_LEGEND, OF_MANY_IN_LEGEND = 16, 7
-"""So many values of a group stand in a legend; of more, so few."""
 
 FAILED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 
@@ -116,7 +114,9 @@ class Sheet(Generic[PlotKind]):
         if column is None:
             return ""
         if column == COLUMN:
-            return self.quantity(value).title
+            words = self.quantity(value).title.split()
+            same = len(self.ending_of_stacked.split())
+            return " ".join(words[: len(words) - same]) or self.quantity(value).title
         if column == "broken_cables":
             return f"cable{'s' * (',' in value)} {style.literal(value)} broken" if value else "all cables intact"
         if isinstance(value, (str, bool)):
@@ -128,6 +128,13 @@ class Sheet(Generic[PlotKind]):
         if not quantity.symbol:
             return f"{quantity.title} {style.with_unit(value * unit.factor, unit.unit)}"
         return f"${quantity.symbol}$ = {style.with_unit(value * unit.factor, unit.unit)}"
+
+    @cached_property
+    def ending_of_stacked(self) -> str:
+        """The words that the names of all columns in a panel end with, in small letters; of a single one all words."""
+        titles = [self.quantity(column).title.lower().split()[::-1] for column in self.plot.stacked]
+        same = itertools.takewhile(lambda words: len(set(words)) == 1, zip(*titles, strict=False))
+        return " ".join([words[0] for words in same][::-1])
 
     def panels(self) -> tuple[list[str], list[pd.DataFrame]]:
         """The titles of the panels and the rows of the cases in them."""
@@ -156,9 +163,10 @@ class Sheet(Generic[PlotKind]):
     def handles(self, patch: bool = False, solid: bool = False) -> list[Any]:
         """Legend entries of colours (lines, solid ones, or patches) and of line styles."""
         entries: list[Any] = []
-        named = _some(list(self.looks)) if self.by else []
-        for value, look in ((value, self.looks[value]) for value in named):
-            text, line = self.text(self.by, value), "-" if self.style or solid else look.line
+        named = named_in_legend(list(self.looks)) if self.by else []
+        for value, text in zip(named, without_repeats([self.text(self.by, value) for value in named]), strict=True):
+            look = self.looks[value]
+            line = "-" if self.style or solid else look.line
             if patch:
                 entries.append(Patch(fc=pale(look.colour), ec=look.colour, hatch=look.hatch, ls=line, label=text))
             else:
@@ -169,13 +177,6 @@ class Sheet(Generic[PlotKind]):
         for value, line in self.dashes.items() if self.style else ():
             entries.append(Line2D([], [], color=style.QUIET, ls=line, label=self.text(self.style, value)))
         return entries
-
-
-def _some(values: list[Any]) -> list[Any]:
-    """The values that a legend names: all, or so many from the first to the last that they can be read."""
-    if len(values) <= MOST_IN_LEGEND:
-        return values
-    return [values[k] for k in np.linspace(0, len(values) - 1, OF_MANY_IN_LEGEND).round().astype(int)]
 
 
 def values_of(rows: pd.DataFrame, column: str | None) -> pd.Series:

@@ -1,0 +1,64 @@
+"""Legends that are read in a column of a paper: as few rows as their words allow, and no word twice."""
+
+import re
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.cbook import is_math_text
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+
+MOST_NUMBERS, SOME_NUMBERS = 8, 7
+"""So many numbers stand in a legend, whose colours are a ramp; of more, so few from the first to the last."""
+MOST_WORDS = 16
+"""So many groups that have names instead."""
+UNIT = r"[µmcdkMG]?(?:m|N|Pa|g|s|rad|deg|°)(?:[\^²⁴/]\S*)?|%"
+VALUE = re.compile(rf"(.+?) ([−-]?\d[\d.,e+−-]*(?: ?(?:{UNIT}))?)")
+"""What a part of a name is made of: words, and a number with its unit."""
+
+
+def named_in_legend(values: Sequence) -> list:
+    """The values that a legend names: all, or so many from the first to the last that they can be read."""
+    numbers = all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in values)
+    if len(values) <= (MOST_NUMBERS if numbers else MOST_WORDS):
+        return list(values)
+    return [values[k] for k in np.linspace(0, len(values) - 1, SOME_NUMBERS).round().astype(int)]
+
+
+def without_repeats(names: Sequence[str]) -> list[str]:
+    """Names of which all but the first leave out the words that stand before numbers in all of them.
+
+    Examples
+    --------
+    >>> without_repeats(["Thickness 1 mm, Plates 6", "Thickness 1.2 mm, Plates 6", "Thickness 2 mm, Plates 5"])
+    ['Thickness 1 mm, Plates 6', '1.2 mm, 6', '2 mm, 5']
+    >>> without_repeats(["cable 3 first", "cable 1 first"])
+    ['cable 3 first', 'cable 1 first']
+    """
+    found = [[VALUE.fullmatch(part) for part in name.split(", ")] for name in names]
+    words = {tuple(part[1] if part else "" for part in parts) for parts in found}
+    if len(words) != 1 or "" in next(iter(words)):
+        return list(names)
+    return [*names[:1], *(", ".join(part[2] for part in parts if part) for parts in found[1:])]
+
+
+def legend_columns(entries: Sequence[str], width: float) -> int:
+    """The most columns in which a legend, filled column by column, fits into `width` (mm)."""
+    font = FontProperties(size=matplotlib.rcParams["legend.fontsize"])
+    size, said = font.get_size_in_points() / 72 * 25.4, matplotlib.rcParams
+    beside = size * (said["legend.handlelength"] + said["legend.handletextpad"])
+    between, around = size * said["legend.columnspacing"], 2 * size * said["legend.borderpad"]
+    wide = [beside + _width(text, font) for text in entries]
+    for columns in range(len(entries), 1, -1):
+        longest = [max(column) for column in np.array_split(wide, columns)]
+        if sum(longest) + (columns - 1) * between + around < width:
+            return columns
+    return 1
+
+
+def _width(text: str, font: FontProperties) -> float:
+    """Of a text of one or several lines, mm."""
+    lines = text.split("\n")
+    measured = [text_to_path.get_text_width_height_descent(line, font, is_math_text(line))[0] for line in lines]
+    return float(max(measured)) / 72 * 25.4
