@@ -138,9 +138,9 @@ def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> st
 def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:
     """A law above its line, along it."""
     above = axes.transData + ScaledTranslation(0, 5 / 72, axes.figure.dpi_scale_trans)
-    along = {"rotation": np.degrees(np.arctan2(*np.diff([y, x])[:, 0])), "transform_rotates_text": True}
+    along: dict[str, Any] = {"rotation": np.degrees(np.arctan2(*np.diff([y, x])[:, 0])), "transform_rotates_text": True}
     size = 0.85 * matplotlib.rcParams["font.size"]
-    place = {"ha": "center", "va": "bottom", "rotation_mode": "anchor", "transform": above}
+    place: dict[str, Any] = {"ha": "center", "va": "bottom", "rotation_mode": "anchor", "transform": above}
     axes.text(x.mean(), y.mean(), text, fontsize=size, **place, **along)
 
 

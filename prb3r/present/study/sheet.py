@@ -114,9 +114,9 @@ class Sheet(Generic[PlotKind]):
         if column is None:
             return ""
         if column == COLUMN:
-            words = self.quantity(value).title.split()
-            same = len(self.ending_of_stacked.split())
-            return " ".join(words[: len(words) - same]) or self.quantity(value).title
+            title = self.quantity(value).title.split()
+            beginning = title[: len(title) - len(self.ending_of_stacked.split())]
+            return " ".join(beginning or title)
         if column == "broken_cables":
             return f"cable{'s' * (',' in value)} {style.literal(value)} broken" if value else "all cables intact"
         if isinstance(value, (str, bool)):
