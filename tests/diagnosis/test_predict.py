@@ -189,6 +189,8 @@ def test_a_study_starts_from_what_was_learnt_with_its_uncertainty(folder, tmp_pa
     sd = (constants.high - constants.low) / (2 * 1.96)
     assert moduli.std() == pytest.approx(sd, rel=0.3)
     assert all(case.settings["manipulator"]["effect"][0]["kind"] == "weakened_plate" for case in plan.cases)
+    frictions = {case.settings["manipulator"]["friction"]["coefficient"] for case in plan.cases}
+    assert len(frictions) == 128 > len(set(moduli))  # errors of the next rig are drawn beside what was learnt
     study.write_text(STUDY.format(""))
     assert run(folder, study, folder / "steps.csv").exit_code == 2
     again = run(folder, tmp_path / "learnt.toml")
