@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from diagnosis.sisters import LAW, E, recorded_sister, write_sister
 from matplotlib.figure import Figure
+from present.browser import stands
 
 import prb3r
 from prb3r.diagnosis.fit.belief import Belief
@@ -232,7 +233,7 @@ def test_what_is_not_shared_is_said_in_words():
     ]
 
 
-def test_what_rigs_share_is_drawn_told_and_written(tmp_path):
+def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     found = together()
     joint = JointReport(tuple(DiagnosisReport(**vars(each)) for each in found.diagnoses), found.common)
     table = joint.frame.set_index(["effect", "parameter", "recording"])
@@ -249,6 +250,7 @@ def test_what_rigs_share_is_drawn_told_and_written(tmp_path):
         joint.plot("shapes")
     names = {path.relative_to(tmp_path).as_posix() for path in joint.report(tmp_path)}
     assert {"together.json", "report.html", "shared.svg", "short/report.html", "thick/diagnosis.json"} <= names
+    stands(tmp_path / "report.html", tmp_path_factory.mktemp("browser"))
     page = (tmp_path / "report.html").read_text()
     assert all(f'href="{name}/report.html"' in page for name in ("short", "thick"))
     assert all(html.escape(text, quote=False) in html.unescape(page) for text in found.common.sentences)

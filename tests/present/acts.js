@@ -1,5 +1,5 @@
 // What the tests do with a page: `page` is its name, `view` its window, `doc` its document.
-const known = JSON.parse(doc.getElementById("pointed").textContent);
+const known = JSON.parse(doc.getElementById("pointed")?.textContent ?? "null");
 const told = stage => stage.parentElement.querySelector(".told").textContent;
 const found = {stages: doc.querySelectorAll(".stage").length};
 const all = [...doc.querySelectorAll("table.sortable")], table = all.at(-1);

@@ -41,3 +41,12 @@ def visit(pages: dict[str, Path], folder: Path, act: str = "") -> tuple[dict, li
     assert told, done.stderr[-2000:]
     found = json.loads(told[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
     return found, re.findall(r"CONSOLE[^\n]*", done.stderr)
+
+
+def stands(page: Path, folder: Path) -> None:
+    """Assert that a page is silent and that nothing in it lies on anything else, wherever a browser is there."""
+    if CHROMIUM is None:
+        return
+    found, console = visit({"page": page}, folder)
+    assert console == []
+    assert {width: kept["wrong"] for width, kept in found.items() if kept["wrong"]} == {}

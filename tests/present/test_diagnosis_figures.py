@@ -10,6 +10,7 @@ import pytest
 from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from present.browser import stands
 
 from prb3r.diagnosis.confidence import INTERVAL_RISE
 from prb3r.diagnosis.result.tell import tell
@@ -131,7 +132,7 @@ def test_without_held_out_sequences_there_is_no_figure_of_them():
 
 
 @pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNEXPLAINED])
-def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path):
+def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path, tmp_path_factory):
     found = diagnosed(case)
     (tmp_path / "profiles.png").write_bytes(b"of an earlier diagnosis")
     files = publish_diagnosis(found, tmp_path)
@@ -139,6 +140,8 @@ def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path):
     drawn = {name for name in FIGURES if f"{name}.png" in names}
     assert set(FIGURES) - drawn == (set() if found.verdict == "explained" else {"profiles"})
     assert {path.name for path in tmp_path.iterdir()} == names
+    if case in (Case(), UNEXPLAINED):
+        stands(tmp_path / "report.html", tmp_path_factory.mktemp("browser"))
     page = (tmp_path / "report.html").read_text()
     assert page.count("<img") == page.count("data:image") == len(drawn)
     assert not re.search(r"https?://(?!www\.w3\.org)", re.sub(r'src="[^"]*"', "", page))

@@ -72,6 +72,44 @@ cell = 0.02
 name = "region"
 kind = "workspace"
 """
+RIGS = f"""
+name = "rigs"
+title = "Which error matters?"
+manipulator = "{ROOT}/studies/manipulators/two-segment.toml"
+states = "none"
+[[factor]]
+name = "thickness_1_error_m"
+added_to = "segment.1.thickness_m"
+normal = {{ sd = 9.6e-6 }}
+[[factor]]
+name = "mu"
+path = "friction.coefficient"
+normal = {{ mean = 0.3, sd = 0.05, low = 0.0 }}
+[sampling]
+method = "saltelli"
+count = 32
+[[step]]
+cable_1_n = 50
+[[metric]]
+kind = "position"
+[[requirement]]
+metric = "tip_y_m"
+at_least = 0.1
+"""
+WAY = f"""
+name = "way"
+title = "A way"
+manipulator = "{ROOT}/studies/manipulators/two-segment.toml"
+states = "path"
+[reach]
+disk = "tip"
+target = [{{ x_m = 0.45, y_m = 0.1 }}, {{ x_m = 0.9, y_m = 0.2 }}]
+[[metric]]
+kind = "follow"
+[[plot]]
+name = "path"
+kind = "path"
+"""
 ACTS = (Path(__file__).parent / "acts.js").read_text()
 
 
@@ -79,7 +117,7 @@ ACTS = (Path(__file__).parent / "acts.js").read_text()
 def visited(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
     pages = {}
-    for name, text in (("designs", DESIGNS), ("cloud", CLOUD)):
+    for name, text in (("designs", DESIGNS), ("cloud", CLOUD), ("rigs", RIGS), ("way", WAY)):
         (folder / f"{name}.toml").write_text(text)
         pages[name] = prb3r.run_study(folder / f"{name}.toml", output=folder / "results").folder / "report.html"
     prb3r.compare(pages["designs"].parent).report(folder / "results" / "compared")
@@ -93,7 +131,7 @@ pytestmark = needs_chromium
 def test_nothing_lies_on_another_and_the_console_is_silent(visited):
     _, found, console = visited
     assert console == []
-    assert len(found) == 6
+    assert len(found) == 10
     assert {page: kept["wrong"] for page, kept in found.items() if kept["wrong"]} == {}
 
 

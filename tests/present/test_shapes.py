@@ -1,5 +1,7 @@
 """Figures of shapes and of where they reach."""
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -119,6 +121,19 @@ def test_of_many_shapes_some_are_drawn_and_that_is_said():
     figure = study_figure(plot, cases_of(tip_shift_m=np.zeros(count)), states, SCENE)
     assert sum(len(part.get_paths()) == 15 for part in polygons(figure.axes[0])) == 48
     assert texts(figure) == ["48 of 200 drawn"]
+
+
+def test_factors_that_a_plot_does_not_name_are_told_apart_or_said_to_look_alike():
+    cases = pd.DataFrame([(t, m, b) for t in (20.0, 60.0) for m in (0.1, 0.3) for b in (1.0, 2.0)])
+    cases = cases_of(cable_1_n=cases[0], friction_coefficient=cases[1], other=cases[2])
+    states = pd.concat(states_of([[pull, 0, 0, 0]], case) for case, pull in enumerate(cases["cable_1_n"]))
+    scene = replace(SCENE, factors=("cable_1_n", "friction_coefficient", "other"))
+    figure = study_figure(plot_of(name="s", kind="shapes"), cases, states, scene)
+    assert texts(figure) == ["$T_1$ = 20 N", "60 N", "$μ$ = 0.1", "0.3", "alike whatever the other"]
+    colours = {tuple(part.get_edgecolor()[0]) for part in polygons(figure.axes[0])}
+    assert len(colours) == 2
+    named = study_figure(plot_of(name="s", kind="shapes", panel="friction_coefficient"), cases, states, scene)
+    assert texts(named) == ["$T_1$ = 20 N", "60 N", "Other 1", "2"]
 
 
 def test_a_legend_of_very_many_values_names_some_from_the_first_to_the_last():

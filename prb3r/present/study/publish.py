@@ -32,6 +32,7 @@ def scene_of(result: Result) -> Scene:
         frozenset(factor.name for factor in plan.study.factor if factor.drawn is not None),
         lambda n: plan.cases[n].settings["reach"],
         loads_to_draw(result),
+        tuple(factor.name for factor in plan.study.factor),
     )
 
 

@@ -1,7 +1,7 @@
 """Shapes: the manipulator to scale, with plates, disks and cables."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from matplotlib.patches import Polygon
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
+from prb3r.present.legends import MOST_WORDS
 from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
 from prb3r.present.style import Look, pale
@@ -94,8 +95,9 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
     missing = some[~some.index.isin(list(drawn))]
     failed = [f"{len(some)} of {len(sheet.rows)} drawn"] if len(some) < len(sheet.rows) else []
     failed += [not_drawn(sheet, row, str(row["outcome"])) for _, row in missing.iterrows()]
+    sheet, alike = _told_apart(sheet)
     titles, parts = sheet.panels()
-    handles = sheet.handles(solid=True) + notes(failed)
+    handles = sheet.handles(solid=True) + notes(failed) + notes(alike, mark={"ls": ""})
     if behind:
         text = ", ".join(sheet.text(column, value) for column, value in sheet.plot.reference.items())
         handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
@@ -113,6 +115,26 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
         to_scale(panel, corners)
     canvas.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
+
+
+def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]:
+    """The plot with a colour and a style of lines for factors that it does not name; notes of those that look alike.
+
+    Only factors that differ between cases which would look alike; of more than two, and of cases in great number, the
+    note says that they do.
+    """
+    plot, rows = sheet.plot, sheet.rows
+    free = [key for key in ("by", "style") if getattr(plot, key) is None]
+    alike = []
+    for factor in [name for name in sheet.scene.factors if name in rows]:
+        if (rows.groupby(["_panel", "_by", "_style"])[factor].nunique() < 2).all():
+            continue
+        if free and rows[factor].nunique() <= MOST_WORDS:
+            sheet = replace(sheet, plot=sheet.plot.model_copy(update={free.pop(0): factor}))
+            rows = sheet.rows
+        else:
+            alike.append(f"alike whatever the {sheet.quantity(factor).title.lower()}")
+    return sheet, alike
 
 
 def _reference(sheet: Sheet[ShapesPlot]) -> pd.DataFrame:

@@ -41,6 +41,8 @@ class Scene:
     """From `case_id`: disk and targets of the path that it follows."""
     loads: int | None = None
     """Of clouds, so many first loads alone are among the states."""
+    factors: tuple[str, ...] = ()
+    """Columns of the cases that hold factors."""
 
 
 @dataclass(frozen=True)
@@ -174,8 +176,9 @@ class Sheet(Generic[PlotKind]):
         if self.by and len(named) < len(self.looks):
             more = f"and {len(self.looks) - len(named):,} more values"
             entries.append(Line2D([], [], ls="", label=more))
-        for value, line in self.dashes.items() if self.style else ():
-            entries.append(Line2D([], [], color=style.QUIET, ls=line, label=self.text(self.style, value)))
+        texts = without_repeats([self.text(self.style, value) for value in self.dashes]) if self.style else []
+        for text, line in zip(texts, self.dashes.values(), strict=bool(texts)):
+            entries.append(Line2D([], [], color=style.QUIET, ls=line, label=text))
         return entries
 
 
