@@ -6,7 +6,6 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from present.browser import stands
 from threadpoolctl import threadpool_limits
 
 from prb3r.errors import EngineError
@@ -170,7 +169,7 @@ def test_a_refit_with_the_full_rig_is_no_farther_than_by_the_linear_rule(respons
     assert min(refitted.values()) < 0.9 * min(linear.values())
 
 
-def test_a_small_run_from_end_to_end(monkeypatch, tmp_path, tmp_path_factory):
+def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
     monkeypatch.setattr(run, "flavours", lambda cases, classes: [Flavour.PLAIN, Flavour.POOR])
     monkeypatch.setattr(run, "METHODS", {run.MAIN: run.METHODS[run.MAIN]})
     said = []
@@ -181,7 +180,6 @@ def test_a_small_run_from_end_to_end(monkeypatch, tmp_path, tmp_path_factory):
     assert max(proof.bias) < 1
     assert not [case.verdict.reason for case in proof.main if case.verdict.verdict == "failed"]
     publish_proof(proof, tmp_path)
-    stands(tmp_path / "report.html", tmp_path_factory.mktemp("browser"))
     page, numbers = (tmp_path / "proof.md").read_text(), json.loads((tmp_path / "proof.json").read_text())
     assert proof.digest in page
     assert [row["score"] for row in numbers["scores"]["diagnose"]] == [goal.name for goal, _ in proof.scores()]
