@@ -18,8 +18,10 @@ from prb3r.study.phrases import bound_in_words, wish_in_words
 
 MOST_TOLD_APART = 6
 """So many designs, the first in the ranking, have a look of their own; the others are grey."""
-MOST_WITH_LONG_NAMES = 3
-"""So many where names take several lines."""
+PLACES = "best", "second", "third"
+"""What designs are called where their names take several lines, by their places in the ranking."""
+MOST_WITH_LONG_NAMES = len(PLACES)
+"""So many are told apart then."""
 FULL_RESERVE = 1.0
 """Reserves beyond this share of the bound, to either side, stand at the edge."""
 LABEL_LETTERS = 48
@@ -98,11 +100,20 @@ def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Li
     order = [*(k for k in decision.ranking if k in looks), *(k for k in looks if not decision.feasible[k])]
     handles = []
     apart = [k for k in order if looks[k] is not OTHERS]
-    for k, name in zip(apart, without_repeats([decision.designs[k] for k in apart]), strict=True):
+    for k, name in zip(apart, _short_names(decision, apart), strict=True):
         handles.append(_handle(looks[k], style.literal(name) + ("" if decision.feasible[k] else " (out)")))
     if len(handles) < len(order):
         handles.append(_handle(OTHERS, "others"))
     return handles
+
+
+def _short_names(decision: Decision, apart: Sequence[int]) -> list[str]:
+    """What a legend calls designs: by their names, or, where these are long, by their places in the ranking."""
+    names = without_repeats([decision.designs[k] for k in apart])
+    if max(map(len, names), default=0) <= LABEL_LETTERS:
+        return names
+    places = dict(zip(decision.ranking, PLACES, strict=False))
+    return [places.get(k, name) for k, name in zip(apart, names, strict=True)]
 
 
 def _handle(look: style.Look, label: str) -> Line2D:
@@ -135,7 +146,7 @@ def front_figure(decision: Decision) -> Figure:
     x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
     looks = looks_of(decision)
     apart = [k for k in decision.ranking if looks[k] is not OTHERS]
-    short = without_repeats([decision.designs[k] for k in apart])
+    short = _short_names(decision, apart)
     told = {k: textwrap.fill(style.literal(name), LABEL_LETTERS) for k, name in zip(apart, short, strict=True)}
     with matplotlib.rc_context({"legend.handlelength": SHORT_HANDLE}):
         beside = legend_columns(["breaks a requirement", "Pareto front", *told.values()], style.SINGLE)

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from prb3r.present import canvas, rc, style
+from prb3r.present.legends import without_repeats
 from prb3r.present.page import Table, save_figure
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
@@ -183,7 +184,8 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
     looks = style.looks(list(dict.fromkeys(drawn["_design"])))
     panels = _drawn(study, MOST_PANELS)
     handles = [
-        Line2D([], [], color=look.colour, ls=look.line, label=style.literal(name)) for name, look in looks.items()
+        Line2D([], [], color=look.colour, ls=look.line, label=style.literal(name))
+        for look, name in zip(looks.values(), without_repeats(list(looks)), strict=True)
     ]
     handles = handles if study.design_factors else []
     if study.requirement:

@@ -24,6 +24,9 @@ from prb3r.study.plots.kinds import ShapesPlot
 
 MOST_SHAPES = 48
 """So many manipulators can still be told apart in a figure, which stays below 2 MB; of more, evenly spaced ones."""
+HIDDEN, SLIMMER = 0.01, 0.45
+"""Of two manipulators that are nowhere farther apart than this share of the length the second is drawn slimmer, by this
+factor, so that the first is seen on both sides of it."""
 GHOST = Look(style.PALE, "", "-", "")
 
 
@@ -103,11 +106,14 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
         handles.append(Line2D([], [], color=GHOST.colour, lw=1.5, label=text))
     figure, axes = canvas.panels(titles, handles, view_of(corners)[2])
     for panel, part in zip(axes, parts, strict=True):
+        below: list[Body] = []
         for ghost in behind:
             draw_ghost(panel, ghost)
         for look, line, group in sheet.groups(part):
             for index in group.index.intersection(list(drawn)):
-                draw_body(panel, drawn[index], look, line if sheet.style else "-", strongest)
+                covered = sum(_coincide(drawn[index], other) for other in below)
+                draw_body(panel, drawn[index], look, line if sheet.style else "-", strongest, SLIMMER**covered)
+                below.append(drawn[index])
         seen = part.loc[part.index.intersection(list(drawn))]
         tips = np.array([1e3 * drawn[index].disks[-1].mean(0) for index in seen.index])
         point_at(panel, tips, seen["case_id"], seen.get("step", LAST), to_scale=True)
@@ -115,6 +121,14 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
         to_scale(panel, corners)
     canvas.outer_labels(axes, "$x$ (mm)", "$y$ (mm)")
     return figure
+
+
+def _coincide(one: Body, other: Body) -> bool:
+    """Whether a manipulator hides another one that is drawn before it."""
+    if one.plates.shape != other.plates.shape:
+        return False
+    length = np.linalg.norm(np.diff(one.plates.reshape(-1, 2), axis=0), axis=1).sum()
+    return bool(np.abs(one.plates - other.plates).max() < HIDDEN * length)
 
 
 def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]:
@@ -185,8 +199,11 @@ def straight(manipulator: Manipulator) -> Body:
     return body(manipulator, pd.DataFrame({"disk": range(len(x)), "x_m": x, "y_m": 0.0, "angle_rad": 0.0}))
 
 
-def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) -> None:
-    """One manipulator: slack cables grey, tensioned ones in its colour and as thick as their tension."""
+def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float, slim: float = 1.0) -> None:
+    """One manipulator: slack cables grey, tensioned ones in its colour and as thick as their tension.
+
+    `slim`: factor on the width of its backbone and on its mark.
+    """
     for cable, tension in zip(drawn.cables, drawn.tensions, strict=True):
         spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
         if strongest > 0 and tension[0] > 1e-9 * strongest:
@@ -194,13 +211,16 @@ def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float) 
             axes.add_collection(LineCollection(list(spans), colors=[look.colour], linewidths=widths, zorder=2.4))
         else:
             axes.add_collection(LineCollection(list(spans), colors=[style.PALE], linewidths=0.4, zorder=2.0))
-    axes.add_collection(LineCollection(list(1e3 * drawn.plates), colors=[look.colour], linewidths=1.5, zorder=2.6))
+    axes.add_collection(
+        LineCollection(list(1e3 * drawn.plates), colors=[look.colour], linewidths=1.5 * slim, zorder=2.6)
+    )
     fill: dict[str, Any] = {"facecolors": [pale(look.colour)], "edgecolors": [look.colour], "linewidths": 0.5}
     axes.add_collection(PolyCollection(list(1e3 * drawn.disks), zorder=2.5, **fill))
     tip = 1e3 * drawn.disks[-1].mean(0)
     if line != "-":
         axes.plot(*1e3 * drawn.plates.reshape(-1, 2).T, color="white", ls=line, lw=0.8, zorder=2.7)
-    axes.plot(*tip, marker=look.marker, color=look.colour, mec="white", mew=0.5, ms=5, zorder=3)
+    size = 5 * slim**0.5
+    axes.plot(*tip, marker=look.marker, color=look.colour, mec="white", mew=0.5 * slim, ms=size, zorder=3)
 
 
 def draw_ghost(axes: Axes, drawn: Body) -> None:
