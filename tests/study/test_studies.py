@@ -101,9 +101,9 @@ def test_follow_path_is_followed_with_all_cables_and_lost_without_those_of_segme
 
 def test_experiments_bend_as_far_as_the_statics_without_a_tip_load_say():
     frame = small("experiments").set_index("experiment")
-    one = frame[frame["setup"] == "one cable"]
+    one = frame[frame["setup"] == "cable 1"]
     assert one["tip_y_m"].is_monotonic_increasing
-    shift = frame.loc["order: 2.5 kg on cable 1, then 10 kg on cable 3", ["tip_x_m", "tip_y_m"]].to_numpy(float)
+    shift = frame.loc["2.5, then 10 kg", ["tip_x_m", "tip_y_m"]].to_numpy(float)
     first = frame.loc["10, then 2.5 kg", ["tip_x_m", "tip_y_m"]].to_numpy(float)
     assert np.hypot(*(shift - first)) == pytest.approx(0.0799, abs=6e-5)  # Fig. 11, at the disk's centre
 
