@@ -66,7 +66,8 @@ def docstring_text(docstring: str) -> str:
 
 
 def _plain(text: str) -> str:
-    return text.strip().replace("<", "&lt;")
+    """With angle brackets as they are read; in code Markdown itself sees to that."""
+    return re.sub(r"(`[^`]*`)|<", lambda found: found[1] or "&lt;", text.strip())
 
 
 def _items(body: str) -> str:

@@ -86,6 +86,12 @@ def test_the_reference_has_every_name_command_and_key(site):
             assert all(f"<code>{key}</code>" in text for key in part.get("properties", {}))
 
 
+def test_nothing_is_escaped_twice(site):
+    folder, _ = site
+    assert "<code>cable_&lt;name&gt;_n</code>" in (folder / "reference-manipulator.html").read_text()
+    assert not [page.name for page in folder.glob("*.html") if re.search("&amp;(lt|gt|amp);", page.read_text())]
+
+
 def test_formulas_become_mathml(site):
     folder, _ = site
     text = (folder / "theory.html").read_text()
