@@ -10,7 +10,7 @@ Examples
 """
 
 from prb3r.model.effects.cables import DeadCable, HoleClearance, HoleOffset, LoadCell, TensionDrift, TensionOffset
-from prb3r.model.effects.camera import CameraScale, LensDistortion
+from prb3r.model.effects.camera import CameraDrift, CameraScale, LensDistortion
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
 from prb3r.model.effects.friction import (
     CableFriction,
@@ -19,6 +19,7 @@ from prb3r.model.effects.friction import (
     PulleyFriction,
     SlipHistory,
     WornHole,
+    WrapSaturation,
 )
 from prb3r.model.effects.loads import Gravity, TipForce, TipLoadFriction, Umbilical, WeightFriction
 from prb3r.model.effects.plates import (
@@ -32,6 +33,7 @@ from prb3r.model.effects.plates import (
     PlateSoftening,
     Precurvature,
     SegmentStiffness,
+    StiffnessGradient,
     WeakenedPlate,
 )
 
@@ -39,6 +41,7 @@ __all__ = [
     "BaseCompliance",
     "CableBending",
     "CableFriction",
+    "CameraDrift",
     "CameraScale",
     "ClampCompliance",
     "DeadCable",
@@ -60,6 +63,7 @@ __all__ = [
     "PulleyFriction",
     "SegmentStiffness",
     "SlipHistory",
+    "StiffnessGradient",
     "TensionDrift",
     "TensionOffset",
     "TipForce",
@@ -68,4 +72,5 @@ __all__ = [
     "WeakenedPlate",
     "WeightFriction",
     "WornHole",
+    "WrapSaturation",
 ]

@@ -1,8 +1,9 @@
 """The camera: what is read, not what is."""
 
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
 from prb3r.model.effects.base import Observation
 from prb3r.model.files.numbers import Positive
@@ -37,9 +38,9 @@ class CameraDrift(Observation):
 
     kind: Literal["camera_drift"]
     late: ClassVar[int] = -1
-    x_m_per_step: float = 0.0
-    y_m_per_step: float = 0.0
-    angle_rad_per_step: float = 0.0
+    x_m_per_step: Annotated[float, Field(description="Shift of the picture along x, m a step.")] = 0.0
+    y_m_per_step: Annotated[float, Field(description="Shift of the picture along y, m a step.")] = 0.0
+    angle_rad_per_step: Annotated[float, Field(description="Turn of the picture about the origin, rad a step.")] = 0.0
 
     def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
         turned, passed = self.turn(elapsed), np.asarray(elapsed)[..., None]

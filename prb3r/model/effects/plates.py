@@ -44,7 +44,9 @@ class StiffnessGradient(Effect):
     first; their geometric mean stays."""
 
     kind: Literal["stiffness_gradient"]
-    tip_to_base: Positive
+    tip_to_base: Annotated[
+        Positive, Field(description="Stiffness of the last plate over that of the first, of nominal.")
+    ]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         along = np.arange(chain.plates) - (chain.plates - 1) / 2
