@@ -60,6 +60,26 @@ def test_a_camera_that_moves_steadily_is_named_with_its_speed():
         assert size.high - size.low < (4e-4 if name.startswith("angle") else 5e-5)
 
 
+def test_of_a_camera_that_moves_angles_alone_show_the_turn():
+    turning = (("kind", "camera_drift"), ("x_m_per_step", 1e-3), ("angle_rad_per_step", 1e-3))
+    found = tell(investigate(Task(recorded(Case(hidden=(turning,), read=("angle_rad",), seed=1)))))
+    (effect,) = found.effects
+    assert (found.verdict, effect.kind, list(effect.parameters)) == (
+        "explained",
+        "camera_drift",
+        ["angle_rad_per_step"],
+    )
+    size = effect.parameters["angle_rad_per_step"]
+    assert size.low < 1e-3 < size.high
+    assert size.high - size.low < 6e-4
+    assert "camera_drift" not in suspected(recorded(Case(hidden=(), read=("bend_rad",))))
+
+
+def test_a_camera_that_stands_is_not_named():
+    found = tell(investigate(Task(recorded(Case(hidden=(), seed=1)))))
+    assert (found.verdict, found.effects) == ("adequate", ())
+
+
 def suspected(recording):
     predict = predictor(recording)
     scope = Scope.of(recording, predict.chain, predict.equilibria(Constants()))

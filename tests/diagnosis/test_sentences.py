@@ -112,6 +112,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             },
             "the picture shifts by (100 (90 to 110), -20) micrometres and turns by 300 microradians",
         ),
+        (
+            "camera_drift",
+            {},
+            {"angle_rad_per_step": (3e-4, None, None)},
+            "from step to step the picture turns by 300 microradians; photograph",
+        ),
         ("camera_scale", {}, {"scale": (1.00123, None, None)}, "1.0012 times the true ones"),
     ],
 )

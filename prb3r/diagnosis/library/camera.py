@@ -22,25 +22,30 @@ def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _moving(scope: Scope) -> list[Place]:
-    """Where time is told from the load, which would move all markers of a photograph too."""
-    return _positions(scope) if scope.tells_time else []
+    """Where time is told from the load, which would move all markers of a photograph too; bends do not show it."""
+    seen = bool((scope.recording.readings.kind != Kind.BEND).any())
+    return whole_rig_if(scope.tells_time and seen)
 
 
 def _motion(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to a tenth of the length, or 0.1 rad, over the whole recording; mostly a hundredth: more is seen by eye."""
+    """Up to a tenth of the length, or 0.1 rad, over the whole recording; mostly a hundredth: more is seen by eye.
+
+    Angles alone show that a camera turns, not that it shifts.
+    """
     shift, turn = scope.chain.length / scope.elapsed, 1 / scope.elapsed
-    return (
-        *(Free(f"{axis}_m_per_step", 0.0, -0.1 * shift, 0.1 * shift, scale=shift, sd=0.01) for axis in "xy"),
-        Free("angle_rad_per_step", 0.0, -0.1 * turn, 0.1 * turn, scale=turn, sd=0.01),
-    )
+    shifts = (Free(f"{axis}_m_per_step", 0.0, -0.1 * shift, 0.1 * shift, scale=shift, sd=0.01) for axis in "xy")
+    turns = Free("angle_rad_per_step", 0.0, -0.1 * turn, 0.1 * turn, scale=turn, sd=0.01)
+    return (*shifts, turns) if _positions(scope) else (turns,)
 
 
 def _motion_sentence(fitted: Occurrence) -> str:
-    x, y = (fitted.estimates[f"{axis}_m_per_step"].times(1e6) for axis in "xy")
-    turn = fitted.estimates["angle_rad_per_step"].times(1e6)
+    turns = f"turns by {fitted.estimates['angle_rad_per_step'].times(1e6)} microradians"
+    if len(fitted.estimates) > 1:
+        x, y = (fitted.estimates[f"{axis}_m_per_step"].times(1e6) for axis in "xy")
+        turns = f"shifts by ({x}, {y}) micrometres and {turns}"
     return (
-        f"The camera (or what it stands on) moves steadily: from step to step the picture shifts by ({x}, {y}) "
-        f"micrometres and turns by {turn} microradians; photograph something that stands still."
+        f"The camera (or what it stands on) moves steadily: from step to step the picture {turns}; photograph "
+        "something that stands still."
     )
 
 
