@@ -51,8 +51,8 @@ def measure_span(model, plate, out):
 
 
 @kernel
-def counted(turn, saturation):
-    """What of a turn rubs, without its sign, and how that changes with the turn."""
+def rubbing_part(turn, saturation):
+    """How much of a turn at a hole (rad, with its sign) rubs, in rad without a sign, and its derivative by the turn."""
     share = 1.0 / (1.0 + saturation * abs(turn))
     return abs(turn) * share, copysign(share * share, turn)
 
@@ -64,13 +64,13 @@ def rub(model, out, cable):
     if model.friction_exponent != 0.0:
         friction *= (cable.tension / model.friction_tension) ** -model.friction_exponent
     if model.edges:
-        leaving, grows = counted(after, model.wrap_saturation)
-        entering, grows_in = counted(before, model.wrap_saturation)
+        leaving, grows = rubbing_part(after, model.wrap_saturation)
+        entering, grows_in = rubbing_part(before, model.wrap_saturation)
         out.wrap = friction * (leaving + entering)
         out.rate = slip * (friction * grows)
         out.rate_in = slip * (friction * grows_in)
     else:
-        turning, grows = counted(after - before, model.wrap_saturation)
+        turning, grows = rubbing_part(after - before, model.wrap_saturation)
         out.wrap = friction * turning
         out.rate = slip * (friction * grows)
         out.rate_in = -out.rate

@@ -1,5 +1,6 @@
 import io
 import itertools
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -11,6 +12,7 @@ from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of, text
 from prb3r.present import style
 from prb3r.present.page import save_figure
 from prb3r.present.study.figures import study_figure
+from prb3r.present.study.front import legend_names
 from prb3r.present.study.sheet import Scene
 
 SHIFTS = {"x": "cable_2_n", "y": ["tip_shift_m"]}
@@ -132,6 +134,14 @@ def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
     again = [path.read_bytes() for path in save_figure(study_figure(plot, coupling, None, SCENE), tmp_path, "a")]
     assert first == again
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
+
+
+def test_designs_with_long_names_are_called_by_their_places_and_the_others_by_their_names():
+    long = [f"Segment 1 thickness {k} mm, Segment 2 thickness {k + 1} mm, Plates 6" for k in range(3)]
+    ranked = SimpleNamespace(designs=long, ranking=[2, 0])
+    assert legend_names(ranked, [2, 0, 1]) == ["best", "second", long[1]]
+    short = SimpleNamespace(designs=["Thickness 1 mm", "Thickness 2 mm"], ranking=[1, 0])
+    assert legend_names(short, [1, 0]) == ["Thickness 2 mm", "1 mm"]
 
 
 def test_legend_fits_the_figure(coupling):

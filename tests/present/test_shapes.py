@@ -53,6 +53,22 @@ def test_shapes_show_every_case_to_scale():
     assert any("no equilibrium" in text for text in texts(figure))
 
 
+def test_of_manipulators_that_coincide_the_second_leaves_the_first_to_be_seen():
+    """Backbones of 14 plates: at 60 and 60.1 N one within the other, at 60 and 100 N apart and alike."""
+
+    def widths(*tensions):
+        states = states_of([[tension, 0, 0, 0] for tension in tensions])
+        figure = study_figure(
+            plot_of(name="s", kind="shapes", by="cable_1_n"), cases_of(cable_1_n=[*tensions]), states, SCENE
+        )
+        lines = [one for one in figure.axes[0].collections if isinstance(one, LineCollection)]
+        return [float(one.get_linewidths()[0]) for one in lines if len(one.get_paths()) == 14]
+
+    under, over = widths(60.0, 60.1)
+    assert over < 0.5 * under
+    assert widths(60.0, 100.0) == [under, under]
+
+
 def test_shapes_need_all_disks():
     states = states_of([[20.0, 0, 0, 0]])
     with pytest.raises(ValueError, match="all its disks, 0 to 14"):

@@ -75,8 +75,8 @@ def _load_sentence(fitted: Occurrence) -> str:
 def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Mostly up to where the turns of the nominal manipulator, as large as the bends, count half; to where a twentieth
     of them does."""
-    turn = max(scope.largest_bend, 1e-3)
-    return (Free("saturation_per_rad", 0.0, 0.0, 20 / turn, scale=1 / turn, sd=0.5),)
+    per_turn = 1 / scope.largest_bend
+    return (Free("saturation_per_rad", 0.0, 0.0, 20 * per_turn, scale=per_turn, sd=0.5),)
 
 
 def _rubs(scope: Scope) -> list[Place]:

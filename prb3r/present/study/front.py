@@ -100,20 +100,20 @@ def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Li
     order = [*(k for k in decision.ranking if k in looks), *(k for k in looks if not decision.feasible[k])]
     handles = []
     apart = [k for k in order if looks[k] is not OTHERS]
-    for k, name in zip(apart, _short_names(decision, apart), strict=True):
+    for k, name in zip(apart, legend_names(decision, apart), strict=True):
         handles.append(_handle(looks[k], style.literal(name) + ("" if decision.feasible[k] else " (out)")))
     if len(handles) < len(order):
         handles.append(_handle(OTHERS, "others"))
     return handles
 
 
-def _short_names(decision: Decision, apart: Sequence[int]) -> list[str]:
+def legend_names(decision: Decision, apart: Sequence[int]) -> list[str]:
     """What a legend calls designs: by their names, or, where these are long, by their places in the ranking."""
     names = without_repeats([decision.designs[k] for k in apart])
     if max(map(len, names), default=0) <= LABEL_LETTERS:
         return names
     places = dict(zip(decision.ranking, PLACES, strict=False))
-    return [places.get(k, name) for k, name in zip(apart, names, strict=True)]
+    return [places.get(k, decision.designs[k]) for k in apart]
 
 
 def _handle(look: style.Look, label: str) -> Line2D:
@@ -146,7 +146,7 @@ def front_figure(decision: Decision) -> Figure:
     x, y = (decision.values.iloc[:, j].to_numpy(float) * s.factor for j, s in zip(columns, shown, strict=True))
     looks = looks_of(decision)
     apart = [k for k in decision.ranking if looks[k] is not OTHERS]
-    short = _short_names(decision, apart)
+    short = legend_names(decision, apart)
     told = {k: textwrap.fill(style.literal(name), LABEL_LETTERS) for k, name in zip(apart, short, strict=True)}
     with matplotlib.rc_context({"legend.handlelength": SHORT_HANDLE}):
         beside = legend_columns(["breaks a requirement", "Pareto front", *told.values()], style.SINGLE)
