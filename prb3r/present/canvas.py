@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prb3r.present import style
-from prb3r.present.legends import legend_columns
+from prb3r.present.legends import legend_shape
 
 Panels = Axes | Sequence[Axes] | np.ndarray | None
 """Axes to draw on: one, or as many as a plot has panels; None: those of a new figure."""
@@ -105,7 +105,7 @@ def panels(
     width = style.SINGLE if count == 1 else style.DOUBLE
     columns = columns or (count if count <= 3 else 2 if count == 4 else 3 if count <= 12 else 4)
     rows = -(-count // columns)
-    beside = legend_columns([str(handle.get_label()) for handle in handles], width)
+    beside, long = legend_shape([str(handle.get_label()) for handle in handles], width)
     inner = (width - (14 if shared else 14 * columns)) / columns
     labels = (9 if shared else 9 * rows) + 4 * -(-len(handles) // beside)
     height = rows * (ratio * inner + (4 if any(titles) else 1)) + labels + 1
@@ -119,7 +119,7 @@ def panels(
         if text or _GIVEN.get() is None:
             axes.set_title(text, pad=3)
     if handles:
-        legend(figure, used[-1], beside, handles, labelspacing=0.35)
+        legend(figure, used[-1], beside, handles, labelspacing=0.35, handlelength=long)
     return figure, used
 
 

@@ -13,6 +13,10 @@ MOST_NUMBERS, SOME_NUMBERS = 8, 7
 """So many numbers stand in a legend, whose colours are a ramp; of more, so few from the first to the last."""
 MOST_WORDS = 16
 """So many groups that have names instead."""
+MOST_ROWS = 2
+"""Of a legend, unless its words are too long."""
+SHORT_HANDLE = 2.0
+"""Length of the lines in a legend of marks, or of many words, in letters."""
 UNIT = r"[µmcdkMG]?(?:m|N|Pa|g|s|rad|deg|°)(?:[\^²⁴/]\S*)?|%"
 VALUE = re.compile(rf"(.+?) ([−-]?\d[\d.,e+−-]*(?: ?(?:{UNIT}))?)")
 """What a part of a name is made of: words, and a number with its unit."""
@@ -41,6 +45,19 @@ def without_repeats(names: Sequence[str]) -> list[str]:
     if len(words) != 1 or "" in next(iter(words)):
         return list(names)
     return [*names[:1], *(", ".join(part[2] for part in parts if part) for parts in found[1:])]
+
+
+def legend_shape(entries: Sequence[str], width: float) -> tuple[int, float]:
+    """Columns of a legend that fits into `width` (mm), and the length of the lines in it (letters).
+
+    Lines are as long as the style has them, or short where that saves one of more than two rows.
+    """
+    columns, usual = legend_columns(entries, width), float(matplotlib.rcParams["legend.handlelength"])
+    if len(entries) <= MOST_ROWS * columns or usual <= SHORT_HANDLE:
+        return columns, usual
+    with matplotlib.rc_context({"legend.handlelength": SHORT_HANDLE}):
+        more = legend_columns(entries, width)
+    return (more, SHORT_HANDLE) if -(-len(entries) // more) < -(-len(entries) // columns) else (columns, usual)
 
 
 def legend_columns(entries: Sequence[str], width: float) -> int:

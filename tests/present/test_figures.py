@@ -9,7 +9,8 @@ import pytest
 from cycler import cycler
 from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of, texts
 
-from prb3r.present import style
+from prb3r.present import rc, style
+from prb3r.present.legends import SHORT_HANDLE, legend_shape
 from prb3r.present.page import save_figure
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.front import legend_names
@@ -142,6 +143,17 @@ def test_designs_with_long_names_are_called_by_their_places_and_the_others_by_th
     assert legend_names(ranked, [2, 0, 1]) == ["best", "second", long[1]]
     short = SimpleNamespace(designs=["Thickness 1 mm", "Thickness 2 mm"], ranking=[1, 0])
     assert legend_names(short, [1, 0]) == ["Thickness 2 mm", "1 mm"]
+
+
+def test_lines_of_a_legend_are_short_where_that_saves_a_third_row():
+    """Six models of the plates in a column of a paper, 85 mm; two of them have room."""
+    names = ["elastica", "PRB 3R (Chen)", "PRB 3R (Su)", "PRB 1R", "PRB 1R (tip force)", "constant curvature"]
+    usual = matplotlib.rcParams["legend.handlelength"]
+    with rc.in_use():
+        assert legend_shape(names, 85.0) == (3, SHORT_HANDLE)
+        assert legend_shape(names[:2], 85.0) == (2, matplotlib.rcParams["legend.handlelength"])
+        assert matplotlib.rcParams["legend.handlelength"] > SHORT_HANDLE
+    assert matplotlib.rcParams["legend.handlelength"] == usual
 
 
 def test_legend_fits_the_figure(coupling):

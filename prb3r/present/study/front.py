@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.present import canvas, style
-from prb3r.present.legends import legend_columns, without_repeats
+from prb3r.present.legends import SHORT_HANDLE, legend_columns, without_repeats
 from prb3r.present.spots import point_at
 from prb3r.study.decision import Decision
 from prb3r.study.phrases import bound_in_words, wish_in_words
@@ -30,8 +30,6 @@ UPRIGHT_LETTERS = 36
 """And beside its height."""
 MOST_OTHERS = 40
 """Of more designs, those without a look of their own are left out where they would lie on top of each other."""
-SHORT_HANDLE = 2.0
-"""Length of the lines in a legend of marks, in letters."""
 LEGEND_ROW = 4.0
 """Height of a row of a legend, mm."""
 Ink = dict[str, Any]
