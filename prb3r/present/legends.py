@@ -13,7 +13,7 @@ MOST_NUMBERS, SOME_NUMBERS = 8, 7
 """So many numbers stand in a legend, whose colours are a ramp; of more, so few from the first to the last."""
 MOST_WORDS = 16
 """So many groups that have names instead."""
-MOST_ROWS = 2
+MOST_LEGEND_ROWS = 2
 """Of a legend, unless its words are too long."""
 SHORT_HANDLE = 2.0
 """Length of the lines in a legend of marks, or of many words, in letters."""
@@ -53,7 +53,7 @@ def legend_shape(entries: Sequence[str], width: float) -> tuple[int, float]:
     Lines are as long as the style has them, or short where that saves one of more than two rows.
     """
     columns, usual = legend_columns(entries, width), float(matplotlib.rcParams["legend.handlelength"])
-    if len(entries) <= MOST_ROWS * columns or usual <= SHORT_HANDLE:
+    if len(entries) <= MOST_LEGEND_ROWS * columns or usual <= SHORT_HANDLE:
         return columns, usual
     with matplotlib.rc_context({"legend.handlelength": SHORT_HANDLE}):
         more = legend_columns(entries, width)
