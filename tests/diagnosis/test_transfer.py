@@ -4,9 +4,13 @@ import pytest
 from diagnosis.simulated import Case, recorded
 from diagnosis.suspected import bare_sections
 
+import prb3r
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.result.tell import adjusted
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
 from prb3r.model.effects import EFFECT_KINDS
-from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 
 
@@ -115,3 +119,39 @@ def test_an_umbilical_carries_over_to_a_rig_as_long():
     transfer = SUSPECTS["umbilical"].transfer
     assert transfer(tube, here, other_design(2.0, plates=3)) == tube
     assert "lengths, and these differ" in transfer(tube, here, other_design(1.0, plates=4))
+
+
+def weakened(*plates, factor=0.7):
+    return tuple(WeakenedPlate(kind="weakened_plate", plate=plate, factor=factor) for plate in plates)
+
+
+def test_many_plates_that_differ_are_how_a_rig_is_made_and_go_with_the_modulus():
+    """Without friction a cable bends all its plates with one moment: the turn of the tip tells the mean compliance."""
+    here = recorded(Case(hidden=())).manipulator.replace("friction.coefficient", 0.0)
+    there, effects = other_design(), weakened(1, 3, 4, 6)
+    carried, left = carried_effects(effects, here, there)
+    assert carried == ()
+    assert left == (plate_scatter_said(4, 0.7778),)
+    constants = carried_constants(Constants(log_stiffness=0.1), here, there, effects)
+    pull = {"sequence": ["a"], "step": [1], "cable_1_n": [0.2]}
+    turn = prb3r.solve(adjusted(here, Constants(log_stiffness=0.1), effects), pull)["angle_rad"].iloc[-1]
+    assert prb3r.solve(adjusted(here, constants, ()), pull)["angle_rad"].iloc[-1] == pytest.approx(turn, rel=1e-6)
+
+
+def plate_scatter_said(count, stiffness):
+    return (
+        f"which plates are softer or stiffer, as {count} of them are too many for faults of single parts; "
+        f"that they are all in all {stiffness:.3g} times as stiff goes with Young's modulus"
+    )
+
+
+def test_one_or_two_plates_that_differ_are_faults_and_stay_behind():
+    here, there, plain = recorded(Case(hidden=())).manipulator, other_design(), Constants(log_stiffness=0.1)
+    effects = weakened(1, 4)
+    assert all(
+        reason.startswith("weakened plate, which is a fault") for reason in carried_effects(effects, here, there)[1]
+    )
+    assert carried_constants(plain, here, there, effects) == carried_constants(plain, here, there)
+    many = weakened(1, 2, 3)
+    assert carried_effects(many, here, here) == (many, ())
+    assert carried_constants(plain, here, here, many) == carried_constants(plain, here, here)

@@ -31,6 +31,7 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
         ModelCheck("scale of the noise", by_chance(choice.level.reading.value, settings.noise_log_sd)),
         ModelCheck("scatter of the tensions", by_chance(choice.level.tension.value, settings.tension_log_sd)),
         ModelCheck("largest score", choice.scores_of_best.chance),
+        ModelCheck("smooth missing moments", choice.smooth_moments),
         *(ModelCheck(f"neighbours along {line}", neighbours_alike(recording, left, line)) for line in NEIGHBOURS_ALONG),
     ]
     return (*checks, *(ModelCheck(f"sequence {sequence.name}, set aside", sequence.p) for sequence in judged))

@@ -130,7 +130,7 @@ def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Mani
     effects, left = carried_effects(drawn.effects, here, there)
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:
         left = (*left, "friction, of which the design states none")
-    return adjusted(there, carried_constants(drawn.constants, here, there), effects), left
+    return adjusted(there, carried_constants(drawn.constants, here, there, drawn.effects), effects), left
 
 
 def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:

@@ -49,6 +49,8 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."
+        if not top and investigation.choice.smooth:
+            statement = f"{left} changes smoothly with the loads and along the arm, as noise does not."
         if sequences and len(sequences) < len(recording.sequences):
             statement += f" It is seen in sequence{'s' * (len(sequences) > 1)} {few(sequences, len(sequences))}."
     return Mismatch(tuple(sorted(plates)), sequences, depends, statement)

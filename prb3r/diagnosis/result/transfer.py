@@ -22,8 +22,13 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, averaged
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
+
+MOST_FAULTS = 2
+"""Plates of another stiffness that are taken for faults of single parts.  If one rig in ten has such a fault, three on
+one rig come by chance once in six thousand (Poisson): then this is how its plates are made."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +53,13 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     one, other = diagnosis.nominal, recording.manipulator
     carried, left = carried_effects(diagnosis.explained.effects, one, other)
     predict, settings = predictor(recording), Settings(**diagnosis.settings)
-    after = predict.solve(carried_constants(diagnosis.explained.constants, one, other), carried)
+    named = diagnosis.explained
+    after = predict.solve(carried_constants(named.constants, one, other, named.effects), carried)
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, one, other), [])
 
     def seen(centre: Drawn) -> np.ndarray:
-        constants = carried_constants(centre.constants, one, other)
+        constants = carried_constants(centre.constants, one, other, centre.effects)
         return _in_frame(predict, noise, constants, carried_effects(centre.effects, one, other)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
@@ -73,8 +79,14 @@ def other_geometry(
     effects: Iterable[Effect], here: Manipulator, there: Manipulator
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The same where the two are different rigs, whatever their files say: what belongs to one part stays behind."""
+    effects = tuple(effects)
     carried, left = list[Effect](), list[str]()
+    scatter = plate_scatter(effects, here)
+    if scatter is not None:
+        left.append(_SCATTERED.format(np.count_nonzero(scatter != 1), mean_stiffness(scatter)))
     for effect in effects:
+        if scatter is not None and isinstance(effect, WeakenedPlate):
+            continue
         moved = SUSPECTS[effect.kind].transfer(effect, here, there)
         problems = () if isinstance(moved, str) else tuple(moved.problems(there))
         if isinstance(moved, str) or problems:
@@ -84,9 +96,33 @@ def other_geometry(
     return tuple(carried), tuple(left)
 
 
-def carried_constants(constants: Constants, here: Manipulator, there: Manipulator) -> Constants:
-    """Constants calibrated `here` as factors on the nominal ones `there`; the frame not yet."""
+_SCATTERED = (
+    "which plates are softer or stiffer, as {} of them are too many for faults of single parts; "
+    "that they are all in all {:.3g} times as stiff goes with Young's modulus"
+)
+
+
+def plate_scatter(effects: Iterable[Effect], here: Manipulator) -> np.ndarray | None:
+    """(n,) factors on the stiffness of all plates, where more than `MOST_FAULTS` are not as nominal; else None."""
+    factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
+    if len(factors) <= MOST_FAULTS:
+        return None
+    return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
+
+
+def mean_stiffness(scatter: np.ndarray) -> float:
+    """The factor that all plates would have if they gave way as much as these do together: a harmonic mean."""
+    return float(1 / np.mean(1 / scatter))
+
+
+def carried_constants(
+    constants: Constants, here: Manipulator, there: Manipulator, effects: Iterable[Effect] = ()
+) -> Constants:
+    """Constants found `here`, beside `effects`, as factors on the nominal ones `there`; the frame not yet."""
     stiffness = constants.log_stiffness + np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)
+    scatter = None if same_geometry(here, there) else plate_scatter(effects, here)
+    if scatter is not None:
+        stiffness += np.log(mean_stiffness(scatter))
     friction = 0.0
     if here.friction.coefficient > 0 and there.friction.coefficient > 0:
         friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)

@@ -17,6 +17,7 @@ import numpy as np
 
 from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, correlation
+from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.pool import Pool
@@ -45,6 +46,7 @@ def coarsened(choice: Choice, search: Search) -> Choice:
         survivors=survivors,
         scores=scores,
         scores_of_best=scores,
+        smooth_moments=min(choice.smooth_moments, chance_of_smooth_moments(exact, search.seed)),
         chi2_threshold=chi2_threshold(exact),
     )
 

@@ -10,6 +10,7 @@ from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, lone_outliers
 from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import Scores
+from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
@@ -34,6 +35,8 @@ class Choice:
     """Score test of what the chosen model leaves."""
     scores_of_best: Scores
     """The same of the most probable model, which may be larger than what is chosen."""
+    smooth_moments: float
+    """Chance of as much smooth structure as the most probable model leaves."""
     chi2_threshold: float
     doubts: Doubts
     level: EstimatedLevel
@@ -48,7 +51,12 @@ class Choice:
         """
         scores, again = self.scores_of_best, bool(self.survivors[0].effects)
         limit = scores.naming if again else scores.threshold
-        return scores.largest > limit or self.fitted.chi2 > self.chi2_threshold
+        return scores.largest > limit or self.fitted.chi2 > self.chi2_threshold or self.smooth
+
+    @property
+    def smooth(self) -> bool:
+        """Whether moments are left that change smoothly, as noise does not."""
+        return self.smooth_moments < self.fitted.model.settings.naming_rate
 
     @property
     def kinds(self) -> frozenset[str]:
@@ -105,6 +113,7 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
         survivors=survivors,
         scores=scores,
         scores_of_best=scores if survivors[0].effects == frozenset(chosen.model.hypotheses) else examine(best, search),
+        smooth_moments=chance_of_smooth_moments(best, search.seed),
         chi2_threshold=chi2_threshold(chosen),
         doubts=doubts,
         level=estimate,

@@ -10,6 +10,7 @@ from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import level_under
+from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.joint import JointFit, JointModel
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
@@ -209,6 +210,7 @@ def _with_others(
         survivors=tuple(Survivor(found[effects], worth[effects], shares[effects]) for effects in ranked),
         scores=scores,
         scores_of_best=scores if best is chosen else examine(best, search),
+        smooth_moments=chance_of_smooth_moments(best, search.seed),
         chi2_threshold=chi2_threshold(chosen),
         doubts=doubts,
         level=level,

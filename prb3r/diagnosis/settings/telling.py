@@ -13,6 +13,16 @@ class LocationSettings:
     """But for this share of their variance.  Choice."""
     moment_sizes: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
     """Sizes of missing moments that are considered, in shares of the largest cable moment."""
+    alike_loads: float = 0.3
+    """Of the largest load: missing moments are alike under loads that differ by less.  Choice."""
+    alike_steps: float = 2.0
+    """Steps of a sequence over which missing moments are alike.  Choice."""
+    field_directions: tuple[int, ...] = (10, 100)
+    """How many directions of a field of missing moments stand out of the noise, by its size.  Choice."""
+    field_share: float = 0.99
+    """Modes of a field are followed up to this share of its variance, along the arm and over the loads each."""
+    most_field_modes: int = 60
+    """But no more of them over the loads."""
     near_largest: float = 0.7
     """Laws whose score is at least this share of the largest are said to be what the mismatch goes with.  Choice."""
     loud_sd: float = 3.0

@@ -15,6 +15,7 @@ ASKED = {
     "scale of the noise": "the readings scatter as much as was stated",
     "scatter of the tensions": "the tensions scatter as much as was stated",
     "largest score": "no further effect, wherever it sits, helps more than one would by chance",
+    "smooth missing moments": "no moments are left that change smoothly with the loads, along the arm or in time",
     "neighbours along disks": "what is left at neighbouring disks is not alike",
     "neighbours along steps": "what is left at neighbouring steps is not alike",
     "sequence": "what no fit has seen is predicted as closely as the noise allows",

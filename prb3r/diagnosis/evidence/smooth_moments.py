@@ -1,0 +1,119 @@
+r"""Whether missing moments of any kind are left, as long as they change smoothly: an omnibus test.
+
+A score test asks for one direction after another, and the size of the residuals says little while the scale of the
+noise is known to ten per cent.  But reading noise has no memory: a field of moments that is alike on neighbouring
+plates and under similar loads, or from step to step, leaves residuals that go together.  Let the moments be Gaussian
+with the covariance :math:`\sigma^2 K`, and let the whitened residuals `r`, freed of what is fitted, have the variance
+:math:`1 + \sigma^2 \lambda_i` along the directions :math:`u_i` that this gives them.  The test that is best at one
+:math:`\sigma` weighs them by :math:`w_i = \sigma^2 \lambda_i / (1 + \sigma^2 \lambda_i)`; the statistic
+
+.. math:: \sum_i w_i (u_i \cdot r)^2 / |r|^2
+
+does not depend on the scale of the noise (Andrews and Ploberger, Econometrica 62 (1994) 1383, on tests that are best at
+one alternative; Lin, Biometrika 84 (1997) 309, on the score of a variance).  Of several fields and sizes the rarest
+counts, held against residuals that are drawn.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.response import moment_response
+from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Loads
+
+FELT = 1e-8
+"""Share of the largest variance below which a direction is not felt."""
+
+
+class Field(NamedTuple):
+    """A field of missing moments, as the whitened residuals would feel it."""
+
+    directions: np.ndarray
+    """(r + c, k) orthonormal."""
+    variance: np.ndarray
+    """(k,) of the residuals along them for moments of one unit, descending."""
+
+    def weights(self, known: int) -> np.ndarray:
+        """(k,) of the directions, for moments so large that some `known` of them stand out of the noise."""
+        return self.variance / (self.variance + self.variance[min(known, len(self.variance)) - 1])
+
+
+def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
+    """How often a right model leaves moments that look as smooth as what `fitted` leaves, or smoother.
+
+    Parameters
+    ----------
+    seed : of the residuals that are drawn; the chance is no smaller than one of them.
+    """
+    settings, left = fitted.model.settings, fitted.residual
+    fields = [field for field in _fields(fitted) if len(field.variance)]
+    if not fields:
+        return 1.0
+    together = np.linalg.qr(np.hstack([field.directions for field in fields]))[0]
+    rng, rest = np.random.default_rng(seed), fitted.freedom - together.shape[1]
+    drawn = rng.standard_normal((together.shape[1], settings.draws))
+    square = (drawn**2).sum(0) + (rng.chisquare(rest, settings.draws) if rest > 0 else 0.0)
+    rarest, seen = np.ones(settings.draws), 1.0
+    for field in fields:
+        along, by_chance = (field.directions.T @ left) ** 2, ((field.directions.T @ together) @ drawn) ** 2
+        for known in settings.field_directions:
+            weights = field.weights(known)
+            score, usual = weights @ along / (left @ left), weights @ by_chance / square
+            ordered = np.sort(usual)
+            rarest = np.minimum(rarest, _exceeded(ordered, usual))
+            seen = min(seen, float(_exceeded(ordered, score)))
+    return float(np.mean(rarest <= seen)) if seen > rarest.min() else 1 / (settings.draws + 1)
+
+
+def _exceeded(ordered: np.ndarray, score: np.ndarray | float) -> np.ndarray:
+    """Share of ordered draws that are as large as a score, or larger; the score counts as one more."""
+    return (len(ordered) - np.searchsorted(ordered, score) + 1) / (len(ordered) + 1)
+
+
+def _fields(fitted: Fit) -> Iterator[Field]:
+    """Moments alike on neighbouring plates, and under like loads, under like loads and slips, or from step to step."""
+    predict, solved, settings = fitted.model.predict, fitted.solved, fitted.model.settings
+    readings, basis = predict.recording.readings, fitted.basis
+    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
+    moment = pull * moment_response(predict, solved, pull)
+    plates = np.arange(moment.shape[1], dtype=float)
+    on_arm = moment @ _modes(_alike(plates[:, None], settings.alike_plates), settings)
+    forces, slips = _relative(solved.loads)
+    step = np.arange(len(slips), dtype=float)[:, None]
+    of_sequence = predict.recording.of_sequence
+    for alike in (
+        _alike(forces, settings.alike_loads),
+        _alike(np.hstack([forces, slips]), settings.alike_loads),
+        _alike(step, settings.alike_steps) * (of_sequence[:, None] == of_sequence),
+    ):
+        over = _modes(alike, settings)
+        moved = (on_arm[:, :, None] * over[readings.step][:, None, :]).reshape(readings.count, -1)
+        white = fitted.model.noise.whiten(moved)
+        whole = np.vstack([white, np.zeros((len(fitted.residual) - readings.count, white.shape[1]))])
+        axes, size, _ = np.linalg.svd(whole - basis @ (basis.T @ whole), full_matrices=False)
+        felt = size**2 > FELT * size[0] ** 2
+        yield Field(axes[:, felt], size[felt] ** 2)
+
+
+def _relative(loads: Loads) -> tuple[np.ndarray, np.ndarray]:
+    """(s, k) tensions and dead forces in shares of the largest, and (s, m) slips, 1 apart for opposite ones."""
+    force = np.hstack([loads.tip, loads.force.reshape(len(loads.tip), -1)])
+    shares = [part / (np.abs(part).max(initial=0.0) or 1.0) for part in (loads.tension, force)]
+    return np.hstack(shares), loads.slip / 2
+
+
+def _alike(places: np.ndarray, reach: float) -> np.ndarray:
+    """(s, s) correlation of Gaussian shape of what stands at `places` (s, k)."""
+    return np.exp(-((places[:, None] - places) ** 2).sum(-1) / (2 * reach**2))
+
+
+def _modes(covariance: np.ndarray, settings: Settings) -> np.ndarray:
+    """(n, k) root of a covariance, largest modes first; without those beyond `Settings.field_share` of its trace."""
+    variance, axes = np.linalg.eigh(covariance)
+    variance, axes = np.maximum(variance[::-1], 0.0), axes[:, ::-1]
+    kept = int(np.searchsorted(np.cumsum(variance), settings.field_share * variance.sum())) + 1
+    kept = min(kept, settings.most_field_modes)
+    return axes[:, :kept] * np.sqrt(variance[:kept])
