@@ -135,7 +135,7 @@ def test_many_plates_that_differ_are_how_a_rig_is_made_and_go_with_the_modulus()
     constants = carried_constants(Constants(log_stiffness=0.1), here, there, effects)
     pull = {"sequence": ["a"], "step": [1], "cable_1_n": [0.2]}
     turn = prb3r.solve(adjusted(here, Constants(log_stiffness=0.1), effects), pull)["angle_rad"].iloc[-1]
-    assert prb3r.solve(adjusted(here, constants, ()), pull)["angle_rad"].iloc[-1] == pytest.approx(turn, rel=1e-6)
+    assert prb3r.solve(adjusted(here, constants, ()), pull)["angle_rad"].iloc[-1] == pytest.approx(turn, rel=3e-6)
 
 
 def plate_scatter_said(count, stiffness):

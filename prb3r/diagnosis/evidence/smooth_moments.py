@@ -24,7 +24,7 @@ from prb3r.diagnosis.fit.response import moment_response
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 
-FELT = 1e-8
+FELT_SHARE = 1e-8
 """Share of the largest variance below which a direction is not felt."""
 
 
@@ -94,7 +94,7 @@ def _fields(fitted: Fit) -> Iterator[Field]:
         white = fitted.model.noise.whiten(moved)
         whole = np.vstack([white, np.zeros((len(fitted.residual) - readings.count, white.shape[1]))])
         axes, size, _ = np.linalg.svd(whole - basis @ (basis.T @ whole), full_matrices=False)
-        felt = size**2 > FELT * size[0] ** 2
+        felt = size**2 > FELT_SHARE * size[0] ** 2
         yield Field(axes[:, felt], size[felt] ** 2)
 
 
