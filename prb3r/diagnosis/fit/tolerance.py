@@ -14,7 +14,8 @@ from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.fit.response import PIXEL, across, response
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.recording.recording import Kind
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Kind, Tolerance
 
 THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
@@ -46,20 +47,20 @@ class EstimatedTolerances(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Mechanical:
+class MechanicalTolerance:
     """A tolerance that moves the states."""
 
     name: str
     sd: float
     change: Callable[[Chain, float], Chain]
-    """The chain with it off by so much."""
+    """The chain with it off by so much, in the unit of the name, or in the logarithm of a stiffness."""
 
 
 def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
     """All tolerances of a recording, differentiated along a solved path."""
-    acting = list(_mechanical(predict, solved.chain))
+    acting = mechanical_tolerances_of(predict, solved)
 
-    def problem_of(tolerance: _Mechanical) -> Callable[[float], tuple[Chain, Loads]]:
+    def problem_of(tolerance: MechanicalTolerance) -> Callable[[float], tuple[Chain, Loads]]:
         return lambda share: (tolerance.change(solved.chain, share * tolerance.sd), solved.loads)
 
     ways = [across(problem_of(tolerance), (-SMALL, SMALL)) for tolerance in acting]
@@ -71,28 +72,42 @@ def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
     )
 
 
-def _mechanical(predict: Predictor, chain: Chain) -> Iterator[_Mechanical]:
-    """Of all plates of a segment together and each alone, of all holes of a cable and each alone."""
-    manipulator, known = predict.recording.manipulator, predict.recording.tolerance
+def mechanical_tolerances_of(predict: Predictor, solved: Solution) -> list[MechanicalTolerance]:
+    """Those that a recording could feel: of all plates, and of the cables that it pulls."""
+    recording = predict.recording
+    pulled = np.asarray((recording.loads.tension > 0).any(0))
+    return list(mechanical_tolerances(recording.manipulator, recording.tolerance, solved.chain, pulled))
+
+
+def mechanical_tolerances(
+    manipulator: Manipulator, known: Tolerance, chain: Chain, pulled: np.ndarray
+) -> Iterator[MechanicalTolerance]:
+    """Of all plates of a segment together and each alone, of all holes of a cable and each alone.
+
+    Parameters
+    ----------
+    known : their standard deviations.
+    chain : of the manipulator, with effects.
+    pulled : (m,) whether a cable matters.
+    """
     plates = np.arange(chain.plates)
     stiffness = THICKNESS_TO_STIFFNESS * known.thickness_relative
     for number, segment in enumerate(manipulator.segment, 1):
         rows, length = plates[chain.segment == number - 1], known.length(segment)
         if len(manipulator.segment) > 1:
-            yield _Mechanical(f"segment.{number} stiffness", stiffness, _stiffer(rows))
+            yield MechanicalTolerance(f"segment.{number} stiffness", stiffness, _stiffer(rows))
         if len(rows) > 1:
-            yield _Mechanical(f"segment.{number}.length_m", length, _longer(rows))
+            yield MechanicalTolerance(f"segment.{number}.length_m", length, _longer(rows))
         for plate in rows:
-            yield _Mechanical(f"plate {plate + 1} stiffness", stiffness, _stiffer(plate))
-            yield _Mechanical(f"plate {plate + 1} length_m", length, _longer(plate))
-    pulled = (predict.recording.loads.tension > 0).any(0) & np.abs(chain.offset).any(0)
-    for j in np.flatnonzero(pulled).tolist():
+            yield MechanicalTolerance(f"plate {plate + 1} stiffness", stiffness, _stiffer(plate))
+            yield MechanicalTolerance(f"plate {plate + 1} length_m", length, _longer(plate))
+    for j in np.flatnonzero(pulled & np.abs(chain.offset).any(0)).tolist():
         name, crossed = manipulator.cable_names[j], plates[: chain.reach[j]]
         offset = known.offset(float(np.abs(chain.offset[:, j]).max()))
         if len(crossed) > 1:
-            yield _Mechanical(f"cable.{name}.offset_m", offset, _shifted(crossed, j))
+            yield MechanicalTolerance(f"cable.{name}.offset_m", offset, _shifted(crossed, j))
         for plate in crossed:
-            yield _Mechanical(f"cable {name} at plate {plate + 1} offset_m", offset, _shifted(plate, j))
+            yield MechanicalTolerance(f"cable {name} at plate {plate + 1} offset_m", offset, _shifted(plate, j))
 
 
 def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:

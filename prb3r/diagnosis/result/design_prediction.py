@@ -1,12 +1,13 @@
 """What was learnt from one manipulator, on another design: its file, and its positions with 95 % bands.
 
-A band holds what the recording leaves open: which model, and its parameters; and how exactly the design will be made,
-by the tolerances of the recording.  What the diagnosis could not explain is not in it.
+A band holds what the recording leaves open: which model, and its parameters; and how exactly the design is made: as the
+readings tell it where it is the recorded rig, by the tolerances of the recording where it is another one.  What the
+diagnosis could not explain is not in it.
 """
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,16 @@ from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
+from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Cable, Manipulator, Segment
-from prb3r.model.solve import solve
+from prb3r.model.solve import solve, solve_in_blocks
 from prb3r.recording.recording import Tolerance
 
 DRAWS = 120
@@ -77,17 +79,19 @@ def predict_design(
     remarks = []
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
+    recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])
+
+    def predicted(rig: Drawn, made: bool) -> np.ndarray:
+        known = on_design(rig, posterior.manipulator, design)[0]
+        if recorded and rig.parts:
+            solved = replace(solve_in_blocks(known, steps), chain=as_made(known, rig.parts)).whole()
+        else:
+            solved = solve(within_tolerances(known, posterior.tolerance, rng) if made else known, steps)
+        return solved[list(PREDICTED)].to_numpy()
+
     positions = solve(central, steps)
-    centres = [
-        (share, solve(on_design(centre, posterior.manipulator, design)[0], steps)[list(PREDICTED)].to_numpy())
-        for share, centre in posterior.centres
-    ]
-    rng = np.random.default_rng([seed, 1])
-    drawn = [
-        within_tolerances(on_design(draw, posterior.manipulator, design)[0], posterior.tolerance, rng)
-        for draw in posterior.draws(draws, seed)
-    ]
-    spread = np.stack([solve(one, steps)[list(PREDICTED)].to_numpy() for one in drawn])
+    centres = [(share, predicted(centre, made=False)) for share, centre in posterior.centres]
+    spread = np.stack([predicted(draw, made=True) for draw in posterior.draws(draws, seed)])
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
         remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")

@@ -4,15 +4,17 @@ It stands in `diagnosis.json`, and parameters can be drawn from it without the r
 out, as it belongs to the set-up: of a normal distribution that is the marginal of all else.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.result.as_made import PartsPosterior, parts_posterior
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects import AnyEffect
@@ -30,6 +32,8 @@ class Drawn(NamedTuple):
     constants: Constants
     """Without the frame of the camera, which no other recording shares."""
     effects: tuple[Effect, ...]
+    parts: Mapping[str, float] = {}
+    """How far the parts of the recorded rig are off, by the name of a tolerance."""
 
 
 class FreeParameter(Strict):
@@ -66,6 +70,8 @@ class ModelPosterior(Strict):
     free: list[FreeParameter]
     covariance: list[list[float]]
     """(f, f) of the `u` of `free`."""
+    parts: PartsPosterior | None = None
+    """How the parts of the rig came out."""
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -95,12 +101,16 @@ class ModelPosterior(Strict):
         ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
         pairs = list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
         friction = friction_beside(nominal, float(np.exp(constants.log_friction)), pairs)
-        return Drawn(constants, tuple(hypothesis.effect(share, friction) for hypothesis, share in pairs))
+        effects = tuple(hypothesis.effect(share, friction) for hypothesis, share in pairs)
+        return Drawn(constants, effects, self.parts.at(u - self.best) if self.parts else {})
 
-    def draw(self, rng: np.random.Generator, nominal: Manipulator) -> Drawn:
-        """Constants and effects at random, as the recording leaves them."""
+    def draw(self, rng: np.random.Generator, nominal: Manipulator, workshop: np.random.Generator) -> Drawn:
+        """Constants and effects at random, as the recording leaves them; its parts by chance of their own."""
         u = rng.multivariate_normal(self.best, np.array(self.covariance), method="eigh") if self.free else self.best
-        return self.at(u, nominal)
+        drawn = self.at(u, nominal)
+        if self.parts is None:
+            return drawn
+        return drawn._replace(parts=self.parts.at(u - self.best, workshop.standard_normal(len(self.parts.names))))
 
 
 class Posterior(Strict):
@@ -126,10 +136,10 @@ class Posterior(Strict):
 
     def draws(self, count: int, seed: int) -> list[Drawn]:
         """So many draws: a model by its probability, then its parameters."""
-        rng = np.random.default_rng(seed)
+        rng, workshop = np.random.default_rng(seed), np.random.default_rng([seed, 2])
         shares = np.array([model.probability for model in self.models])
         chosen = rng.choice(len(self.models), count, p=shares / shares.sum())
-        return [self.models[k].draw(rng, self.manipulator) for k in chosen]
+        return [self.models[k].draw(rng, self.manipulator, workshop) for k in chosen]
 
 
 def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
@@ -143,7 +153,10 @@ def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
 def posterior_of(choice: Choice) -> Posterior:
     """What the surviving models of a choice say."""
     recording = choice.fitted.model.predict.recording
-    models = [_model_posterior(survivor, survivor.fitted is choice.fitted) for survivor in choice.survivors]
+    models = [
+        _model_posterior(survivor, choice.doubts, named=survivor.fitted is choice.fitted)
+        for survivor in choice.survivors
+    ]
     return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models)
 
 
@@ -153,7 +166,7 @@ def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
     return Free(name, nominal, low, high, log=True)
 
 
-def _model_posterior(survivor: Survivor, named: bool) -> ModelPosterior:
+def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
     fitted = survivor.fitted
     model, nominal = fitted.model, fitted.model.predict.recording.manipulator
     values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
@@ -186,4 +199,5 @@ def _model_posterior(survivor: Survivor, named: bool) -> ModelPosterior:
             for k, free in frees.items()
         ],
         covariance=fitted.covariance[np.ix_(kept, kept)].tolist(),
+        parts=parts_posterior(fitted, doubts, kept),
     )
