@@ -161,7 +161,7 @@ def check(searched: Searched) -> Investigation:
     tested, choice = searched.tested, searched.choice
     doubted, calibrated = tested.doubted, choice.calibrated
     task, training = doubted.task, calibrated.model.predict.recording
-    fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts.level)
+    fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts)
     fresh = fresh.doubting(choice.fitted) if fresh else None
     rate = task.settings.naming_rate / max(len(doubted.aside), 1)
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from prb3r.diagnosis.checks.heldout import unseen
+from prb3r.diagnosis.checks.heldout import Unseen, unseen
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
@@ -25,6 +26,12 @@ RATE = Settings().naming_rate
 
 def fitted_to_the_others(recording: Recording) -> Fit:
     return fit_constants(predictor(recording.only(set(range(ASIDE)))))
+
+
+def aside(recording: Recording) -> Unseen:
+    """The sequence that was set aside, where all other readings are believed."""
+    others = recording.only(set(range(ASIDE)))
+    return unseen(recording, [ASIDE], Settings(), Doubts(np.ones(others.readings.count)))
 
 
 def with_changed(recording: Recording, step: int, disks: Sequence[int], by: float) -> Recording:
@@ -47,17 +54,17 @@ def clean() -> tuple[Recording, Fit]:
 @pytest.mark.parametrize("off", [7.0, 20.0, 300.0])
 def test_a_slip_of_the_eye_refutes_nothing_and_counts_for_no_error(clean, off):
     recording, fitted = clean
-    spoilt = unseen(with_changed(recording, 1, [3], off), [ASIDE], Settings())
+    spoilt = aside(with_changed(recording, 1, [3], off))
     (sequence,) = spoilt.judged(fitted)
     assert sequence.p > RATE
-    error = [one.judge(fitted, fitted).rmse_explained_m for one in (spoilt, unseen(recording, [ASIDE], Settings()))]
+    error = [one.judge(fitted, fitted).rmse_explained_m for one in (spoilt, aside(recording))]
     assert error[0] == pytest.approx(error[1], rel=0.05)
 
 
 def test_two_readings_in_the_tails_refute_nothing(clean):
     """Side by side they are no slips; by Gauss's law they would refute."""
     recording, fitted = clean
-    spoilt = unseen(with_changed(recording, 1, [3, 4], 5.5), [ASIDE], Settings())
+    spoilt = aside(with_changed(recording, 1, [3, 4], 5.5))
     (sequence,), count = spoilt.judged(fitted), spoilt.predict.recording.readings.count
     assert chi2.sf(count * sequence.error_sd**2, count) < RATE
     assert sequence.p > RATE
@@ -66,7 +73,7 @@ def test_two_readings_in_the_tails_refute_nothing(clean):
 def test_physics_that_is_missing_refutes():
     """A plate that is 30 % too soft moves all disks beyond it."""
     recording = recorded(Case(hidden=(tuple(WEAK.items()),)))
-    (sequence,) = unseen(recording, [ASIDE], Settings()).judged(fitted_to_the_others(recording))
+    (sequence,) = aside(recording).judged(fitted_to_the_others(recording))
     assert sequence.p < RATE / 1000
 
 
@@ -77,7 +84,7 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     library = hypotheses(Scope.of(recording, poor.model.predict.chain, poor.solved.states), frozenset())
     (weak,) = [one for one in library if one.kind == "weakened_plate" and dict(one.place)["plate"] == 4]
     good = fit(poor.model.adding(weak), np.append(poor.p, 0.0))
-    alone = unseen(recording, [ASIDE], Settings())
+    alone = aside(recording)
     (right,), (wrong,) = alone.judged(good), alone.judged(poor)
     assert right.p > 0.01
     (both,) = alone.judged_by(poor, [(0.6, poor), (0.3, good)], RATE)

@@ -1,7 +1,7 @@
 """Before and after on sequences, or recordings, that no fit has seen."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +10,12 @@ from scipy.stats import norm as normal
 
 from prb3r.diagnosis.checks.doubt import likeliest
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
-from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel
+from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
+from prb3r.diagnosis.fit.covariance import Noise, noise_of
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind, Recording
@@ -84,56 +86,78 @@ class JudgedSequence(NamedTuple):
     """Whether the model has no equilibrium at some of its steps."""
 
 
+class Foreseen(NamedTuple):
+    """Sequences that no fit has seen, as a fit foresees them."""
+
+    solved: Solution
+    """States and readings of a rig whose parts are as drawn."""
+    readings: np.ndarray
+    """(r,) expected of the rig as it was made, as far as its other sequences tell."""
+    noise: Noise
+    """Covariance of what is read less what is expected: of the readings, the fitted parameters and the parts."""
+
+
 @dataclass(frozen=True, eq=False)
 class Unseen:
     """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted."""
 
     predict: Predictor
     settings: Settings
+    known: Doubts
+    """What of the fitted sequences is not believed, and the level of the noise as they tell it."""
     doubted: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
-    level: NoiseLevel = AS_STATED
-    """Of the reading noise, as the fitted sequences tell it."""
+    foreseen: dict[Fit, Foreseen] = field(default_factory=dict, repr=False)
+    """By fit, what was computed already."""
 
-    def solved(self, fitted: Fit) -> Solution:
-        """States and readings that `fitted` predicts."""
-        return self.predict.solve(fitted.constants, fitted.effects)
+    def foresee(self, fitted: Fit) -> Foreseen:
+        """What `fitted` says of these sequences."""
+        if fitted not in self.foreseen:
+            self.foreseen[fitted] = self._foresee(fitted)
+        return self.foreseen[fitted]
 
-    def noise(self, fitted: Fit) -> Noise:
-        """Covariance of what is read less what is predicted: of the readings, and of the fitted parameters.
+    def _foresee(self, fitted: Fit) -> Foreseen:
+        """Readings that are missed grossly and alone are weighed down, as among those that were fitted."""
+        solved, recording = self.predict.solve(fitted.constants, fitted.effects), self.predict.recording
+        parts = tolerances(self.predict, solved)
+        felt = parts.sd > 0
+        mean, covariance = rig_as_made(fitted, self.known).among(
+            [n for n, k in zip(parts.names, felt, strict=True) if k]
+        )
+        moved = parts.moved[:, felt]
+        variance, axes = np.linalg.eigh(covariance)
+        both = np.hstack([replace(fitted.model, predict=self.predict).moved(fitted.p, solved), moved])
+        uncertain = both @ (axes * np.sqrt(np.maximum(variance, 0.0)))
+        sensitivity, expected = tension_response(self.predict, solved), solved.readings + moved @ mean
 
-        Readings that are missed grossly and alone are weighed down, as among those that were fitted.
-        """
-        model = replace(fitted.model, predict=self.predict)
-        solved = self.solved(fitted)
-        variance, axes = np.linalg.eigh(fitted.covariance)
-        uncertain = model.moved(fitted.p, solved) @ (axes * np.sqrt(np.maximum(variance, 0.0)))
-        inflation = outlier_inflation(self.predict, solved.readings, self.settings, self.level.scale)
-        doubts = Doubts(inflation, self.doubted, self.level)
-        noise = doubts.noise(self.predict, solved, self.settings, uncertain)
-        white = noise.whiten(np.nan_to_num(self.predict.misfit(solved.readings)))
-        lone = lone_inflation(self.predict.recording, white, inflation, self.settings)
-        if np.array_equal(lone > 1, inflation > 1):
-            return noise
-        return replace(doubts, inflation=lone).noise(self.predict, solved, self.settings, uncertain)
+        def under(inflation: np.ndarray) -> Noise:
+            doubts = Doubts(inflation, self.doubted, self.known.level)
+            inflated = doubts.inflated(recording, self.settings)
+            return noise_of(recording, sensitivity, inflated, doubts.level, uncertain)
+
+        inflation = outlier_inflation(self.predict, expected, self.settings, self.known.level.scale)
+        noise = under(inflation)
+        white = noise.whiten(np.nan_to_num(self.predict.misfit(expected)))
+        lone = lone_inflation(recording, white, inflation, self.settings)
+        return Foreseen(solved, expected, noise if np.array_equal(lone > 1, inflation > 1) else under(lone))
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
         """Errors of two models on these sequences, under the noise that the second one finds."""
-        before, after = self.solved(calibrated), self.solved(explained)
-        return compared(self.predict, self.noise(explained), before.readings, after.readings)
+        before, after = self.foresee(calibrated), self.foresee(explained)
+        return compared(self.predict, after.noise, before.readings, after.readings)
 
     def log_score(self, fitted: Fit) -> float | None:
         """Mean log density of the whitened readings, up to a constant; None where a step has no equilibrium."""
-        misfit = self.predict.misfit(self.solved(fitted).readings)
+        _, readings, noise = self.foresee(fitted)
+        misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
             return None
-        noise = self.noise(fitted)
         return float(np.mean(-(noise.whiten(misfit) ** 2) / 2)) - float(np.mean(np.log(noise.total_sd / noise.sd)))
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
         """Every sequence, as `fitted` predicts it."""
-        recording, readings = self.predict.recording, self.solved(fitted).readings
-        white = self.noise(fitted).whiten(np.nan_to_num(self.predict.misfit(readings)))
+        recording, (_, readings, noise) = self.predict.recording, self.foresee(fitted)
+        white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
         for k, name in enumerate(recording.sequences):
             own = of_reading == k
@@ -159,8 +183,8 @@ class Unseen:
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
-        solved, recording = self.solved(fitted), self.predict.recording
-        noise, misfit = self.noise(fitted), self.predict.misfit(solved.readings)
+        recording, (solved, readings, noise) = self.predict.recording, self.foresee(fitted)
+        misfit = self.predict.misfit(readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):
             return self
@@ -170,17 +194,15 @@ class Unseen:
         if z[worst] <= normal.isf(self.settings.alarm_rate / 2 / len(z)):
             return self
         weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
-        doubting = replace(self, doubted=(*self.doubted, weight))
-        rest = doubting.noise(fitted).whiten(misfit)
+        doubting = replace(self, doubted=(*self.doubted, weight), foreseen={})
+        rest = doubting.foresee(fitted).noise.whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
         return doubting if rest @ rest <= chi2_law.isf(self.settings.naming_rate, others) else self
 
 
-def unseen(
-    recording: Recording, aside: Sequence[int], settings: Settings, level: NoiseLevel = AS_STATED
-) -> Unseen | None:
-    """The sequences that were set aside, if any were, under the noise of the others."""
-    return Unseen(predictor(recording.only(aside)), settings, level=level) if aside else None
+def unseen(recording: Recording, aside: Sequence[int], settings: Settings, known: Doubts) -> Unseen | None:
+    """The sequences that were set aside, if any were, under what is `known` of the noise of the others."""
+    return Unseen(predictor(recording.only(aside)), settings, known) if aside else None
 
 
 def noise_under(

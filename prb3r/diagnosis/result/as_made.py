@@ -1,25 +1,16 @@
-r"""How the parts of a recorded rig came out of the workshop, as far as its readings tell.
+"""The parts of a recorded rig in files, and its chain with them: what it is under other loads.
 
-The covariance of the readings holds the tolerances of the parts as :math:`G G^T`, `G` the change of the readings by one
-standard deviation of each.  With `G`, the residuals `r` and the derivatives `J` of the residuals by the parameters `u`
-whitened by all of it, the tolerances `t` in units of their standard deviations are normal given the readings:
-
-.. math::
-
-    t = G^T r - G^T J (\hat u - u) + (1 - G^T G)^{1/2} z
-
-and what is free beside `u`, the frame of the camera, is averaged over.  On the same rig under other loads this is what
-its parts are; another rig is made anew.
+Another rig is made anew.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.tolerance import mechanical_tolerances, mechanical_tolerances_of, tolerances
+from prb3r.diagnosis.fit.tolerance import mechanical_tolerances, mechanical_tolerances_of
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.chain import Chain
 from prb3r.model.manipulator import Manipulator, Strict
@@ -60,36 +51,29 @@ class PartsPosterior(Strict):
 def parts_posterior(fitted: Fit, doubts: Doubts, kept: Sequence[int]) -> PartsPosterior | None:
     """What a fit tells of the rig's parts; None where they are exactly known.
 
-    The covariance is made anew around the fit: along what parameters and tolerances do alike, readings are told to a
-    thousandth of what the tolerances scatter them, and so closely the covariance has to hold these tolerances.
-
     Parameters
     ----------
     doubts : what of the recording is not believed, and the level of its noise.
     kept : the parameters that are told of; the others are averaged over.
     """
-    predict, solved = fitted.model.predict, fitted.solved
-    acting = mechanical_tolerances_of(predict, solved)
-    felt = [k for k, tolerance in enumerate(acting) if tolerance.sd > 0]
+    acting = {tolerance.name for tolerance in mechanical_tolerances_of(fitted.model.predict, fitted.solved)}
+    known, count = rig_as_made(fitted, doubts), len(fitted.p)
+    felt = [k for k, name in enumerate(known.names) if name in acting]
     if not felt:
         return None
-    model = replace(fitted.model, noise=doubts.noise(predict, solved, fitted.model.settings))
-    residual = model.noise.whiten(predict.misfit(model.readings(solved)))
-    moved = model.noise.whiten(tolerances(predict, solved).moved[:, felt])
-    together = -moved.T @ model.noise.whiten(model.moved(fitted.p, solved))  # (t, p): G^T J
-    covariance = fitted.covariance
-    mixed = together @ covariance[:, list(kept)]
-    slope = np.linalg.solve(covariance[np.ix_(kept, kept)], mixed.T).T if len(kept) else mixed
-    left = np.eye(len(felt)) - moved.T @ moved + together @ covariance @ together.T - slope @ mixed.T
-    variance, axes = np.linalg.eigh((left + left.T) / 2)
-    told = variance < 1 - TOLD_VARIANCE
+    told, rows = np.ix_(kept, kept), [count + k for k in felt]
+    mixed = known.covariance[np.ix_(rows, kept)]
+    slope = np.linalg.solve(known.covariance[told], mixed.T).T if len(kept) else mixed
+    left = known.covariance[np.ix_(rows, rows)] - slope @ mixed.T
+    variance, axes = np.linalg.eigh(left)
+    shrunk = variance < 1 - TOLD_VARIANCE
     return PartsPosterior(
-        names=[acting[k].name for k in felt],
-        sd=[acting[k].sd for k in felt],
-        mean=_short(moved.T @ residual),
+        names=[known.names[k] for k in felt],
+        sd=known.sd[felt].tolist(),
+        mean=_short(known.mean[felt]),
         slope=_short(slope),
-        axes=_short(axes[:, told]),
-        shrink=_short(1 - np.sqrt(np.clip(variance[told], 0.0, 1.0))),
+        axes=_short(axes[:, shrunk]),
+        shrink=_short(1 - np.sqrt(np.clip(variance[shrunk], 0.0, 1.0))),
     )
 
 

@@ -119,7 +119,7 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
     if best is not None and names(best, calibrated):
         explained = best
         claims = (_claim(best.model.hypotheses[0], best),)
-    fresh = unseen(task.recording, begun.aside, asked.settings)
+    fresh = unseen(task.recording, begun.aside, asked.settings, begun.doubts)
     held = fresh.judge(calibrated, explained) if fresh else None
     return Verdict(
         task.case,
