@@ -1,6 +1,9 @@
-r"""Cosine and sine of one angle together, in line: most angles of a plate are small."""
+r"""Cosine and sine of one angle together, angles of vectors and exponentials, in line: in a plate most are small.
 
-from math import atan2, cos, sin
+Polynomials are summed by halves (Estrin): a processor works on several terms at a time.
+"""
+
+from math import atan2, cos, exp, sin
 
 from prb3r.mechanics.kernel import kernel
 
@@ -11,19 +14,16 @@ def cos_sin(angle):
     if abs(angle) > 0.78:
         return cos(angle), sin(angle)
     z = angle * angle
-    s = 1.58962301576546568060e-10
-    s = s * z - 2.50507477628578072866e-8
-    s = s * z + 2.75573136213857245213e-6
-    s = s * z - 1.98412698295895385996e-4
-    s = s * z + 8.33333333332211858878e-3
-    s = s * z - 1.66666666666666307295e-1
-    c = -1.13585365213876817300e-11
-    c = c * z + 2.08757008419747316778e-9
-    c = c * z - 2.75573141792967388112e-7
-    c = c * z + 2.48015872888517045348e-5
-    c = c * z - 1.38888888888730564116e-3
-    c = c * z + 4.16666666666665929218e-2
-    return 1.0 - 0.5 * z + z * z * c, angle + angle * z * s
+    w = z * z
+    s = (-1.66666666666666307295e-1 + 8.33333333332211858878e-3 * z) + w * (
+        (-1.98412698295895385996e-4 + 2.75573136213857245213e-6 * z)
+        + w * (-2.50507477628578072866e-8 + 1.58962301576546568060e-10 * z)
+    )
+    c = (4.16666666666665929218e-2 - 1.38888888888730564116e-3 * z) + w * (
+        (2.48015872888517045348e-5 - 2.75573141792967388112e-7 * z)
+        + w * (2.08757008419747316778e-9 - 1.13585365213876817300e-11 * z)
+    )
+    return 1.0 - 0.5 * z + w * c, angle + angle * z * s
 
 
 @kernel
@@ -33,14 +33,22 @@ def direction_of(x, y):
         return atan2(y, x)
     t = y / x
     z = t * t
-    p = -8.750608600031904122785e-1
-    p = p * z - 1.615753718733365076637e1
-    p = p * z - 7.500855792314704667340e1
-    p = p * z - 1.228866684490136173410e2
-    p = p * z - 6.485021904942025371773e1
-    q = z + 2.485846490142306297962e1
-    q = q * z + 1.650270098316988542046e2
-    q = q * z + 4.328810604912902668951e2
-    q = q * z + 4.853903996359136964868e2
-    q = q * z + 1.945506571482613964425e2
+    w = z * z
+    p = (-6.485021904942025371773e1 - 1.228866684490136173410e2 * z) + w * (
+        (-7.500855792314704667340e1 - 1.615753718733365076637e1 * z) - 8.750608600031904122785e-1 * w
+    )
+    q = (1.945506571482613964425e2 + 4.853903996359136964868e2 * z) + w * (
+        (4.328810604912902668951e2 + 1.650270098316988542046e2 * z) + w * (2.485846490142306297962e1 + z)
+    )
     return t + t * z * p / q
+
+
+@kernel
+def exponential(x):
+    """e to the power of `x`, to the last digits: where it is small its series to the eleventh power."""
+    if abs(x) > 0.25:
+        return exp(x)
+    z = x * x
+    w = z * z
+    tail = (1 / 2 + x / 6) + z * (1 / 24 + x / 120) + w * ((1 / 720 + x / 5040) + z * (1 / 40320 + x / 362880))
+    return 1.0 + (x + z * (tail + w * w * (1 / 3628800 + x / 39916800)))

@@ -14,13 +14,13 @@ scalar.
 from math import copysign, inf
 
 from prb3r.mechanics.angle import cos_sin
-from prb3r.mechanics.cable import pull_cables
+from prb3r.mechanics.cable import linearise_pull, pull_cables
 from prb3r.mechanics.kernel import kernel
 
 
 @kernel
 def place_plate(model, plate):
-    """Nodes and distal end of a plate for its node angles `q`, with derivatives (Eq. 3, 4) where there is room."""
+    """Nodes and distal end of a plate for its node angles `q` (Eq. 3, 4)."""
     arc, clamp = plate.arc, plate.clamp
     n, links = plate.q.shape[0], plate.link.shape[1]
     bend, end_x, end_y = 0.0, clamp, 0.0
@@ -43,18 +43,18 @@ def place_plate(model, plate):
     plate.bend = bend
     along, across = clamp * plate.axis[0], clamp * plate.axis[1]
     plate.end[0], plate.end[1] = end_x + along, end_y + across
+
+
+@kernel
+def linearise_shape(model, plate):
+    """Derivatives by the node angles of the distal end of a plate that has been placed."""
+    along, across = plate.clamp * plate.axis[0], plate.clamp * plate.axis[1]
     for p in range(plate.dend.shape[1]):
         dx, dy = -across, along
-        for k in range(n):
-            plate.dnode[0, k, p] = 0.0
-            plate.dnode[1, k, p] = 0.0
-        for j in range(links):
-            ux, uy = -model.turn[j, p] * plate.link[1, j], model.turn[j, p] * plate.link[0, j]
-            dx += model.end[j] * ux
-            dy += model.end[j] * uy
-            for k in range(n):
-                plate.dnode[0, k, p] += model.reach[k, j] * ux
-                plate.dnode[1, k, p] += model.reach[k, j] * uy
+        for j in range(plate.link.shape[1]):
+            share = model.end[j] * model.turn[j, p]
+            dx -= share * plate.link[1, j]
+            dy += share * plate.link[0, j]
         plate.dend[0, p], plate.dend[1, p] = dx, dy
 
 
@@ -102,8 +102,8 @@ def contact(plate):
 
 
 @kernel
-def balance_plate(model, plate, span, cable):
-    """Residual and, where there is room, tangent of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
+def unbalance_plate(model, plate, span, cable):
+    """Residual of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
 
     `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.  A plate
     whose shape is held (see `derivatives/partials.py`) has been placed.
@@ -111,12 +111,10 @@ def balance_plate(model, plate, span, cable):
     if plate.tangent.shape[1] > 0:  # known when compiled
         place_plate(model, plate)
     pull_cables(model, plate, span, cable)
-    n = plate.q.shape[0]
     fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-    beside, help = contact(plate)
-    moment = plate.wrench[2] + plate.load[2] + plate.extra - beside
+    moment = plate.wrench[2] + plate.load[2] + plate.extra - contact(plate)[0]
     largest = 0.0
-    for k in range(n):
+    for k in range(plate.q.shape[0]):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
         elastic, slope = plate.q[k] - plate.rest[k], 1.0
         if not model.linear:
@@ -126,18 +124,38 @@ def balance_plate(model, plate, span, cable):
                 slipping, follows = slipping_law(model, plate, k, angle)
                 elastic = (1.0 - model.share) * elastic + slipping
                 slope = (1.0 - model.share) * slope + follows
+        plate.slope[k] = slope
         residual = model.stiff * stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness
         if not error <= largest:  # NaN too
             largest = error
-        for p in range(plate.tangent.shape[1]):
-            plate.tangent[k, p] = (
-                (plate.dnode[0, k, p] * fy - plate.dnode[1, k, p] * fx)
-                + (x * plate.dwrench[1, p] - y * plate.dwrench[0, p])
-                - plate.dwrench[2, p]
-                + help
-            )
-        if plate.tangent.shape[1] > 0:
-            plate.tangent[k, k] += model.stiff * stiffness * slope
+    return largest
+
+
+@kernel
+def linearise_plate(model, plate, span):
+    """Tangent of one plate whose residual is known, and the derivatives of its end and of its cables by its angles."""
+    n, links = plate.q.shape[0], plate.link.shape[1]
+    linearise_shape(model, plate)
+    linearise_pull(model, plate, span)
+    fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
+    help = contact(plate)[1]
+    for k in range(n):
+        x, y = plate.node[0, k], plate.node[1, k]
+        for p in range(n):
+            plate.tangent[k, p] = (x * plate.dwrench[1, p] - y * plate.dwrench[0, p]) - plate.dwrench[2, p] + help
+        for j in range(links):  # the node moves at right angles to links that turn
+            moved = model.reach[k, j] * (plate.link[0, j] * fx + plate.link[1, j] * fy)
+            for p in range(n):
+                plate.tangent[k, p] -= moved * model.turn[j, p]
+        plate.tangent[k, k] += model.stiff * plate.stiffness[k] * plate.slope[k]
+
+
+@kernel
+def balance_plate(model, plate, span, cable):
+    """Residual and, where there is room, tangent of one plate; returns what `unbalance_plate` returns."""
+    largest = unbalance_plate(model, plate, span, cable)
+    if plate.tangent.shape[1] > 0:
+        linearise_plate(model, plate, span)
     return largest

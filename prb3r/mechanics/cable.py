@@ -14,9 +14,9 @@ The slip is declared, or it follows from the cable's own travel: when the length
 presliding length, the hole has gone from rest to full slip toward the base.
 """
 
-from math import copysign, exp, sqrt, tanh
+from math import copysign, sqrt, tanh
 
-from prb3r.mechanics.angle import direction_of
+from prb3r.mechanics.angle import direction_of, exponential
 from prb3r.mechanics.kernel import kernel
 
 LEAN = 0.005
@@ -25,29 +25,34 @@ LEAN = 0.005
 
 @kernel
 def measure_span(model, plate, out):
-    """Direction and length of one cable across a plate, and their derivatives.
+    """Direction and length of one cable across a plate, and where its ends are.
 
-    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.  Returns
-    the unit vector from the proximal to the distal hole, the offset and its derivative by the plate's bend.
+    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.
     """
     c, s = plate.axis[0], plate.axis[1]
-    offset, doffset = out.offset, 0.0
+    offset, out.moved = out.offset, 0.0
     if model.clearance != 0.0:
         lean = tanh(plate.bend / LEAN)
         offset += model.clearance * lean
-        doffset = model.clearance * (1.0 - lean * lean) / LEAN
+        out.moved = model.clearance * (1.0 - lean * lean) / LEAN
     x, y = plate.end[0] - offset * s, plate.end[1] + offset * c - offset  # Q - H
     length = sqrt(x * x + y * y)
     per_length = 1.0 / length
-    ux, uy = x * per_length, y * per_length
-    out.length = length
+    out.along[0], out.along[1] = x * per_length, y * per_length
+    out.length, out.hole = length, offset
     if out.rubs:
         out.direction = direction_of(x, y)
+
+
+@kernel
+def linearise_span(plate, out):
+    """Derivatives by the node angles of the direction and the length of a cable that has been measured."""
+    c, s, ux, uy = plate.axis[0], plate.axis[1], out.along[0], out.along[1]
+    per_length = 1.0 / out.length
+    turned_x, turned_y = out.hole * c + out.moved * s, out.hole * s - out.moved * (c - 1.0)
     for p in range(plate.dend.shape[1]):
-        dx = plate.dend[0, p] - offset * c - doffset * s
-        dy = plate.dend[1, p] - offset * s + doffset * (c - 1.0)
+        dx, dy = plate.dend[0, p] - turned_x, plate.dend[1, p] - turned_y
         out.ddirection[p], out.dlength[p] = (ux * dy - uy * dx) * per_length, ux * dx + uy * dy
-    return ux, uy, offset, doffset
 
 
 @kernel
@@ -79,37 +84,50 @@ def rub(model, out, cable):
 
 @kernel
 def pull_cables(model, plate, span, cable):
-    """Wrench of all cables across one plate on its distal part, and its derivatives by the plate's node angles.
+    """Wrench of all cables across one plate on its distal part.
 
     `cable` (m,): tension, approach and slip as each enters the holes of the proximal disk.  Reads the distal end from
     `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing but where travel is followed.
     """
-    derivatives = plate.dwrench.shape[1]
-    for d in range(3):
-        plate.wrench[d] = 0.0
-        for p in range(derivatives):
-            plate.dwrench[d, p] = 0.0
+    x, y, moment = 0.0, 0.0, 0.0
     for j in range(len(span)):
         out = span[j]
         out.tension, out.passes = 0.0, 1.0
         pull = cable[j].tension
         if not out.present or (pull == 0.0 and model.presliding == 0.0):
             continue
-        ux, uy, offset, doffset = measure_span(model, plate, out)
+        measure_span(model, plate, out)
         if pull == 0.0:
             continue
         out.rate = out.rate_in = out.wrap = 0.0
         if out.friction != 0.0:
             rub(model, out, cable[j])
-            pull *= exp(cable[j].slip * out.wrap)
-        fx, fy = -ux * pull, -uy * pull
+            pull *= exponential(cable[j].slip * out.wrap)
+        fx, fy = -out.along[0] * pull, -out.along[1] * pull
         out.tension = pull
-        out.wrench[0], out.wrench[1], out.wrench[2] = fx, fy, -offset * fx
-        for d in range(3):
-            plate.wrench[d] += out.wrench[d]
+        out.wrench[0], out.wrench[1], out.wrench[2] = fx, fy, -out.hole * fx
+        x, y, moment = x + fx, y + fy, moment - out.hole * fx
+    plate.wrench[0], plate.wrench[1], plate.wrench[2] = x, y, moment
+
+
+@kernel
+def linearise_pull(model, plate, span):
+    """Derivatives by the node angles of the wrench of all cables, as they have been pulled, in `plate`."""
+    derivatives = plate.dwrench.shape[1]
+    for d in range(3):
+        for p in range(derivatives):
+            plate.dwrench[d, p] = 0.0
+    for j in range(len(span)):
+        out = span[j]
+        if not out.present or (out.tension == 0.0 and model.presliding == 0.0):
+            continue
+        linearise_span(plate, out)
+        if out.tension == 0.0:
+            continue
+        fx, fy = out.wrench[0], out.wrench[1]
         for p in range(derivatives):
             dfx = out.ddirection[p] * (out.rate * fx - fy)
             dfy = out.ddirection[p] * (out.rate * fy + fx)
             plate.dwrench[0, p] += dfx
             plate.dwrench[1, p] += dfy
-            plate.dwrench[2, p] -= offset * dfx + doffset * fx
+            plate.dwrench[2, p] -= out.hole * dfx + out.moved * fx

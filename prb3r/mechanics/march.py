@@ -6,12 +6,13 @@ for dead loads and for friction that follows the cables' travel.
 
 from math import exp
 
-from prb3r.mechanics.angle import cos_sin
-from prb3r.mechanics.balance import balance_plate
+from prb3r.mechanics.balance import linearise_plate, unbalance_plate
 from prb3r.mechanics.kernel import kernel
 
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
+AS_FORETOLD = 1e-12
+"""The same of a plate that is solved before its first Newton step; such steps leave much less than `TOLERANCE`."""
 MAX_ITERATIONS = 60
 """Evaluations of a plate, or of the chain, after which a solve is given up."""
 CYCLING = 12
@@ -34,6 +35,7 @@ def correct_plate(plate):
                     a[k, c], a[r, c] = a[r, c], a[k, c]
                 b[k], b[r] = b[r], b[k]
         inverse = 1.0 / a[k, k]
+        a[k, k] = inverse
         for r in range(k + 1, n):
             factor = a[r, k] * inverse
             for c in range(k + 1, n):
@@ -43,7 +45,7 @@ def correct_plate(plate):
         value = b[k]
         for r in range(k + 1, n):
             value -= a[k, r] * b[r]
-        b[k] = value / a[k, k]
+        b[k] = value * a[k, k]
 
 
 @kernel
@@ -65,7 +67,8 @@ def next_frame(model, plate, after):
     after.frame[0] = plate.frame[0] + c * x - s * y
     after.frame[1] = plate.frame[1] + s * x + c * y
     after.frame[2] = plate.frame[2] + plate.bend
-    after.frame[3], after.frame[4] = cos_sin(after.frame[2])
+    after.frame[3] = c * plate.axis[0] - s * plate.axis[1]
+    after.frame[4] = s * plate.axis[0] + c * plate.axis[1]
 
 
 @kernel
@@ -78,39 +81,82 @@ def depart(plate, span, cable):
 
 
 @kernel
+def foretell(ahead, known):
+    """Take into `ahead` by how much the change of a plate's angles has been missed; returns the differences known.
+
+    From plate to plate the changes of the angles in a step of the load are nearly a polynomial: rows 0 to 2 hold the
+    change of the last plate and its first two differences, whose sum foretells the next; row 3 holds what was missed.
+    Where the last change alone would have done as well (another segment begins), they are gathered anew.
+    """
+    missed, without = 0.0, 0.0
+    for k in range(ahead.shape[1]):
+        missed += abs(ahead[3, k])
+        without += abs(ahead[3, k] + ahead[1, k] + ahead[2, k])
+    anew = known > 1 and missed > 0.5 * without
+    for k in range(ahead.shape[1]):
+        if anew:
+            ahead[0, k] += ahead[1, k] + ahead[2, k] + ahead[3, k]
+            ahead[1, k] = ahead[2, k] = 0.0
+            continue
+        if known > 1:
+            ahead[2, k] += ahead[3, k]
+            ahead[1, k] += ahead[2, k]
+        elif known == 1:
+            ahead[1, k] = ahead[3, k]
+        ahead[0, k] += ahead[1, k] if known > 0 else ahead[3, k]
+    return 1 if anew else known + 1
+
+
+@kernel
+def solve_plate(model, plate, span, cable, ahead):
+    """Newton's method on one plate from where it is; returns the steps taken or `FAILED`.
+
+    Adds to row 3 of `ahead` by how much the node angles change; row 4 is working space.
+    """
+    n, last, share = plate.q.shape[0], 0.0, 1.0
+    for step in range(MAX_ITERATIONS):
+        error = unbalance_plate(model, plate, span, cable)
+        if error <= (TOLERANCE if step > 0 else AS_FORETOLD):
+            return step
+        if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
+            share /= 2  # back by half of what was gone
+            for k in range(n):
+                plate.q[k] -= share * ahead[4, k]
+                ahead[3, k] -= share * ahead[4, k]
+            continue
+        linearise_plate(model, plate, span)
+        correct_plate(plate)
+        last, share = error, 1.0
+        for k in range(n):
+            ahead[4, k] = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
+            plate.q[k] += ahead[4, k]
+            ahead[3, k] += ahead[4, k]
+    return FAILED
+
+
+@kernel
 def march(packed, tension, slip, work):
     """Solve plate after plate without dead loads, starting from the present node angles.
 
     Returns the largest number of Newton steps a plate took, or `FAILED`.
     """
-    model, plates, spans, cable = packed.model[0], packed.plate, packed.span, packed.cable
-    n, way = work.block.shape[0], work.block[:, 0]  # the last step, to go back by
+    model, plates, spans, cable, ahead = packed.model[0], packed.plate, packed.span, packed.cable, work.ahead
     at_base(tension, slip, cable)
-    most = 0
+    for d in range(3):
+        for k in range(ahead.shape[1]):
+            ahead[d, k] = 0.0
+    most, known = 0, 0
     for i in range(len(spans)):
         plate, after, span = plates[i], plates[i + 1], spans[i]
         plate.load[0], plate.load[1], plate.load[2] = 0.0, 0.0, 0.0
-        steps, last, share = FAILED, 0.0, 1.0
-        for step in range(MAX_ITERATIONS):
-            error = balance_plate(model, plate, span, cable)
-            if error <= TOLERANCE:
-                steps = step
-                break
-            if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
-                share /= 2  # back by half of what was gone
-                for k in range(n):
-                    plate.q[k] -= share * way[k]
-                    after.q[k] -= share * way[k]
-                continue
-            correct_plate(plate)
-            last, share = error, 1.0
-            for k in range(n):
-                way[k] = min(max(-plate.residual[k], -MAX_STEP), MAX_STEP)
-                plate.q[k] += way[k]
-                after.q[k] += way[k]  # the next plate will change much alike
+        for k in range(plate.q.shape[0]):
+            plate.q[k] += ahead[0, k] + ahead[1, k] + ahead[2, k]
+            ahead[3, k] = 0.0
+        steps = solve_plate(model, plate, span, cable, ahead)
         if steps == FAILED:
             work.spent[0] += MAX_ITERATIONS
             return FAILED
+        known = foretell(ahead, known)
         work.spent[0] += steps + 1
         most = max(most, steps)
         depart(plate, span, cable)

@@ -44,10 +44,10 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("residual", float, (n,)),  # unbalanced moment at each node
         ("tangent", float, (n, by)),  # its derivative by q
         ("node", float, (2, n)),  # positions
-        ("dnode", float, (2, n, by)),  # their derivatives, last index that of q
+        ("slope", float, (n,)),  # derivative of the elastic moment by the node angle, of that of a linear plate
         ("link", float, (2, links)),
         ("end", float, (2,)),  # distal disk's proximal face
-        ("dend", float, (2, by)),
+        ("dend", float, (2, by)),  # its derivatives by q
         ("bend", float),  # angle of the distal disk to the proximal one
         ("axis", float, (2,)),  # its cosine and sine
         ("wrench", float, (3,)),  # force and moment (about the frame's origin) of the cables on the distal part
@@ -67,6 +67,9 @@ def span_fields(by: int) -> list[tuple]:
         ("present", bool),
         ("rubs", bool),  # whether its direction matters: friction at the hole before or behind it
         ("offset", float),
+        ("hole", float),  # offset of the cable in its holes
+        ("moved", float),  # its derivative by the plate's bend
+        ("along", float, (2,)),  # unit vector from the proximal to the distal hole
         ("friction", float),  # coefficient of the hole in the proximal disk
         ("direction", float),
         ("ddirection", float, (by,)),

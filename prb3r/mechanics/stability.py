@@ -9,7 +9,7 @@ from math import acos, cos, pi, sqrt
 
 import numpy as np
 
-from prb3r.mechanics.balance import contact
+from prb3r.mechanics.balance import contact, linearise_plate
 from prb3r.mechanics.kernel import kernel
 
 CLOSED_FORM_ROWS = 3
@@ -49,10 +49,14 @@ def lowest_of_block(a):
 
 @kernel
 def write_lowest(packed, s, path):
-    """Lowest eigenvalue of all plates' own blocks, N m/rad, that of the chain when no dead loads act; or the blocks."""
+    """Lowest eigenvalue of all plates' own blocks, N m/rad, that of the chain when no dead loads act; or the blocks.
+
+    The plates are in balance; their tangents are taken anew.
+    """
     lowest = np.inf
     for i in range(len(packed.span)):
         tangent = packed.plate[i].tangent
+        linearise_plate(packed.model[0], packed.plate[i], packed.span[i])
         if len(path.block) == 0:
             lowest = min(lowest, lowest_of_block(tangent))
         else:

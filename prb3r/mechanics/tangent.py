@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from prb3r.mechanics.balance import balance_plate, place_plate
-from prb3r.mechanics.cable import measure_span
+from prb3r.mechanics.balance import balance_plate, linearise_shape, place_plate
+from prb3r.mechanics.cable import linearise_span, measure_span
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.march import at_base, depart, next_frame
@@ -49,10 +49,12 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
     for i in range(plates):
         plate, after = packed.plate[i], packed.plate[i + 1]
         place_plate(model, plate)
+        linearise_shape(model, plate)
         for j in range(len(cable)):
             packed.span[i, j].tension = packed.span[i, j].rate = 0.0
             if packed.span[i, j].present and model.presliding != 0.0:
                 measure_span(model, plate, packed.span[i, j])
+                linearise_span(plate, packed.span[i, j])
                 cable[j].length += packed.span[i, j].length
         transmit(model, plate, packed.span[i], modes[i], variation)
         next_frame(model, plate, after)

@@ -48,6 +48,8 @@ class Scratch(NamedTuple):
     """(plates,) angle of every disk after the first Newton step of a solve, rad."""
     spent: np.ndarray
     """(1,) work done since a sequence began, in evaluations of a plate."""
+    ahead: np.ndarray
+    """(5, n) how node angles will change from plate to plate, see `march.py`, and room for a Newton step, rad."""
 
 
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
@@ -65,6 +67,7 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
         sign=np.ones(1),
         foreseen=np.zeros(plates),
         spent=np.zeros(1, np.int64),
+        ahead=np.zeros((5, n)),
     )
 
 
