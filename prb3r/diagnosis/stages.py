@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
-from prb3r.diagnosis.checks.heldout import set_aside, unseen
+from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
+from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import RUBBING, UNEXPLAINED, YIELDING, Case, diagnosed, investigated, recorded
 
-from prb3r.diagnosis.checks.heldout import set_aside
+from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.evidence.model_evidence import plausible
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings

@@ -17,7 +17,6 @@ from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
-from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind, Recording
 
 
@@ -48,32 +47,6 @@ class HeldOut:
         return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
 
 
-def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
-    """Numbers of the sequences that are set aside: `held_out_share` of them, one of three at least, of fewer none.
-
-    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
-    every pair of cables pulled together.
-    """
-    count = int(of_sequence.max()) + 1
-    if count < 3:
-        return ()
-    pulled = loads.tension > 0
-    hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))
-    way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0), hard], 1)
-    pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
-    used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
-    order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
-    for least in (2, 1, 0):
-        chosen: list[int] = []
-        for k in order:
-            rest = np.delete(used, [*chosen, k], axis=0)
-            if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
-                chosen.append(int(k))
-        if chosen:
-            break
-    return tuple(sorted(chosen))
-
-
 class JudgedSequence(NamedTuple):
     """A sequence that no fit has seen, as a model predicts it."""
 
@@ -87,19 +60,21 @@ class JudgedSequence(NamedTuple):
 
 
 class Foreseen(NamedTuple):
-    """Sequences that no fit has seen, as a fit foresees them."""
+    """Sequences that no fit has seen, as a fit foresees them on the rig as it was made."""
 
-    solved: Solution
-    """States and readings of a rig whose parts are as drawn."""
     readings: np.ndarray
-    """(r,) expected of the rig as it was made, as far as its other sequences tell."""
+    """(r,) expected where the parts are as the other sequences tell them."""
     noise: Noise
     """Covariance of what is read less what is expected: of the readings, the fitted parameters and the parts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted."""
+    """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted.
+
+    Errors that are told are those of the files, whose parts are as drawn; chances and scores are of the rig as it was
+    made, as far as the sequences that were fitted tell it.
+    """
 
     predict: Predictor
     settings: Settings
@@ -110,25 +85,34 @@ class Unseen:
     foreseen: dict[Fit, Foreseen] = field(default_factory=dict, repr=False)
     """By fit, what was computed already."""
 
+    def solved(self, fitted: Fit) -> Solution:
+        """States and readings that `fitted` predicts."""
+        return self.predict.solve(fitted.constants, fitted.effects)
+
+    def noise(self, fitted: Fit) -> Noise:
+        """Covariance of what is read less what `fitted` predicts: of readings, parameters and parts as drawn."""
+        solved = self.solved(fitted)
+        uncertain = replace(fitted.model, predict=self.predict).moved(fitted.p, solved) @ root_of(fitted.covariance)
+        parts = tolerances(self.predict, solved).moved
+        return self._covariance(solved, solved.readings, np.hstack([parts, uncertain]))
+
     def foresee(self, fitted: Fit) -> Foreseen:
-        """What `fitted` says of these sequences."""
+        """What `fitted` says of these sequences, with the parts as the others tell them."""
         if fitted not in self.foreseen:
-            self.foreseen[fitted] = self._foresee(fitted)
+            solved = self.solved(fitted)
+            parts = tolerances(self.predict, solved)
+            felt = np.flatnonzero(parts.sd > 0)
+            mean, covariance = rig_as_made(fitted, self.known).among([parts.names[k] for k in felt])
+            moved = replace(fitted.model, predict=self.predict).moved(fitted.p, solved)
+            uncertain = np.hstack([moved, parts.moved[:, felt]]) @ root_of(covariance)
+            expected = solved.readings + parts.moved[:, felt] @ mean
+            self.foreseen[fitted] = Foreseen(expected, self._covariance(solved, expected, uncertain))
         return self.foreseen[fitted]
 
-    def _foresee(self, fitted: Fit) -> Foreseen:
-        """Readings that are missed grossly and alone are weighed down, as among those that were fitted."""
-        solved, recording = self.predict.solve(fitted.constants, fitted.effects), self.predict.recording
-        parts = tolerances(self.predict, solved)
-        felt = parts.sd > 0
-        mean, covariance = rig_as_made(fitted, self.known).among(
-            [n for n, k in zip(parts.names, felt, strict=True) if k]
-        )
-        moved = parts.moved[:, felt]
-        variance, axes = np.linalg.eigh(covariance)
-        both = np.hstack([replace(fitted.model, predict=self.predict).moved(fitted.p, solved), moved])
-        uncertain = both @ (axes * np.sqrt(np.maximum(variance, 0.0)))
-        sensitivity, expected = tension_response(self.predict, solved), solved.readings + moved @ mean
+    def _covariance(self, solved: Solution, expected: np.ndarray, uncertain: np.ndarray) -> Noise:
+        """Of readings around what is `expected` (r,), where `uncertain` (r, k) are the other changes of one standard
+        deviation; readings missed grossly and alone are weighed down, as among those that were fitted."""
+        recording, sensitivity = self.predict.recording, tension_response(self.predict, solved)
 
         def under(inflation: np.ndarray) -> Noise:
             doubts = Doubts(inflation, self.doubted, self.known.level)
@@ -139,16 +123,16 @@ class Unseen:
         noise = under(inflation)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(expected)))
         lone = lone_inflation(recording, white, inflation, self.settings)
-        return Foreseen(solved, expected, noise if np.array_equal(lone > 1, inflation > 1) else under(lone))
+        return noise if np.array_equal(lone > 1, inflation > 1) else under(lone)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
         """Errors of two models on these sequences, under the noise that the second one finds."""
-        before, after = self.foresee(calibrated), self.foresee(explained)
-        return compared(self.predict, after.noise, before.readings, after.readings)
+        before, after = self.solved(calibrated), self.solved(explained)
+        return compared(self.predict, self.noise(explained), before.readings, after.readings)
 
     def log_score(self, fitted: Fit) -> float | None:
         """Mean log density of the whitened readings, up to a constant; None where a step has no equilibrium."""
-        _, readings, noise = self.foresee(fitted)
+        readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
             return None
@@ -156,7 +140,7 @@ class Unseen:
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
         """Every sequence, as `fitted` predicts it."""
-        recording, (_, readings, noise) = self.predict.recording, self.foresee(fitted)
+        recording, (readings, noise) = self.predict.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
         for k, name in enumerate(recording.sequences):
@@ -183,7 +167,8 @@ class Unseen:
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
-        recording, (solved, readings, noise) = self.predict.recording, self.foresee(fitted)
+        recording, solved = self.predict.recording, self.solved(fitted)
+        readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):
@@ -198,6 +183,12 @@ class Unseen:
         rest = doubting.foresee(fitted).noise.whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
         return doubting if rest @ rest <= chi2_law.isf(self.settings.naming_rate, others) else self
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """(k, k) columns of one standard deviation each that scatter as a covariance says."""
+    variance, axes = np.linalg.eigh(covariance)
+    return axes * np.sqrt(np.maximum(variance, 0.0))
 
 
 def unseen(recording: Recording, aside: Sequence[int], settings: Settings, known: Doubts) -> Unseen | None:

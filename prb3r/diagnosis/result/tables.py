@@ -85,9 +85,9 @@ def residual_table(
     sd[seen], believed[seen] = investigation.explained.model.noise.total_sd, investigation.doubts.inflation == 1
     doubted[_rows_of(whole, training)[[weight.step for weight in investigation.doubts.weights]]] = True
     if fresh is not None:
-        noise = fresh.foresee(investigation.explained).noise
-        for name, fitted in models.items():
-            white[name][~seen] = noise.whiten(fresh.predict.misfit(fresh.foresee(fitted).readings))
+        noise = fresh.noise(investigation.explained)
+        for name in models:
+            white[name][~seen] = noise.whiten(fresh.predict.misfit(predicted[name][~seen]))
         sd[~seen], believed[~seen] = noise.total_sd, noise.believed
         doubted[_rows_of(whole, fresh.predict.recording)[[weight.step for weight in fresh.doubted]]] = True
     return pd.DataFrame(

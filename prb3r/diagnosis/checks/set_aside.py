@@ -1,0 +1,32 @@
+"""Which sequences are set aside before anything is fitted."""
+
+import numpy as np
+
+from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Loads
+
+
+def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
+    """Numbers of the sequences that are set aside: `held_out_share` of them, one of three at least, of fewer none.
+
+    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
+    every pair of cables pulled together.
+    """
+    count = int(of_sequence.max()) + 1
+    if count < 3:
+        return ()
+    pulled = loads.tension > 0
+    hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))
+    way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0), hard], 1)
+    pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
+    used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
+    order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
+    for least in (2, 1, 0):
+        chosen: list[int] = []
+        for k in order:
+            rest = np.delete(used, [*chosen, k], axis=0)
+            if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
+                chosen.append(int(k))
+        if chosen:
+            break
+    return tuple(sorted(chosen))
