@@ -36,6 +36,7 @@ from prb3r.model.effects.plates import (
     StiffnessGradient,
     WeakenedPlate,
 )
+from prb3r.model.effects.sections import SuperelasticPlate
 
 __all__ = [
     "BaseCompliance",
@@ -64,6 +65,7 @@ __all__ = [
     "SegmentStiffness",
     "SlipHistory",
     "StiffnessGradient",
+    "SuperelasticPlate",
     "TensionDrift",
     "TensionOffset",
     "TipForce",

@@ -35,6 +35,13 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5, "side": "negative"},
         {"kind": "hysteretic_plate", "slipping_share": 0.0, "yield_per_m": 1.0},
         {"kind": "hysteretic_plate", "slipping_share": 0.9, "yield_per_m": 50.0, "elements": 2},
+        {
+            "kind": "superelastic_plate",
+            "plateau_strain": 0.1,
+            "tube_outer_m": 2e-4,
+            "tube_inner_m": 0,
+            "notch_depth_m": 0,
+        },
         {"kind": "precurvature", "curvature_per_m": 0.0},
         {"kind": "disk_contact", "angle_rad": 1.0, "stiffness_n_m_per_rad": 50.0},
         {"kind": "notch_closing", "factor": 2.0, "stiffness_n_m_per_rad": 50.0},

@@ -36,6 +36,8 @@ EFFECTS = [
     {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 2.0, "ratio": 0.7},
     {"kind": "nonlinear_plate", "law": "smooth", "knee_strain": 8e-4, "ratio": 0.7, "sharpness": 2.0},
     {"kind": "nonlinear_plate", "law": "bilinear", "knee_strain": 8e-4, "ratio": 1.5, "side": "positive"},
+    {"kind": "superelastic_plate", "plateau_strain": 6e-4, "compression_ratio": 1.5, "plateau_slope": 0.02},
+    {"kind": "superelastic_plate", "plateau_stress_pa": 1.2e8},
     {"kind": "notch_closing", "factor": 0.05, "stiffness_n_m_per_rad": 3.0, "side": "positive"},
     {"kind": "precurvature", "curvature_per_m": 0.0},
     {"kind": "disk_contact", "angle_rad": 0.03, "stiffness_n_m_per_rad": 3.0},

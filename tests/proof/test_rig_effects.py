@@ -29,6 +29,10 @@ LAWS = [
         effect("hysteretic_plate", slipping_share=0.6, yield_strain=1.2e-3),  # under loads that only grow
         lambda k: np.sign(k) * (min(abs(k), 3) + 0.4 * max(abs(k) - 3, 0)),
     ),
+    (
+        effect("superelastic_plate", plateau_strain=5e-4, compression_ratio=1.0, plateau_slope=0.2),
+        lambda k: 0.2 * k + 0.8 * np.sign(k) * (abs(k) if abs(k) < 1.25 else 1.875 - 1.25**3 / (2 * k**2)),
+    ),
     (effect("notch_closing", factor=0.1, stiffness_n_m_per_rad=20.0), lambda k: k),
     (effect("weakened_plate", plate=2, factor=0.7), lambda k: k),
     (effect("cable_bending", stiffness_n_m2=0.01), lambda k: k * (1 + 0.02 / RIGIDITY)),
@@ -115,6 +119,7 @@ NOTHING = [
     effect("nonlinear_plate", law="smooth", knee_strain=1e-3, ratio=1.0, sharpness=3.0),
     effect("hysteretic_plate", slipping_share=0.0, yield_per_m=1.0),
     effect("hysteretic_plate", slipping_share=0.5, yield_per_m=30.0, elements=3),
+    effect("superelastic_plate", plateau_strain=0.05),
     effect("notch_closing", factor=20.0, stiffness_n_m_per_rad=10.0),
     effect("precurvature", curvature_per_m=0.0),
     effect("disk_contact", angle_rad=0.01, stiffness_n_m_per_rad=0.0),
@@ -234,6 +239,8 @@ def test_observation():
         (effect("hysteretic_plate", slipping_share=0.5), "yield_per_m or yield_strain"),
         (effect("hysteretic_plate", slipping_share=1.0, yield_per_m=1.0), "slipping_share"),
         (effect("hysteretic_plate", slipping_share=0.5, yield_per_m=1.0, elements=1.5), "elements"),
+        (effect("superelastic_plate", plateau_strain=0.01, plateau_stress_pa=4e8), "either plateau_stress_pa or"),
+        (effect("superelastic_plate", plateau_strain=0.01, tube_outer_m=1e-3), "together"),
         (effect("notch_closing", factor=1.0, stiffness_n_m_per_rad=1.0, side="up"), "side"),
         (effect("hole_clearence", clearance_m=0.1), "hole_clearance"),
         (effect("gravity", x_m_s2=0.0, y_m_s2=1.0, z_m_s2=2.0), "z_m_s2"),

@@ -13,10 +13,10 @@ import numpy as np
 from pydantic import Field
 
 from prb3r.mechanics.chain import Chain
-from prb3r.model.effects import cables, camera, empirical, friction, loads, plates
+from prb3r.model.effects import cables, camera, empirical, friction, loads, plates, sections
 from prb3r.model.effects.base import Effect, Host, Observation
 
-FAMILIES = (friction, cables, plates, loads, camera, empirical)
+FAMILIES = (friction, cables, plates, sections, loads, camera, empirical)
 
 
 def _kinds() -> Iterator[tuple[str, type[Effect]]]:

@@ -30,6 +30,12 @@ class Host(Protocol):
     def model(self) -> str: ...
 
     @property
+    def youngs_modulus_pa(self) -> float: ...
+
+    @property
+    def effect(self) -> Sequence[Any]: ...
+
+    @property
     def cable_names(self) -> list[str]: ...
 
     @property
@@ -64,6 +70,8 @@ class Effect(BaseModel, ABC):
 
     Others add up, multiply, or sit at places of their own.
     """
+    instead_of: ClassVar[frozenset[str]] = frozenset()
+    """Kinds that say the same of the same parts, beside which a manipulator cannot have it."""
     follows_history: ClassVar[bool] = False
     """Whether slip follows from the load path, so that every state takes all states before it."""
     kind: str
@@ -74,6 +82,8 @@ class Effect(BaseModel, ABC):
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         """What the effect names that the manipulator does not have."""
+        for other in sorted(self.instead_of & {effect.kind for effect in manipulator.effect}):
+            yield f"effect {self.kind} stands in the place of {other}: leave one of both out"
         names = manipulator.cable_names
         for cable in self._named("cable"):
             if cable not in names:

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-LINEAR_LAW, CUBIC_LAW, BILINEAR_LAW, SMOOTH_LAW = 0, 1, 2, 3
+LINEAR_LAW, CUBIC_LAW, BILINEAR_LAW, SMOOTH_LAW, SECTION_LAW = 0, 1, 2, 3, 4
 """Laws of a plate: M = EI k; M = EI k (1 + c k^2); tangent stiffness `ratio` EI beyond a knee; the same reached
-smoothly."""
+smoothly; a table of the section's own curvatures."""
 
 
 class Rig(NamedTuple):
@@ -21,6 +21,7 @@ class Rig(NamedTuple):
     law_first: np.ndarray  # (n, 2) c, or the knee; bending toward negative and toward positive offsets
     law_second: float  # ratio
     law_third: float  # sharpness
+    law_table: np.ndarray  # (n, 2, k, 3) by side: elastic curvature M / EI, the section's own, its derivative by that
     loop_share: float  # of the stiffness that slips
     loop_yield: np.ndarray  # (n,) curvature from which it does, on average over the springs
     loop_springs: int  # that share it, all of one stiffness; 0: nothing slips

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
+from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SECTION_LAW, SMOOTH_LAW
 
 SMOOTH_ITERATIONS = 60
 """Of Newton for a curvature; a knee passed a hundredfold takes about ten."""
@@ -28,7 +28,28 @@ def smooth_curvature(bare, knee, ratio, sharpness):
 
 
 @njit(cache=True)
-def curvature(moment, rigidity, law, firsts, second, third):
+def tabulated_curvature(bare, table):
+    """Curvature and its derivative by `bare` > 0 from a (k, 3) `table` of both at growing values of it.
+
+    Hermite's cubic between two rows; straight beyond the last one, elastic before the first.
+    """
+    last = len(table) - 1
+    if bare <= table[0, 0]:
+        return bare, 1.0
+    if bare >= table[last, 0]:
+        return table[last, 1] + table[last, 2] * (bare - table[last, 0]), table[last, 2]
+    row = np.searchsorted(table[:, 0], bare) - 1
+    width, low, high = table[row + 1, 0] - table[row, 0], table[row], table[row + 1]
+    t = (bare - low[0]) / width
+    chord = high[1] - low[1]
+    bow, lean = width * low[2] - chord, chord - width * high[2]
+    k = low[1] + t * chord + t * (1 - t) * ((1 - t) * bow + t * lean)
+    by_t = chord + (1 - 2 * t) * ((1 - t) * bow + t * lean) + t * (1 - t) * (lean - bow)
+    return k, by_t / width
+
+
+@njit(cache=True)
+def curvature(moment, rigidity, law, firsts, second, third, table):
     """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
     bare = moment / rigidity
     first = firsts[1] if bare > 0 else firsts[0]
@@ -46,6 +67,9 @@ def curvature(moment, rigidity, law, firsts, second, third):
         return np.sign(bare) * (first + excess / second), 1 / (second * rigidity)
     if law == SMOOTH_LAW and bare != 0:
         k, slope = smooth_curvature(abs(bare), first, second, third)
+        return np.sign(bare) * k, slope / rigidity
+    if law == SECTION_LAW and bare != 0:
+        k, slope = tabulated_curvature(abs(bare), table[1 if bare > 0 else 0])
         return np.sign(bare) * k, slope / rigidity
     return bare, 1 / rigidity
 

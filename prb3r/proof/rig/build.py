@@ -121,6 +121,7 @@ def _arrays(draft: Draft) -> Rig:
         law_first=first,
         law_second=float(draft.law_second),
         law_third=float(draft.law_third),
+        law_table=np.array(np.broadcast_to(draft.law_table, (len(draft.arc), *draft.law_table.shape[1:])), float),
         loop_share=float(draft.loop_share),
         loop_yield=np.array(np.broadcast_to(draft.loop_yield, len(draft.arc)), float),
         loop_springs=int(draft.loop_springs),

@@ -38,6 +38,8 @@ class Draft:
     """(n,) number of each plate's segment, from 1."""
     fibre: np.ndarray
     """(n,) distance of the outermost fibre from the neutral axis; NaN: unknown."""
+    modulus: float
+    """Young's, Pa."""
     arm: np.ndarray
     """(n, 2) largest offset of a cable toward negative and toward positive ones, as drawn; 0 without any."""
     law: int = LINEAR_LAW
@@ -47,6 +49,8 @@ class Draft:
     """Ratio of stiffness."""
     law_third: float = np.inf
     """Sharpness of a knee."""
+    law_table: np.ndarray = field(default_factory=lambda: np.zeros((1, 2, 0, 3)))
+    """(n or 1, 2, k, 3) of bending toward negative and toward positive offsets."""
     loop_share: float = 0.0
     """Of the stiffness, that slips."""
     loop_yield: np.ndarray | float = np.inf
@@ -167,5 +171,6 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
         cables=tuple(str(cable["name"]) for cable in cables),
         segment_of=number,
         fibre=np.array([fibre(segment) for segment in segments], float)[number - 1],
+        modulus=float(manipulator["youngs_modulus_pa"]),
         arm=np.stack([np.max(side * offsets * there, axis=1, initial=0.0) for side in (-1, 1)], 1),
     )

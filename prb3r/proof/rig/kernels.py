@@ -28,14 +28,14 @@ def _along(plate, wrench, station, z, rate):
 
     `station` : state before and after, of a plate that remembers.
     """
-    clamp, rest, rigidity, law, first, second, third, loop = plate
+    clamp, rest, rigidity, law, first, second, third, table, loop = plate
     moment, force_x, force_y = wrench
     arm_x, arm_y = z[0] - clamp, z[1]
     there = moment - arm_x * force_y + arm_y * force_x
     if loop[2] > 0:
         k, softness = bent_on(there, rigidity, loop, station[0], station[1])
     else:
-        k, softness = curvature(there, rigidity, law, first, second, third)
+        k, softness = curvature(there, rigidity, law, first, second, third, table)
     cos, sin = np.cos(z[2]), np.sin(z[2])
     rate[0], rate[1], rate[2] = cos, sin, rest + k
     for p in range(3):
@@ -51,7 +51,7 @@ def shape(rig, i, wrench, elements, bent):
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
-    law = rig.law, rig.law_first[i], rig.law_second, rig.law_third
+    law = rig.law, rig.law_first[i], rig.law_second, rig.law_third, rig.law_table[i]
     loop = rig.loop_share, rig.loop_yield[i], rig.loop_springs
     plate = (rig.clamp[i], rig.rest[i], rig.rigidity[i]) + law + (loop,)  # noqa: RUF005 compiled code joins tuples so
     apart = 1 if rig.loop_springs > 0 else 0  # stations of half an element, or one for all

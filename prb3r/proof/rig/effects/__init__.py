@@ -15,10 +15,19 @@ from prb3r.proof.rig.effects.friction import FRICTION_RECORDS
 from prb3r.proof.rig.effects.loads import LOAD_RECORDS
 from prb3r.proof.rig.effects.plates import PLATE_RECORDS
 from prb3r.proof.rig.effects.record import Record
+from prb3r.proof.rig.effects.sections import SECTION_RECORDS
 
 RECORDS: Mapping[str, Record] = {
     record.kind: record
-    for family in (FRICTION_RECORDS, PLATE_RECORDS, CABLE_RECORDS, LOAD_RECORDS, CAMERA_RECORDS, EMPIRICAL_RECORDS)
+    for family in (
+        FRICTION_RECORDS,
+        PLATE_RECORDS,
+        SECTION_RECORDS,
+        CABLE_RECORDS,
+        LOAD_RECORDS,
+        CAMERA_RECORDS,
+        EMPIRICAL_RECORDS,
+    )
     for record in family
 }
 """By kind."""
