@@ -21,9 +21,11 @@ from diagnosis.simulated import (
 
 import prb3r
 from prb3r import load_manipulator, solve
+from prb3r.diagnosis.checks.verdict import why_unexplained
 from prb3r.diagnosis.evidence.outliers import NotedWeight
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
+from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
@@ -242,3 +244,14 @@ def test_every_effect_survives_the_file_format(tmp_path):
 def test_the_folder_is_named_after_the_recording():
     assert default_folder("small rig").as_posix() == "results/diagnoses/small-rig"
     assert default_folder("../é/x y").as_posix() == "results/diagnoses/é-x-y"
+
+
+def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
+    found = investigated()
+    rate = found.choice.fitted.model.settings.naming_rate
+    assert found.verdict == "explained"
+    assert found.choice.smooth_moments > rate
+    smooth = replace(found, choice=replace(found.choice, smooth_moments=rate / 2))
+    assert why_unexplained(found.choice, (), ()) == ""
+    assert why_unexplained(smooth.choice, (), ()).startswith("a real mismatch remains")
+    assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")

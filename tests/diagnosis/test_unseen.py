@@ -1,6 +1,7 @@
 """What sequences that no fit has seen hold against a model, and what they do not."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.stats import chi2
 
 from prb3r.diagnosis.checks.heldout import Unseen, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
@@ -16,7 +18,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.settings import Settings
-from prb3r.recording.recording import Recording
+from prb3r.recording.recording import Recording, Tolerance
 from tests.diagnosis.simulated import WEAK, Case, recorded
 
 ASIDE = 4
@@ -91,3 +93,25 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     assert both.p == pytest.approx((0.6 * wrong.p + 0.3 * right.p) / 0.9)
     (named,) = alone.judged_by(good, [(0.6, poor), (0.3, good)], RATE)
     assert named == right
+
+
+def test_parts_that_the_other_sequences_tell_are_expected_of_the_one_set_aside():
+    """Plates a few per cent off: what is foreseen is closer, and its covariance narrower, than of a rig as drawn."""
+    uneven = {1: 1.04, 2: 0.95, 4: 0.96, 5: 1.05, 6: 0.95}
+    hidden = tuple(tuple({"kind": "weakened_plate", "plate": k, "factor": f}.items()) for k, f in uneven.items())
+    tolerance = Tolerance(offset_m=0.0, length_m=0.0, thickness_relative=0.015, marker_m=0.0)
+    nearer, narrower = [], []
+    for seed in range(3):
+        recording = replace(recorded(Case(hidden=hidden, seed=seed)), tolerance=tolerance)
+        rough, fresh = fitted_to_the_others(recording), aside(recording)
+        fitted = renewed(rough, fresh.known)
+        foreseen, drawn = fresh.foresee(fitted), fresh.noise(fitted)
+        as_drawn, as_made = (
+            fresh.predict.misfit(readings) for readings in (fresh.solved(fitted).readings, foreseen.readings)
+        )
+        nearer.append(np.sum(drawn.whiten(as_made) ** 2) / np.sum(drawn.whiten(as_drawn) ** 2))
+        narrower.append(np.sum(foreseen.noise.whiten(as_drawn) ** 2) / np.sum(drawn.whiten(as_drawn) ** 2))
+        (sequence,) = fresh.judged(fitted)
+        assert sequence.p > RATE
+    assert np.mean(nearer) < 0.99
+    assert np.mean(narrower) > 1.05
