@@ -171,6 +171,6 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
         cables=tuple(str(cable["name"]) for cable in cables),
         segment_of=number,
         fibre=np.array([fibre(segment) for segment in segments], float)[number - 1],
-        modulus=float(manipulator["youngs_modulus_pa"]),
+        modulus=float(manipulator.get("youngs_modulus_pa", np.nan)),
         arm=np.stack([np.max(side * offsets * there, axis=1, initial=0.0) for side in (-1, 1)], 1),
     )
