@@ -9,9 +9,10 @@ with the covariance :math:`\sigma^2 K`, and let the whitened residuals `r`, free
 
 .. math:: \sum_i w_i (u_i \cdot r)^2 / |r|^2
 
-does not depend on the scale of the noise (Andrews and Ploberger, Econometrica 62 (1994) 1383, on tests that are best at
-one alternative; Lin, Biometrika 84 (1997) 309, on the score of a variance).  Of several fields and sizes the rarest
-counts, held against residuals that are drawn.
+does not depend on the scale of the noise, nor on what was believed of the parameters, each of which counts as free
+(Andrews and Ploberger, Econometrica 62 (1994) 1383, on tests that are best at one alternative; Lin, Biometrika 84
+(1997) 309, on the score of a variance).  Of several fields and sizes the rarest counts, held against residuals that
+are drawn.
 """
 
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.fit.basis import basis_of
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import moment_response
 from prb3r.diagnosis.settings import Settings
@@ -32,7 +34,7 @@ class Field(NamedTuple):
     """A field of missing moments, as the whitened residuals would feel it."""
 
     directions: np.ndarray
-    """(r + c, k) orthonormal."""
+    """(r, k) orthonormal."""
     variance: np.ndarray
     """(k,) of the residuals along them for moments of one unit, descending."""
 
@@ -48,12 +50,14 @@ def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
     ----------
     seed : of the residuals that are drawn; the chance is no smaller than one of them.
     """
-    settings, left = fitted.model.settings, fitted.residual
-    fields = [field for field in _fields(fitted) if len(field.variance)]
+    settings, count = fitted.model.settings, fitted.model.predict.recording.readings.count
+    explained = basis_of(fitted.jacobian[:count])
+    left = fitted.residual[:count] - explained @ (explained.T @ fitted.residual[:count])
+    fields = [field for field in _fields(fitted, explained) if len(field.variance)]
     if not fields:
         return 1.0
-    together = np.linalg.qr(np.hstack([field.directions for field in fields]))[0]
-    rng, rest = np.random.default_rng(seed), fitted.freedom - together.shape[1]
+    together = basis_of(np.hstack([field.directions for field in fields]))
+    rng, rest = np.random.default_rng(seed), count - explained.shape[1] - together.shape[1]
     drawn = rng.standard_normal((together.shape[1], settings.draws))
     square = (drawn**2).sum(0) + (rng.chisquare(rest, settings.draws) if rest > 0 else 0.0)
     rarest, seen = np.ones(settings.draws), 1.0
@@ -73,10 +77,15 @@ def _exceeded(ordered: np.ndarray, score: np.ndarray | float) -> np.ndarray:
     return (len(ordered) - np.searchsorted(ordered, score) + 1) / (len(ordered) + 1)
 
 
-def _fields(fitted: Fit) -> Iterator[Field]:
-    """Moments alike on neighbouring plates, and under like loads, under like loads and slips, or from step to step."""
+def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:
+    """Moments alike on neighbouring plates, and under like loads, under like loads and slips, or from step to step.
+
+    Parameters
+    ----------
+    explained : (r, p) orthonormal basis of what the parameters can do.
+    """
     predict, solved, settings = fitted.model.predict, fitted.solved, fitted.model.settings
-    readings, basis = predict.recording.readings, fitted.basis
+    readings = predict.recording.readings
     pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
     moment = pull * moment_response(predict, solved, pull)
     plates = np.arange(moment.shape[1], dtype=float)
@@ -92,8 +101,7 @@ def _fields(fitted: Fit) -> Iterator[Field]:
         over = _modes(alike, settings)
         moved = (on_arm[:, :, None] * over[readings.step][:, None, :]).reshape(readings.count, -1)
         white = fitted.model.noise.whiten(moved)
-        whole = np.vstack([white, np.zeros((len(fitted.residual) - readings.count, white.shape[1]))])
-        axes, size, _ = np.linalg.svd(whole - basis @ (basis.T @ whole), full_matrices=False)
+        axes, size, _ = np.linalg.svd(white - explained @ (explained.T @ white), full_matrices=False)
         felt = size**2 > FELT_SHARE * size[0] ** 2
         yield Field(axes[:, felt], size[felt] ** 2)
 
