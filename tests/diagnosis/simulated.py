@@ -3,7 +3,7 @@
 import hashlib
 import os
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,8 +11,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
@@ -20,6 +23,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.stages import investigate
+from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.kernel import once_at_a_time
 from prb3r.model.files.toml import toml_text
 from prb3r.proof.rig.simulate import observe, simulate
@@ -179,3 +183,25 @@ def diagnosed(case: Case = Case()) -> Diagnosis:
         if not path.exists():
             write_whole(path, pickle.dumps(tell(investigated(case))))
     return pickle.loads(path.read_bytes())
+
+
+def pulled_again(factor: float, times: int = 3, other: float = 1.0, seed: int = 0) -> Recording:
+    """Everything `times` times over, read with `factor` times the stated noise, all but the first at `other` loads."""
+    plain = recorded(Case(hidden=()))
+    measurement = plain.measurement.model_copy(update={"tension_sd_relative": 0.0})
+    count, readings = plain.loads.steps, plain.readings
+    share = np.repeat([1.0] + [other] * (times - 1), count)
+    loads = Loads(*(np.concatenate([field] * times) for field in plain.loads))
+    loads = loads._replace(tension=loads.tension * share[:, None])
+    steps = pd.concat([plain.steps] * times, ignore_index=True)
+    own = np.concatenate([plain.of_sequence + k * len(plain.sequences) for k in range(times)])
+    tiled = [np.tile(field, times) for field in readings]
+    tiled[0] = np.concatenate([readings.step + k * count for k in range(times)])
+    names = tuple(f"{name}-{k}" for k in range(times) for name in plain.sequences)
+    many = replace(
+        plain, measurement=measurement, sequences=names, steps=steps, of_sequence=own, loads=loads,
+        readings=type(readings)(*tiled),
+    )  # fmt: skip
+    exact = predictor(many)(Constants())
+    noise = factor * reading_sd(many) * np.random.default_rng(seed).standard_normal(len(exact))
+    return many.with_values(exact + noise)

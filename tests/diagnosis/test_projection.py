@@ -37,7 +37,7 @@ CONTRACT = {
     "": "schema verdict noise calibration effects models alternatives tolerances checks setup remarks mismatch closure "
     "heldout next_experiment posterior settings",
     "noise": "reduced_chi2_nominal reduced_chi2_calibrated reduced_chi2_explained scale scale_low scale_high common "
-    "reach tension_scale tension_scale_low tension_scale_high",
+    "reach tension_scale tension_scale_low tension_scale_high lasting serial span",
     "calibration": "youngs_modulus_pa friction_coefficient frame",
     "calibration.youngs_modulus_pa": "nominal calibrated explained low high",
     "calibration.friction_coefficient": "nominal calibrated explained low high",

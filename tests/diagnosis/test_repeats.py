@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import Case, recorded
+from diagnosis.simulated import Case, pulled_again, recorded
 
-from prb3r.diagnosis.checks.repeats import matches, scatter
+from prb3r.diagnosis.checks.repeats import scatter
+from prb3r.diagnosis.evidence.repeated_loads import matches
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
@@ -17,28 +17,6 @@ from prb3r.diagnosis.stages import investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind
-
-
-def pulled_again(factor, times=3, other=1.0, seed=0):
-    """Everything `times` times over, read with `factor` times the stated noise, all but the first at `other` loads."""
-    plain = recorded(Case(hidden=()))
-    measurement = plain.measurement.model_copy(update={"tension_sd_relative": 0.0})
-    count, readings = plain.loads.steps, plain.readings
-    share = np.repeat([1.0] + [other] * (times - 1), count)
-    loads = Loads(*(np.concatenate([field] * times) for field in plain.loads))
-    loads = loads._replace(tension=loads.tension * share[:, None])
-    steps = pd.concat([plain.steps] * times, ignore_index=True)
-    own = np.concatenate([plain.of_sequence + k * len(plain.sequences) for k in range(times)])
-    tiled = [np.tile(field, times) for field in readings]
-    tiled[0] = np.concatenate([readings.step + k * count for k in range(times)])
-    names = tuple(f"{name}-{k}" for k in range(times) for name in plain.sequences)
-    many = replace(
-        plain, measurement=measurement, sequences=names, steps=steps, of_sequence=own, loads=loads,
-        readings=type(readings)(*tiled),
-    )  # fmt: skip
-    exact = predictor(many)(Constants())
-    noise = factor * reading_sd(many) * np.random.default_rng(seed).standard_normal(len(exact))
-    return many.with_values(exact + noise)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])

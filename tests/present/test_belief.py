@@ -80,7 +80,7 @@ def test_where_others_could_stand_in_its_place_nothing_is_said_to_be_in_all_sets
     ],
 )
 def test_noise_is_told_with_its_interval_and_what_disks_share(common, reach, said):
-    text = belief.noise_sentence(told(noise=NoiseFound(1.1, 1.0, 1.2, common, reach, 1.0, 1.0, 1.0)))
+    text = belief.noise_sentence(told(noise=NoiseFound(1.1, 1.0, 1.2, common, reach, 1.0, 1.0, 1.0, 0.0, 0.0, np.inf)))
     assert text == (
         f"The readings scatter 1.1 times as much as was stated (1 to 1.2); all judgements rest on that scatter.{said}"
     )

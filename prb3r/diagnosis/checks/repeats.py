@@ -1,18 +1,14 @@
-"""How much repeated sequences scatter: what the stated noise is held against.
-
-Two sequences repeat one another where they carry the same loads at the same length of their paths through load space,
-even if they were read at other loads: in between, what the model leaves changes steadily.
-"""
+"""How much repeated sequences scatter: what the stated noise is held against."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from prb3r.diagnosis.evidence.outliers import outlier_inflation
+from prb3r.diagnosis.evidence.repeated_loads import Match, matches
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import noise_of
 from prb3r.diagnosis.fit.prediction import predictor
@@ -30,17 +26,6 @@ class Scatter(NamedTuple):
     """How many steps were repeated."""
     beyond_chance: bool
     """Whether it is larger than stated; all readings of a step count as one."""
-
-
-class Match(NamedTuple):
-    """A step that lies on the load path of another sequence."""
-
-    step: int
-    before: int
-    after: int
-    """Steps of the other sequence between which it lies; the same where it meets one."""
-    share: float
-    """Of the way from one to the other."""
 
 
 def scatter(recording: Recording, settings: Settings) -> Scatter | None:
@@ -90,33 +75,3 @@ def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed:
                 change.subtract(before[key])
                 yield change
             before[key] = apart
-
-
-def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Match]]:
-    """Every step on the path of a later sequence with the same loads as far as both go; by number of the pair."""
-    loads = recording.loads
-    every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
-    rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
-    for pair, (first, second) in enumerate(combinations(rows, 2)):
-        yield from ((pair, match) for match in _on_path(every, first, second, settings))
-
-
-def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings: Settings) -> list[Match]:
-    """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
-    here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
-    far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
-    found, highest = [], np.abs(loads[[*first, *second]]).max()
-    tolerance = settings.same_loads * highest
-    for own, at, load in zip(first, far[1:], here[1:], strict=True):
-        if at > along[-1] + tolerance:
-            break
-        k = max(min(int(np.searchsorted(along, at)), len(second)), 1)
-        way = along[k] - along[k - 1]
-        share = float(np.clip((at - along[k - 1]) / way, 0, 1)) if way > 0 else 1.0
-        if np.abs((1 - share) * there[k - 1] + share * there[k] - load).max() > tolerance:
-            return []
-        if share == 1.0:
-            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
-        elif k > 1 and way <= settings.closely_read * highest:  # at rest nothing is read
-            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
-    return found

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
-from prb3r.diagnosis.fit.covariance import NoiseLevel, photograph_root, reading_sd
+from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, correlation_root, reading_sd
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -59,7 +59,12 @@ class EstimatedLevel:
 
 
 def noise_level(
-    recording: Recording, misfit: np.ndarray, around: Around, inflation: np.ndarray, settings: Settings
+    recording: Recording,
+    misfit: np.ndarray,
+    around: Around,
+    inflation: np.ndarray,
+    settings: Settings,
+    lasts: NoiseLevel = AS_STATED,
 ) -> EstimatedLevel:
     """The level of the noise in a `misfit` (r,).
 
@@ -67,6 +72,7 @@ def noise_level(
     ----------
     around : what else moves the readings.
     inflation : (r,) factor on the standard deviation of each reading, as for doubted ones.
+    lasts : what lasts through a sequence; of its tensions it is among what moves the readings already.
     """
     logs = np.linspace(*settings.noise_scales)
     scattered = bool(around.tensions.any())
@@ -75,7 +81,7 @@ def noise_level(
 
     def seen(common: float, reach: float) -> "_Seen":
         """Through the correlation of a photograph, and what that costs."""
-        root = photograph_root(recording, sd, NoiseLevel(1.0, common, reach))
+        root = correlation_root(recording, sd, lasts._replace(common=common, reach=reach))
         volume = -2 * float(np.sum(np.log(root.diagonal() * sd)))  # of P alone: its root is triangular
         return _seen(
             root @ misfit, Around(*(root @ part for part in around)), volume + (common / settings.common_sd) ** 2
@@ -105,7 +111,9 @@ def noise_level(
     density = -(deviance - deviance.min()) / 2
     reading = _scale(logs, logsumexp(density, axis=0))
     tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1))) if scattered else EstimatedScale(1.0, 1.0, 1.0)
-    return EstimatedLevel(NoiseLevel(reading.value, *shape, tension.value), reading, tension)
+    common, reach = shape
+    level = lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
+    return EstimatedLevel(level, reading, tension)
 
 
 def _finer(logs: np.ndarray, log_density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,8 @@ import numpy as np
 from prb3r.diagnosis.evidence.linearised import moved_readings
 from prb3r.diagnosis.evidence.noise_level import Around, EstimatedLevel, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.evidence.repeatability import Uncertain, of_sequences, repeatability
+from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import tension_response
@@ -27,7 +29,6 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
     predict, model = fitted.model.predict, fitted.model
     recording = predict.recording
     scatter = tension_response(predict, fitted.solved) * recording.measurement.tension_sd_relative
-    scatter = scatter.reshape(len(scatter), -1)
     friction = model.friction(fitted.p)
     smooth = [hypothesis for hypothesis in library if hypothesis.by_degrees and hypothesis not in model.hypotheses]
     probes = [(hypothesis, start) for hypothesis in smooth for start in hypothesis.starts(friction)]
@@ -36,6 +37,8 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
         for (hypothesis, _), values in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
     possible = np.hstack([tolerances(predict, fitted.solved).moved, *moved])
-    around = Around(model.moved(fitted.p, fitted.solved), scatter[:, scatter.any(0)], possible)
-    misfit = predict.misfit(model.readings(fitted.solved))
-    return noise_level(recording, misfit, around, doubts.inflated(recording, model.settings), model.settings)
+    misfit, settings = predict.misfit(model.readings(fitted.solved)), model.settings
+    inflation = doubts.inflated(recording, settings)
+    lasts = repeatability(recording, misfit, Uncertain(reading_sd(recording) * inflation, scatter), settings)
+    around = Around(model.moved(fitted.p, fitted.solved), of_sequences(recording, scatter, lasts.lasting), possible)
+    return noise_level(recording, misfit, around, inflation, settings, lasts)

@@ -1,20 +1,23 @@
 r"""How readings scatter together, and the whitening that makes them comparable.
 
 The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`: reading noise of stated variances
-`D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph; the scatter `S` of the
-applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`; and
-the tolerances `T` of the geometry of the rig by theirs, `G`, which all sequences share.
+`D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph, or between photographs
+that follow one another where what was pulled again tells so; the scatter `S` of the
+applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`, a
+share of it lasting through the sequence; and the tolerances `T` of the geometry of the rig by theirs, `G`, which all
+sequences share.
 
 With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} t J S^{1/2}` the symmetric root of what
 the first two leave is :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, and the tolerances, whitened by it, are treated
 alike.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, eye_array
 
 from prb3r.recording.recording import Recording
 
@@ -35,13 +38,24 @@ class NoiseLevel(NamedTuple):
     """Disks over which it is common: correlated as exp(-distance / reach)."""
     tension: float = 1.0
     """Factor on that of the tensions."""
+    lasting: float = 0.0
+    """Share of the variance of a cable's tensions that lasts through a sequence: a gain that the next one has not."""
+    serial: float = 0.0
+    """Share of the variance that readings of a disk have in common along a sequence, which the next one has not."""
+    span: float = np.inf
+    """Steps over which: correlated as exp(-distance / span)."""
+
+    @property
+    def correlations(self) -> tuple[float, ...]:
+        """All but the two factors."""
+        return self.common, self.reach, self.lasting, self.serial, self.span
 
     def near(self, other: "NoiseLevel") -> bool:
         """Whether both are the same but for what no decision depends on."""
         return (
             abs(np.log(self.scale / other.scale)) < SAME_SCALE
             and abs(np.log(self.tension / other.tension)) < SAME_SCATTER
-            and (self.common, self.reach) == (other.common, other.reach)
+            and self.correlations == other.correlations
         )
 
 
@@ -127,13 +141,13 @@ def noise_of(
     """
     believed = np.ones(recording.readings.count) if inflation is None else inflation
     sd = reading_sd(recording) * level.scale * believed
-    root = photograph_root(recording, sd, level)
+    root = correlation_root(recording, sd, level)
     scatter = recording.measurement.tension_sd_relative * level.tension
     variance, blocks = sd**2, []
     for k in range(len(recording.sequences)):
         steps = np.flatnonzero(recording.of_sequence == k)
         rows = np.flatnonzero(np.isin(recording.readings.step, steps))
-        columns = sensitivity[np.ix_(rows, steps)] * scatter
+        columns = lasting_scatter(sensitivity[np.ix_(rows, steps)] * scatter, level.lasting)
         columns = columns.reshape(len(rows), len(steps) * sensitivity.shape[2])
         columns = columns[:, columns.any(0)]
         if columns.size:
@@ -145,22 +159,57 @@ def noise_of(
     return replace(noise, blocks=(*blocks, block_of(np.arange(len(sd)), noise.whiten(tolerances))))
 
 
-def photograph_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) -> csr_array:
-    """(r, r) inverse root of the reading noise of standard deviations `sd` (r,), block by photograph and kind."""
-    if not level.common:
-        return csr_array(diags_array(1 / sd))
-    step, disk, kind, _ = recording.readings
-    order = np.lexsort((disk, kind, step))
-    edges = np.flatnonzero(np.diff(step[order]) | np.diff(kind[order])) + 1
-    at, to, entries, known = [], [], [], dict[bytes, np.ndarray]()
-    for rows in np.split(order, edges):
-        key = disk[rows].tobytes()
-        if key not in known:
-            apart = np.abs(np.subtract.outer(disk[rows], disk[rows]))
-            shape = (1 - level.common) * np.eye(len(rows)) + level.common * np.exp(-apart / level.reach)
-            known[key] = np.linalg.inv(np.linalg.cholesky(shape))
+def lasting_scatter(change: np.ndarray, share: float) -> np.ndarray:
+    """(r, s, m) changes of readings by one standard deviation each of what the tensions of a sequence scatter by.
+
+    Parameters
+    ----------
+    change : (r, s, m) by one standard deviation of the tension of every step and cable.
+    share : of its variance that lasts: times the symmetric root of (1 - share) I + share 1 1^T over the steps.
+    """
+    own, all_steps = np.sqrt(1 - share), np.sqrt(1 - share + share * change.shape[1])
+    return own * change + (all_steps - own) * change.mean(1, keepdims=True)
+
+
+def correlation_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) -> csr_array:
+    """(r, r) inverse root of the reading noise of standard deviations `sd` (r,), triangular in the order of a block."""
+    return _of_blocks(recording, level, lambda block: np.linalg.inv(np.linalg.cholesky(block))) @ diags_array(1 / sd)
+
+
+def noise_correlation(recording: Recording, level: NoiseLevel) -> csr_array:
+    """(r, r) correlation of the reading noise."""
+    return _of_blocks(recording, level, lambda block: block)
+
+
+def _of_blocks(recording: Recording, level: NoiseLevel, form: Callable[[np.ndarray], np.ndarray]) -> csr_array:
+    """(r, r) a `form` of every block of the correlation."""
+    if not level.common and not level.serial:
+        return csr_array(eye_array(recording.readings.count))
+    at, to, entries, known = [], [], [], dict[int, np.ndarray]()
+    for rows, block in _blocks(recording, level):
+        if id(block) not in known:
+            known[id(block)] = form(block)
         at.append(np.repeat(rows, len(rows)))
         to.append(np.tile(rows, len(rows)))
-        entries.append((known[key] / sd[rows]).ravel())
-    shape = (len(sd), len(sd))
+        entries.append(known[id(block)].ravel())
+    shape = (recording.readings.count,) * 2
     return csr_array((np.concatenate(entries), (np.concatenate(at), np.concatenate(to))), shape=shape)
+
+
+def _blocks(recording: Recording, level: NoiseLevel) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Readings that have noise in common, (b,) rows, and their correlation, (b, b): of a photograph and a kind, or of a
+    sequence and a kind where noise goes on from one photograph to the next.  Each reading is in one."""
+    step, disk, kind, _ = recording.readings
+    together = recording.of_sequence[step] if level.serial else step
+    order = np.lexsort((disk, step, kind, together))
+    edges = np.flatnonzero(np.diff(together[order]) | np.diff(kind[order])) + 1
+    known, out = dict[bytes, np.ndarray](), []
+    for rows in np.split(order, edges):
+        key = np.concatenate([disk[rows], step[rows] - step[rows[0]]]).tobytes()
+        if key not in known:
+            disks, steps = (np.abs(np.subtract.outer(place[rows], place[rows])) for place in (disk, step))
+            photograph = (1 - level.common) * (disks == 0) + level.common * np.exp(-disks / level.reach)
+            along = np.exp(-steps / level.span) * (disks == 0)
+            known[key] = (1 - level.serial) * photograph * (steps == 0) + level.serial * along
+        out.append((rows, known[key]))
+    return out

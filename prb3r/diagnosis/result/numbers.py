@@ -46,6 +46,12 @@ class NoiseFound(NamedTuple):
     tension_scale_low: float
     """Ends of its 95 % interval."""
     tension_scale_high: float
+    lasting: float
+    """Share of the variance of the tensions that lasts through a sequence, as what was pulled again tells."""
+    serial: float
+    """Share of the variance that readings of a disk have in common along a sequence, likewise."""
+    span: float
+    """Steps over which they do."""
 
 
 class SurvivingModel(NamedTuple):

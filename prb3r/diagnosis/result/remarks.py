@@ -46,6 +46,12 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     if level.common:
         where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
         remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
+    for share, what in [
+        (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
+        (level.serial, f"noise of a disk's readings lasts over some {level.span:.0f} steps"),
+    ]:
+        if share:
+            remarks.append(f"what was pulled again differs: about {100 * share:.0f} % of the {what}")
     return remarks
 
 

@@ -130,8 +130,8 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
 
 def _noise(investigation: Investigation) -> NoiseFound:
-    found = investigation.choice.level
-    return NoiseFound(*found.reading, found.level.common, found.level.reach, *found.tension)
+    level, reading, tension = (found := investigation.choice.level).level, found.reading, found.tension
+    return NoiseFound(*reading, level.common, level.reach, *tension, level.lasting, level.serial, level.span)
 
 
 def _tolerances(found: EstimatedTolerances) -> tuple[ToleranceFound, ...]:

@@ -23,6 +23,20 @@ class NoiseSettings:
     """Disks over which: neighbours, or the whole photograph, which has fewer."""
     common_sd: float = 0.3
     """Prior standard deviation of the share."""
+    lasting_shares: tuple[float, ...] = (0.25, 0.5, 0.9)
+    """Shares of the variance of the tensions that may last through a sequence.  Choice: less is not seen among few
+    sequences, and with more no step would have any scatter of its own."""
+    lasting_sd: float = 0.3
+    """Prior standard deviation of the share: as of what a photograph has in common."""
+    serial_shares: tuple[float, ...] = (0.25, 0.5, 0.75)
+    """Shares of the noise that the readings of a disk may have in common along a sequence."""
+    serial_spans: tuple[float, ...] = (2.0, 10.0)
+    """Steps over which: neighbours, or most of a sequence.  What is alike over all of it is no noise but something that
+    was moved."""
+    most_differences: int = 600
+    """Differences of repeated sequences that are held against one another: their covariance is dense."""
+    coarser: int = 10
+    """Points of the scales of the noise for each that is tried there."""
     fewest_in_photograph: float = 4.0
     """Readings a photograph from which on a common share is sought."""
 

@@ -56,11 +56,17 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
             f" The tensions scatter {say.rounded(noise.tension_scale)} times as much as was stated "
             f"({say.rounded(noise.tension_scale_low)} to {say.rounded(noise.tension_scale_high)})."
         )
-    if not noise.common:
-        return text
-    whole = noise.reach >= diagnosis.nominal.plates
-    over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
-    return f"{text} Of the variance of the readings {over} {say.percent(noise.common)} in common."
+    if noise.common:
+        whole = noise.reach >= diagnosis.nominal.plates
+        over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
+        text += f" Of the variance of the readings {over} {say.percent(noise.common)} in common."
+    if noise.lasting or noise.serial:
+        text += (
+            " Sequences under the same loads differ by errors that last, which no effect of the loads can explain:"
+            f" {say.percent(noise.lasting)} of the variance of the tensions stays through a sequence, and"
+            f" {say.percent(noise.serial)} of that of a disk's readings through neighbouring steps."
+        )
+    return text
 
 
 def tolerance_table(diagnosis: Diagnosis) -> Table | None:

@@ -1,0 +1,132 @@
+r"""What repeated sequences do not have in common: errors of readings and of tensions that last through a sequence.
+
+A drive is warmer, a load cell is tared anew, a marker is set down again: such an error stays while a sequence lasts, is
+another in the next, and no effect that goes with the loads can imitate it.  The difference of two sequences under the
+same loads holds nothing else but noise, whatever physics a model lacks ("pure error").  With weights `W` of such
+differences, their likelihood under the covariance :math:`W C W^T` of the readings tells which share of the scatter of
+the tensions lasts through a sequence, and which share of the noise the readings of a disk have in common along it.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.sparse import csr_array, diags_array
+
+from prb3r.diagnosis.evidence.repeated_loads import Match, matches
+from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, lasting_scatter, noise_correlation
+from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Recording
+
+
+class Uncertain(NamedTuple):
+    """What of the readings is uncertain."""
+
+    sd: np.ndarray
+    """(r,) stated reading noise, inflated where a reading is doubted, m or rad."""
+    tensions: np.ndarray
+    """(r, s, m) change by one stated standard deviation of the tension of every step and cable."""
+
+
+def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain, settings: Settings) -> NoiseLevel:
+    """What lasts through a sequence, as likely as it can be made; as stated where too little was pulled again.
+
+    Parameters
+    ----------
+    misfit : (r,) readings less what a model says of them, which takes out that loads were nearly the same only.
+    """
+    weights = differences(recording, settings)
+    if weights is None:
+        return AS_STATED
+    level, least = AS_STATED, _deviance(recording, weights, misfit, uncertain, AS_STATED, settings)
+    while True:
+        more = [
+            (_deviance(recording, weights, misfit, uncertain, each, settings), each) for each in _more(level, settings)
+        ]
+        if not more or (best := min(more, key=lambda pair: pair[0]))[0] >= least:
+            return level
+        least, level = best
+
+
+def differences(recording: Recording, settings: Settings) -> csr_array | None:
+    """(d, r) weights of readings whose sums are differences of sequences under the same loads; None if too few.
+
+    Each sequence is compared with one later one, so that no difference is told by others; of very many, some disks'.
+    """
+    step, disk, kind, _ = (field.tolist() for field in recording.readings)
+    row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True))}
+    matched = list(_of_next(recording, settings))
+    if len({match.step for match in matched}) < settings.fewest_repeats:
+        return None
+    places = sorted({(d, k) for _, d, k in row})
+    kept = places[:: 1 + len(matched) * len(places) // settings.most_differences]
+    at, to, entries = list[int](), list[int](), list[float]()
+    count = 0
+    for place in kept:
+        for match in matched:
+            rows = [row.get((at_step, *place)) for at_step in (match.step, match.before, match.after)]
+            if None in rows:
+                continue
+            at += [count] * 3
+            to += rows  # type: ignore[arg-type]
+            entries += [1.0, match.share - 1, -match.share]
+            count += 1
+    return csr_array((entries, (at, to)), shape=(count, recording.readings.count)) if count else None
+
+
+def of_sequences(recording: Recording, change: np.ndarray, share: float) -> np.ndarray:
+    """(r, q) what the tensions scatter by, each sequence by itself; `change` (r, s, m), `share` of it that lasts."""
+    every = range(len(recording.sequences))
+    lasting = [lasting_scatter(change[:, recording.of_sequence == k], share) for k in every]
+    columns = np.hstack([part.reshape(len(part), -1) for part in lasting])
+    return columns[:, columns.any(0)]
+
+
+def _of_next(recording: Recording, settings: Settings) -> Iterator[Match]:
+    """The matches of every sequence with the first later one that repeats it."""
+    compared = dict[int, int]()
+    for pair, match in matches(recording, settings):
+        if compared.setdefault(int(recording.of_sequence[match.step]), pair) == pair:
+            yield match
+
+
+def _more(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
+    """Levels of which a little more lasts."""
+    larger = [share for share in settings.lasting_shares if share > level.lasting]
+    yield from (level._replace(lasting=share) for share in larger[:1])
+    shares = [share for share in settings.serial_shares if share > level.serial]
+    yield from (level._replace(serial=share, span=span) for share in shares[:1] for span in settings.serial_spans)
+
+
+def _deviance(
+    recording: Recording,
+    weights: csr_array,
+    misfit: np.ndarray,
+    uncertain: Uncertain,
+    level: NoiseLevel,
+    settings: Settings,
+) -> float:
+    r"""Minus twice the ln of the likelihood of the differences, at the likeliest scales of both noises; priors are in.
+
+    The noise of the readings is :math:`L L^T` and that of the tensions :math:`U \Sigma^2 U^T` in its units, so that all
+    scales follow from one decomposition.
+    """
+    apart = weights @ diags_array(uncertain.sd)
+    noise = (apart @ noise_correlation(recording, level) @ apart.T).toarray()
+    root = np.linalg.cholesky(noise)
+    tensions = of_sequences(recording, uncertain.tensions, level.lasting)
+    white = solve_triangular(root, np.column_stack([weights @ misfit, weights @ tensions]), lower=True)
+    left, columns = white[:, 0], white[:, 1:]
+    axes, size, _ = np.linalg.svd(columns, full_matrices=False)
+    along = (axes.T @ left) ** 2
+    beside = max(float(left @ left - along.sum()), 0.0)
+    first, last, count = settings.noise_scales
+    log_scale = np.linspace(first, last, 1 + (count - 1) // settings.coarser)[:, None, None]
+    log_factor = np.linspace(*settings.tension_scales)[:, None]
+    spread = np.exp(2 * log_scale) + np.exp(2 * log_factor) * size**2
+    inside = (np.log(spread) + along / spread).sum(-1)
+    rest = (len(left) - len(size)) * 2 * log_scale[..., 0] + beside / np.exp(2 * log_scale[..., 0])
+    prior = (log_scale[..., 0] / settings.noise_log_sd) ** 2 + (log_factor[:, 0] / settings.tension_log_sd) ** 2
+    shares = (level.lasting / settings.lasting_sd) ** 2 + (level.serial / settings.common_sd) ** 2
+    return float((inside + rest + prior).min() + 2 * np.log(np.diag(root)).sum() + shares)

@@ -1,0 +1,55 @@
+"""Steps whose loads another sequence carried too.
+
+Two sequences repeat one another where they carry the same loads at the same length of their paths through load space,
+even if they were read at other loads: in between, what a model leaves changes steadily.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Recording
+
+
+class Match(NamedTuple):
+    """A step that lies on the load path of another sequence."""
+
+    step: int
+    before: int
+    after: int
+    """Steps of the other sequence between which it lies; the same where it meets one."""
+    share: float
+    """Of the way from one to the other."""
+
+
+def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Match]]:
+    """Every step on the path of a later sequence with the same loads as far as both go; by number of the pair."""
+    loads = recording.loads
+    every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
+    rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
+    for pair, (first, second) in enumerate(combinations(rows, 2)):
+        yield from ((pair, match) for match in _on_path(every, first, second, settings))
+
+
+def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings: Settings) -> list[Match]:
+    """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
+    here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
+    far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
+    found, highest = [], np.abs(loads[[*first, *second]]).max()
+    tolerance = settings.same_loads * highest
+    for own, at, load in zip(first, far[1:], here[1:], strict=True):
+        if at > along[-1] + tolerance:
+            break
+        k = max(min(int(np.searchsorted(along, at)), len(second)), 1)
+        way = along[k] - along[k - 1]
+        share = float(np.clip((at - along[k - 1]) / way, 0, 1)) if way > 0 else 1.0
+        if np.abs((1 - share) * there[k - 1] + share * there[k] - load).max() > tolerance:
+            return []
+        if share == 1.0:
+            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
+        elif k > 1 and way <= settings.closely_read * highest:  # at rest nothing is read
+            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
+    return found
