@@ -8,6 +8,7 @@ the tensions lasts through a sequence, and which share of the noise the readings
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,11 @@ def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain
     weights = differences(recording, settings)
     if weights is None:
         return AS_STATED
+    _, sizes = np.unique(
+        [recording.of_sequence[recording.readings.step], recording.readings.kind], axis=1, return_counts=True
+    )
+    if sizes.max() > settings.most_in_sequence:
+        settings = replace(settings, serial_shares=())
     level, least = AS_STATED, _deviance(recording, weights, misfit, uncertain, AS_STATED, settings)
     while True:
         more = [

@@ -33,6 +33,9 @@ class NoiseSettings:
     serial_spans: tuple[float, ...] = (2.0, 10.0)
     """Steps over which: neighbours, or most of a sequence.  What is alike over all of it is no noise but something that
     was moved."""
+    most_in_sequence: int = 1500
+    """Readings of a kind in a sequence up to which a share is sought that goes on along it: their correlation is
+    dense."""
     most_differences: int = 600
     """Differences of repeated sequences that are held against one another: their covariance is dense."""
     coarser: int = 10
