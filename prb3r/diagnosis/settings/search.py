@@ -19,6 +19,10 @@ class SearchSettings:
     """Readings a parameter that small loads must have to be explained first.  Choice."""
     load_shares: tuple[float, ...] = (0.4, 0.7)
     """Shares of the largest loads up to which readings are explained first, in this order."""
+    common_presence: float = 0.1
+    """Prior probability from which on an effect is common: all such are fitted at once as one of the beginnings."""
+    saturated_shares: tuple[float, ...] = (0.25, 0.4, 0.55, 0.7, 0.85)
+    """Shares of the largest loads up to which readings are fitted with all of them, in this order.  Choice."""
     beam: int = 12
     """Sets of effects that the linearised selection carries on.  Choice, for time."""
     proposals: int = 5

@@ -1,0 +1,65 @@
+"""Starting with all common effects at once finds what is there only together."""
+
+from dataclasses import replace
+
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, saturated
+from prb3r.diagnosis.search.selection import choose
+from prb3r.diagnosis.search.starts import lead, search_effects
+from prb3r.diagnosis.stages import calibrate, doubt, serially
+
+TOGETHER = (
+    {"kind": "nonlinear_plate", "law": "smooth", "knee_strain": 0.0018, "ratio": 0.3, "sharpness": 4.0},
+    {"kind": "disk_contact", "angle_rad": 0.2, "stiffness_n_m_per_rad": 40.0},
+    {"kind": "tension_offset", "offset_n": 4.0},
+)
+"""Plates that soften until their disks touch, and a load cell off zero."""
+
+
+@pytest.fixture(scope="module")
+def doubted():
+    hidden = tuple(tuple(effect.items()) for effect in TOGETHER)
+    return doubt(calibrate(Task(recorded(Case(hidden=hidden)))), serially)
+
+
+def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
+    settings, library = doubted.fitted.model.settings, doubted.search.library
+    together = common_of_whole_rig(library, settings.common_presence)
+    kinds = [hypothesis.kind for hypothesis in together]
+    assert len(set(kinds)) == len(kinds) > 8
+    assert all(SUSPECTS[kind].presence >= settings.common_presence for kind in kinds)
+    assert all(name in FORMS for hypothesis in together for name, _ in hypothesis.place)
+    assert not any(one.excludes(other) for one in together for other in together if one is not other)
+    assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)
+
+
+def test_all_at_once_takes_away_most_of_what_constants_leave(doubted):
+    full = saturated(doubted.fitted, doubted.search, doubted.doubts)
+    assert doubted.fitted.reduced > 10
+    assert full.reduced < 0.5 * doubted.fitted.reduced
+
+
+def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted):
+    fitted, search, doubts = doubted.fitted, doubted.search, doubted.doubts
+    known = [fitted, saturated(fitted, search, doubts)]
+    assert (
+        choose(Pool(search, fitted.model.settings, known), search, doubts).kinds
+        == search_effects(fitted, search, doubts).kinds
+    )
+
+
+def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_either(doubted):
+    whole = search_effects(doubted.fitted, doubted.search, doubted.doubts)
+    library = tuple(each for each in doubted.search.library if each.kind != "disk_contact")
+    blind = replace(doubted.search, library=library)
+    part = search_effects(doubted.fitted, blind, doubted.doubts)
+    assert "disk_contact" in whole.kinds
+    assert part.structured
+    ahead = lead(whole, part, doubted.search)
+    assert ahead > 10
+    assert lead(part, whole, doubted.search) == pytest.approx(-ahead)
