@@ -14,7 +14,16 @@ from prb3r.diagnosis.library.bending import (
     loops_as_strain,
     said_of_law,
     said_of_loops,
-    toward,
+)
+from prb3r.diagnosis.library.contact import (
+    closing_free,
+    closing_places,
+    closing_probes,
+    contact_free,
+    contact_probes,
+    gaps,
+    said_of_closing,
+    said_of_contact,
 )
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
@@ -28,13 +37,9 @@ from prb3r.diagnosis.library.suspect import (
     left_behind,
     with_the_same,
 )
-from prb3r.model.effects.base import SIDES
-from prb3r.model.effects.plates import closing_angles
 from prb3r.model.manipulator import Manipulator
 
 OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
-CLOSING_FACTOR = 0.5, 2.0
-"""Closing angles of notches, of those that geometry gives."""
 
 
 def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -75,66 +80,6 @@ def _rest_sentence(fitted: Occurrence) -> str:
     if plates:
         which = f"Plate {plates[0]} is" if len(plates) == 1 else f"Plates {plates[0]} to {plates[-1]} are"
     return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m."
-
-
-def _plate_stiffness(scope: Scope) -> float:
-    """Stiffness of a plate against the bend between its disks, N m/rad: 1.1 EI / l on the elastica."""
-    return float(np.median(scope.chain.stiffness.sum(1) / scope.chain.stiffness.shape[1] ** 2))
-
-
-def _contact(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Disks touch within the largest bend, and are from softer than felt to as hard as rigid beside the plate."""
-    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
-    return (
-        Free("angle_rad", bend / 2, bend / 50, bend, log=True),
-        Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
-    )
-
-
-def _contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Angles across the range of bends, of disks that help a little and of disks that carry most."""
-    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
-    return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
-
-
-def _contact_sentence(fitted: Occurrence) -> str:
-    angle, stiffness = fitted.estimates["angle_rad"], fitted.estimates["stiffness_n_m_per_rad"]
-    return f"Neighbouring disks touch beyond a bend of {angle} rad and then add {stiffness} N m/rad."
-
-
-def _notches(scope: Scope) -> Iterator[Place]:
-    """Every side, and both together, to which plates bend so far that notches could close."""
-    angles = CLOSING_FACTOR[0] * closing_angles(scope.chain.arc, scope.manipulator)
-    least = np.nanmin(scope.bend, axis=0, initial=0.0), np.nanmax(scope.bend, axis=0, initial=0.0)
-    sides = [side for side, bend, angle in zip(SIDES, least, angles.T, strict=True) if (np.abs(bend) > angle).any()]
-    yield from ({"side": side} for side in sides)
-    yield from whole_rig_if(len(sides) == 2)
-
-
-def _closing(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Geometry is right within a factor of two (rounded edges, burrs, a tendon off the wall); stiffness as of disks."""
-    stiffness = _contact(scope, place)[1]
-    return (Free("factor", 1.0, *CLOSING_FACTOR, log=True), stiffness)
-
-
-def _closing_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Near the geometry, of edges that help a little and of edges that carry most."""
-    stiff = _plate_stiffness(scope)
-    return tuple((factor, size * stiff) for factor in (0.7, 1.0, 1.3) for size in (0.3, 3.0))
-
-
-def _closing_sentence(fitted: Occurrence) -> str:
-    factor, stiffness = fitted.estimates["factor"], fitted.estimates["stiffness_n_m_per_rad"]
-    return (
-        f"The notches close{toward(fitted)} at {factor} times the bend that length, cable arm and outer fibre give, "
-        f"and their edges then add {stiffness} N m/rad."
-    )
-
-
-def _gaps(manipulator: Manipulator) -> object:
-    """What stands between neighbouring disks."""
-    gaps = {(segment.length_m, segment.clamp_m) for segment in manipulator.segment}
-    return gaps, manipulator.disk.thickness_m
 
 
 def _clamps(manipulator: Manipulator) -> object:
@@ -216,12 +161,14 @@ PLATE_SUSPECTS = (
     Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
     Suspect(
         "disk_contact",
-        _contact_sentence,
-        with_the_same("disks and the length between them", _gaps),
-        free=_contact,
-        probes=_contact_probes,
+        said_of_contact,
+        with_the_same("disks and the length between them", gaps),
+        free=contact_free,
+        probes=contact_probes,
     ),
-    Suspect("notch_closing", _closing_sentence, as_it_is, places=_notches, free=_closing, probes=_closing_probes),
+    Suspect(
+        "notch_closing", said_of_closing, as_it_is, places=closing_places, free=closing_free, probes=closing_probes
+    ),
     Suspect(
         "clamp_compliance",
         sentence=lambda fitted: f"The clamps give way: a hinge of {fitted.size} rad/(N m) at each end of every plate.",
