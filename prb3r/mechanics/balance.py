@@ -59,9 +59,27 @@ def linearise_shape(model, plate):
 
 
 @kernel
+def tabled_law(table, side, x):
+    """A tabled law and its slope at the share `x` of its last curvature."""
+    last = table.shape[1] - 1
+    row = int(min(x * last, last - 1.0))
+    t = x * last - row
+    low, high = table[side, row, 0], table[side, row + 1, 0]
+    before, behind = table[side, row, 1], table[side, row + 1, 1]
+    if t > 1.0:
+        return high + behind * (t - 1.0) / last, behind
+    rise = (high - low) * last
+    bow, twist = 3.0 * rise - 2.0 * before - behind, before + behind - 2.0 * rise
+    return low + t * (before + t * (bow + t * twist)) / last, before + t * (2.0 * bow + 3.0 * t * twist)
+
+
+@kernel
 def bending_law(model, knees, angle, curvature):
     """Node angle that a linear plate would need for the same moment, and its slope; `curvature` per node angle."""
     k, knee = abs(curvature * angle), knees[1] if angle > 0.0 else knees[0]
+    if model.tabled:
+        moment, slope = tabled_law(model.table, 1 if angle > 0.0 else 0, k / knee)
+        return copysign(moment * knee / curvature, angle) if k > 0.0 else angle, slope
     stretch = model.cubic * k * k
     if model.sharpness < inf:
         passed = (k / knee) ** model.sharpness

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.bundle import bundle
-from prb3r.mechanics.chain import MOST_ELEMENTS, Chain
+from prb3r.mechanics.chain import LAW_ROWS, MOST_ELEMENTS, Chain
 
 
 @bundle
@@ -103,6 +103,8 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("cubic", float),
         ("ratio", float),
         ("sharpness", float),
+        ("tabled", bool),
+        ("table", float, (2, LAW_ROWS, 2)),
         ("extra", bool),  # whether any plate ever has an extra moment
         ("share", float),  # of the stiffness that slips
         ("elements", np.int64),  # in which it does; 0 where nothing slips, or where the shape is held
@@ -151,6 +153,8 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     model["stiff"] = 1.0
     for name in ("linear", "cubic", "ratio", "sharpness"):
         model[name] = getattr(chain.law, name)
+    if chain.law.table is not None:
+        model["tabled"], model["table"] = True, chain.law.table
     if slips.slipping:
         model["linear"], model["share"], model["elements"] = False, slips.share, 0 if held else slips.elements
     plate = np.zeros(plates + 1, of_plate)

@@ -142,6 +142,42 @@ def test_engine_and_rig_agree_on_laws_that_differ_by_plate_and_side():
     assert max(away) < 1e-4
 
 
+def superelastic_sections(rng):
+    """A rectangle by its fibre, or a notched tube, of the arc that it is cut from."""
+    u = rng.uniform
+    plateau = {"plateau_strain": u(1e-3, 2e-3), "compression_ratio": u(1, 2), "plateau_slope": u(0.1, 0.3)}
+    side = str(rng.choice(["negative", "positive"]))
+    tube = {"tube_outer_m": 1e-3, "tube_inner_m": u(0, 8e-4), "notch_depth_m": u(0, 8e-4), "notch_side": side}
+    return {"kind": "superelastic_plate"} | plateau, tube
+
+
+def test_engine_and_rig_agree_on_sections_that_pass_a_plateau():
+    """A table of moments over curvatures on one side, of curvatures over moments on the other; up to where the first
+    ends."""
+    rng, away, passed = np.random.default_rng(9), [], 0
+    for k in range(12):
+        data = random_manipulator(rng, 0, False)
+        law, tube = superelastic_sections(rng)
+        if k % 2:
+            rigidity = data["youngs_modulus_pa"] * 0.03 * 8e-4**3 / 12
+            data["segment"] = [
+                {key: value for key, value in segment.items() if key not in ("width_m", "thickness_m")}
+                | {"bending_stiffness_n_m2": rigidity}
+                for segment in data["segment"]
+            ]
+        data["effect"] = [law | tube if k % 2 else law]
+        steps = random_steps(rng, data, False)
+        manipulator = Manipulator.model_validate(data)
+        chain = manipulator.chain()
+        bend = np.diff(solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps))).angle, axis=1)
+        within = (np.abs(bend) < 0.8 * chain.law.knee[:, 0] * chain.arc).all(1)
+        away += [far for far, inside in zip(disagreement(data, steps), within, strict=False) if inside]
+        passed += (np.abs(bend) > 0.2 * chain.law.knee[:, 0] * chain.arc).any(1)[: len(within)][within].sum()
+    assert len(away) > 12
+    assert passed > 4
+    assert max(away) < 2e-5
+
+
 def later_effects(rng):
     """Effects that came later, so that the manipulators of `random_manipulator` stay those that are published."""
     u = rng.uniform

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from prb3r.mechanics.chain import Chain, Law
 from prb3r.model.effects.base import Effect, Host, Side
 from prb3r.model.files.numbers import NonNegative, Positive
-from prb3r.model.laws.section import Tube, smooth_law
+from prb3r.model.laws.section import Tube, section_law
 
 COMPRESSION_RATIO = 1.5
 """Plateau stress of nitinol in compression over that in tension: 1.2 to 1.6 (Liu, Xie, Van Humbeeck and Delaey, Acta
@@ -28,9 +28,9 @@ class SuperelasticPlate(Effect):
     compression, stress grows with `plateau_slope` (absent: 0.02) times Young's modulus alone; the neutral axis is where
     forces balance. Sections are rectangles of twice the outer fibre (the thickness), or all of them those of a tube of
     the diameters `tube_outer_m` and `tube_inner_m` with notches of `notch_depth_m`, cut from the side of positive (or
-    negative: `notch_side`) offsets, which bends otherwise to either side. The section is reduced to the law `smooth` of
-    `nonlinear_plate` with a knee by side: moments are within 3 % (of notched tubes 5.5 %) of the section's own up to
-    eight plateau strains. What unloading dissipates is left to `hysteretic_plate`."""
+    negative: `notch_side`) offsets, which bends otherwise to either side. Moments are the section's own, within 0.02 %,
+    up to eight plateau strains of the outermost fibre, and grow on from there as they did. What unloading dissipates is
+    left to `hysteretic_plate`."""
 
     kind: Literal["superelastic_plate"]
     once: ClassVar[bool] = True
@@ -72,11 +72,10 @@ class SuperelasticPlate(Effect):
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         compression = COMPRESSION_RATIO if self.compression_ratio is None else self.compression_ratio
         slope = PLATEAU_SLOPE if self.plateau_slope is None else self.plateau_slope
-        law = smooth_law(self.tube, compression, slope)
+        law = section_law(self.tube, compression, slope)
         height = 2 * manipulator.outer_fibre if self.tube_outer_m is None else np.full(chain.plates, self.tube_outer_m)
-        sides = law.knee[::-1] if self.notch_side == "negative" else law.knee
-        knee = self.strain(manipulator) * np.array(sides) / height[:, None]
-        return chain._replace(law=Law(chain.law.cubic, knee, law.ratio, law.sharpness))
+        table = law.table[::-1] if self.notch_side == "negative" else law.table
+        return chain._replace(law=Law(knee=(self.strain(manipulator) * law.end / height)[:, None], table=table))
 
     def strain(self, manipulator: Host) -> float:
         """Strain in tension at which the plateau begins."""

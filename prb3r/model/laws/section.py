@@ -1,4 +1,4 @@
-"""Bending of a section whose material follows a stress plateau, reduced to the smooth law that chains have.
+"""Bending of a section whose material follows a stress plateau, as a table for the law that chains have.
 
 The material is elastic up to the plateau strain in tension, `compression` times that in compression, and has `slope`
 times its modulus beyond.  The neutral axis is where the forces of a section balance, so that it shifts wherever section
@@ -10,19 +10,18 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.optimize.elementwise import find_root
+
+from prb3r.mechanics.chain import LAW_ROWS
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 """Gauss and Legendre's, for each part of a section between kinks of its width or its stress: moments are within 1e-4
 of their closed forms, and as smooth in all parameters."""
 PASSED = 8.0
-"""Plateau strains of the outermost fibre up to which a law is fitted: 6 % of strain where nitinol's begins at 0.75 %.
-Choice: about where the plateau of nitinol ends."""
-CURVATURES = 40
-"""At which it is, evenly spaced from none."""
-POLISHED = 10
-"""Steps of Gauss and Newton with which a fit ends, to rounding: derivatives are taken of it by differences."""
+"""Plateau strains of the outermost fibre up to which a section is followed: 6 % of strain where nitinol's begins at
+0.75 %; beyond, its moment grows as it did there.  Choice: about where the plateau of nitinol ends."""
+MOST_AXES, AXIS_FOUND = 60, 1e-14
+"""Steps of Newton's to a neutral axis, by halves where they lead beyond its bracket, and the last step that ends them,
+in heights of a section."""
 
 
 class Tube(NamedTuple):
@@ -34,14 +33,14 @@ class Tube(NamedTuple):
     """Of the notch; 0 for a whole tube."""
 
 
-class SmoothLaw(NamedTuple):
-    """What `prb3r.mechanics.chain.Law` takes: stiffness ratio, sharpness, and a knee by side."""
+class SectionLaw(NamedTuple):
+    """What `prb3r.mechanics.chain.Law` takes."""
 
-    ratio: float
-    sharpness: float
-    knee: tuple[float, float]
-    """Curvature of the knee times the section's height, over the plateau strain: bending toward the negative side, and
-    toward the positive one, which closes a notch."""
+    end: float
+    """Curvature to which it reaches, times the section's height over the plateau strain."""
+    table: np.ndarray
+    """(2, LAW_ROWS, 2) curvature that an elastic section would have under the same moment, over the end, and its slope:
+    bending toward the negative side, and toward the positive one, which closes a notch."""
 
 
 def width(tube: Tube | None, y: np.ndarray) -> np.ndarray:
@@ -72,62 +71,55 @@ def stress(strain: np.ndarray, compression: float, slope: float) -> np.ndarray:
     return slope * strain + (1 - slope) * np.clip(strain, -compression, 1.0)
 
 
-def bending(tube: Tube | None, compression: float, slope: float, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Curvatures of a section bent toward the positive (`side` 1) or negative side (-1), and the curvatures that an
-    elastic section would have under the same moments; both (CURVATURES,)."""
+def bending(
+    tube: Tube | None, compression: float, slope: float, side: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Moments of a section bent toward the positive (`side` 1) or negative side (-1).
+
+    Returns
+    -------
+    Curvatures from the first above none to the last, the curvatures that an elastic section would have under the same
+    moments, and the slopes of these; all (LAW_ROWS - 1,).
+    """
     y, area = (each[0] for each in quadrature(tube, np.zeros((1, 2))))
     centre = float(np.average(y, weights=area))
-    low, high = ends(tube)
-    curvature = np.linspace(0, PASSED, CURVATURES + 1)[1:] / max(centre - low, high - centre)
+    count = LAW_ROWS - 1
+    low, high = (np.full(count, end) for end in ends(tube))
+    curvature = np.linspace(0, PASSED, LAW_ROWS)[1:] / max(centre - low[0], high[0] - centre)
 
-    def summed(axis: np.ndarray, k: np.ndarray, power: int) -> np.ndarray:
-        """Force (power 0) or moment (1) about the axis, (k,)."""
-        y, area = quadrature(tube, axis[:, None] + side / k[:, None] * np.array([-1.0, compression]))
+    def summed(axis: np.ndarray) -> np.ndarray:
+        """(5, k) force that grows as the axis moves up and moment about the axis; sums of the stiffness, and of its
+        first and second moment."""
+        kinks = side / curvature[:, None] * np.array([-1.0, compression])
+        y, area = quadrature(tube, axis[:, None] + kinks)
         arm = y - axis[:, None]
-        return np.sum(area * arm**power * stress(-side * k[:, None] * arm, compression, slope), axis=1)
+        strain = -side * curvature[:, None] * arm
+        carried = side * area * stress(strain, compression, slope)
+        held = area * np.where((strain > -compression) & (strain < 1), 1.0, slope)
+        return np.stack([carried.sum(1), -(carried * arm).sum(1), *(np.sum(held * arm**k, axis=1) for k in range(3))])
 
-    bracket = np.full(CURVATURES, low), np.full(CURVATURES, high)
-    axis = find_root(lambda axis, k: summed(axis, k, 0), bracket, args=(curvature,)).x
-    return curvature, -side * summed(axis, curvature, 1) / (area @ (y - centre) ** 2)
-
-
-def smooth_moment(curvature: np.ndarray, ratio: float, sharpness: float, knee: float) -> tuple[np.ndarray, np.ndarray]:
-    """Moments over EI by the chain's law, as `curvature` (k,), and their derivatives (k, 3) by the logarithms of ratio,
-    sharpness and knee."""
-    x = curvature / knee
-    passed = x**sharpness
-    left = (1 + passed) ** (-1 / sharpness)
-    gone = passed / (1 + passed)
-    softer = np.log1p(passed) / sharpness - gone * np.log(x)
-    by = ratio * (1 - left), (1 - ratio) * left * softer, (1 - ratio) * left * gone
-    return curvature * (ratio + (1 - ratio) * left), curvature[:, None] * np.stack(by, axis=1)
+    axis = np.full(count, centre)
+    for _ in range(MOST_AXES):
+        force, _, stiff, *_ = summed(axis)
+        low, high = np.where(force < 0, axis, low), np.where(force < 0, high, axis)
+        step = axis - force / (curvature * stiff)
+        within = (step >= low) & (step <= high)
+        before, axis = axis, np.where(within, step, (low + high) / 2)
+        if np.abs(axis - before).max() < AXIS_FOUND:
+            break
+    _, moment, stiff, first, second = summed(axis)
+    inertia = area @ (y - centre) ** 2
+    return curvature, moment / inertia, (second - first**2 / stiff) / inertia
 
 
 @lru_cache(maxsize=512)
-def smooth_law(tube: Tube | None, compression: float, slope: float) -> SmoothLaw:
-    """The smooth law next to a section's own, for both sides at once, by relative moments up to `PASSED`.
+def section_law(tube: Tube | None, compression: float, slope: float) -> SectionLaw:
+    """The law of a section on both sides, within 2e-4 of its moments between the rows of the table."""
+    sides = [bending(tube, compression, slope, side) for side in ((-1, 1) if tube else (1,))]
+    end, rows = float(sides[0][0][-1]), [_rows(*each) for each in sides]
+    return SectionLaw(end, np.array(rows if tube else rows * 2))  # a rectangle bends alike to both sides
 
-    It is within 3 % of the moments of rectangles and within 5.5 % of those of notched tubes
-    (`tests/model/test_superelastic.py`).
-    """
-    sides = [bending(tube, compression, slope, side) for side in (-1, 1)]
 
-    def moments(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        ratio, sharpness, *knees = np.exp(p)
-        return [smooth_moment(k, ratio, sharpness, knee) for knee, (k, _) in zip(knees, sides, strict=True)]
-
-    def off(p: np.ndarray) -> np.ndarray:
-        return np.concatenate([fitted / m - 1 for (fitted, _), (_, m) in zip(moments(p), sides, strict=True)])
-
-    def slopes(p: np.ndarray) -> np.ndarray:
-        out = np.zeros((2, CURVATURES, len(p)))
-        for column, ((_, by), (_, m)) in enumerate(zip(moments(p), sides, strict=True)):
-            out[column][:, [0, 1, 2 + column]] = by / m[:, None]
-        return out.reshape(-1, len(p))
-
-    begin = np.log([slope + 0.02, 4.0, *(float(m[-1]) for _, m in sides)])
-    p = least_squares(off, begin, slopes, method="lm").x
-    for _ in range(POLISHED):
-        p = p - np.linalg.lstsq(slopes(p), off(p), rcond=None)[0]
-    ratio, sharpness, negative, positive = np.exp(p).tolist()
-    return SmoothLaw(ratio, sharpness, (negative, positive))
+def _rows(curvature: np.ndarray, moment: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """(LAW_ROWS, 2) of a table, from no curvature on."""
+    return np.vstack([[0.0, 1.0], np.stack([moment / curvature[-1], slope], axis=1)])
