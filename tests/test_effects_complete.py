@@ -12,7 +12,6 @@ from prb3r.proof.rig.effects import RECORDS
 
 PAGE = (Path(__file__).parents[1] / "docs/effects.md").read_text()
 NEVER_SUSPECTED = {
-    "superelastic_plate",  # its section and stresses are what an engineer states
     "empirical_moment",  # a law without a mechanism: what the diagnosis says when no suspect explains a recording
 }
 

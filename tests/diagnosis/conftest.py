@@ -1,6 +1,7 @@
 """Scopes of rigs on which every kind is suspected somewhere, and all hypotheses about them."""
 
 import pytest
+from diagnosis.simulated import NITINOL
 from diagnosis.suspected import MU, scope, sections
 
 from prb3r.diagnosis.library import hypotheses
@@ -23,9 +24,17 @@ def limp():
 
 
 @pytest.fixture(scope="session")
-def library(rubbing, frictionless, limp):
+def nitinol():
+    """Plates of a modulus and strains at which their material may be superelastic."""
+    modulus, thickness = NITINOL
+    return scope(youngs_modulus_pa=modulus, segment=sections(thickness_m=thickness))
+
+
+@pytest.fixture(scope="session")
+def library(rubbing, frictionless, limp, nitinol):
     """Every hypothesis on some rig, with the friction coefficient beside it."""
     closing = [each for each in hypotheses(limp) if each.kind == "notch_closing"]
-    return [(each, MU) for each in (*hypotheses(rubbing), *closing)] + [
+    plateau = [each for each in hypotheses(nitinol) if each.kind == "superelastic_plate"]
+    return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau)] + [
         (each, 0.0) for each in hypotheses(frictionless)
     ]

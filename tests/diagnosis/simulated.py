@@ -57,11 +57,13 @@ CENTRE = (0.1, 0.0)
 """Of the image, m."""
 E, MU = 1.87e11, 0.3
 """Nominal; the rig's own are a little off."""
+STEEL, NITINOL = (E, 8e-4), (5e10, 1e-3)
+"""Modulus and thickness of plates that the program bends well, and of such as it strains by a per cent."""
 
 
-def manipulator(modulus=E, friction=MU, effects=()) -> dict:
+def manipulator(modulus=E, friction=MU, effects=(), thickness=STEEL[1]) -> dict:
     """A manipulator file as a table."""
-    segment = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": 0.0008}
+    segment = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03, "thickness_m": thickness}
     cables = [{"name": n, "offset_m": at, "ends_at_segment": end} for n, (at, end) in CABLES.items()]
     plain = {"name": "rig", "youngs_modulus_pa": modulus, "disk": {"thickness_m": 0.004, "mass_kg": 0.05}}
     plain |= {"friction": {"coefficient": friction}, "segment": [segment, segment], "cable": cables}
@@ -82,11 +84,12 @@ def steps_of(name: str) -> list[dict]:
 
 
 def write_recording(
-    folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad"), friction: float = MU
+    folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad"), friction: float = MU, plates=STEEL
 ) -> Path:
     """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers."""
     rng = np.random.default_rng(seed)
-    true = manipulator(E * 1.05, friction * 0.9, hidden)
+    modulus, thickness = plates
+    true = manipulator(modulus * 1.05, friction * 0.9, hidden, thickness)
     frame = (rng.normal(0, 0.005), *rng.normal(0, 0.002, 2))
     noise = {"x_m": 3e-4, "y_m": 3e-4, "angle_rad": 0.005, "bend_rad": 0.005}
     steps, markers = [], []
@@ -114,7 +117,7 @@ def write_recording(
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
     described |= {"tolerance": EXACT}
     (folder / "recording.toml").write_text(toml_text(described))
-    (folder / "manipulator.toml").write_text(toml_text(manipulator(friction=friction)))
+    (folder / "manipulator.toml").write_text(toml_text(manipulator(modulus, friction, thickness=thickness)))
     pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
     pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
     return folder
@@ -129,6 +132,7 @@ class Case:
     without: frozenset[str] = frozenset()
     seed: int = 0
     friction: float = MU
+    plates: tuple[float, float] = STEEL
 
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
@@ -156,7 +160,7 @@ UNEXPLAINED = Case(
 def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
-        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read, case.friction))
+        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read, case.friction, case.plates))
 
 
 def rival_of(found: Investigation) -> Fit:
@@ -177,7 +181,7 @@ def diagnosed(case: Case = Case()) -> Diagnosis:
     """Computed by one of the processes that test side by side, for all of them."""
     if SHARED not in os.environ:
         return tell(investigated(case))
-    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction))
+    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates))
     path = Path(os.environ[SHARED]) / hashlib.sha256(content.encode()).hexdigest()
     with once_at_a_time(path.with_suffix(".lock")):
         if not path.exists():

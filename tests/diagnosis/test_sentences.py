@@ -53,6 +53,17 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",
         ),
         (
+            "superelastic_plate",
+            {},
+            {
+                "plateau_strain": (0.008, 0.007, 0.009),
+                "compression_ratio": (1.4, 1.2, 1.6),
+                "plateau_slope": (0.05, 0.03, 0.08),
+            },
+            "beyond a strain of 0.8 (0.7 to 0.9) % in tension, and 1.4 (1.2 to 1.6) times that in compression, their "
+            "stress reaches a plateau that rises by 5 (3 to 8) % of Young's modulus",
+        ),
+        (
             "hysteretic_plate",
             {},
             {"yield_strain": (0.006, 0.005, 0.007), "slipping_share": (0.3, 0.2, 0.4)},

@@ -1,10 +1,11 @@
-"""A segment that is softer than stated is the other that is stiffer, with a lower Young's modulus."""
+"""A segment that is softer than stated is the other that is stiffer, with a lower Young's modulus; plates beyond a knee
+are plates on a plateau."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import Case, recorded
+from diagnosis.simulated import NITINOL, Case, recorded
 
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -15,7 +16,7 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import choose
-from prb3r.diagnosis.search.twins import of_other_segments
+from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Prior
 
@@ -43,6 +44,29 @@ def test_two_segments_are_told_apart_by_what_is_known_of_the_modulus_alone():
     known, library = softened(Prior(youngs_modulus=0.1))
     (strained,) = of_other_segments(known, library)
     assert strained.chi2 > known.chi2 + 5
+
+
+PLATEAU = {"kind": "superelastic_plate", "plateau_strain": 0.0078, "compression_ratio": 1.35, "plateau_slope": 0.06}
+
+
+def test_plates_that_soften_are_looked_at_as_plates_on_a_plateau():
+    """From the knee that was fitted alone, wherever probes stand."""
+    calibrated = fit_constants(predictor(recorded(Case(hidden=(tuple(PLATEAU.items()),), plates=NITINOL))))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    law = next(each for each in library if each.name == "nonlinear_plate (law bilinear)")
+    strain, ratio = law.free
+    knee = fit(calibrated.model.adding(law), np.array([*calibrated.p, strain.at(0.01), ratio.at(0.4)]))
+    (twin,) = of_plateaus(knee, library)
+    assert [each.kind for each in twin.model.hypotheses] == ["superelastic_plate"]
+    assert twin.effects[0].plateau_strain == pytest.approx(0.0078, rel=0.05)
+    assert twin.chi2 < knee.chi2 - 10
+    assert not list(of_plateaus(twin, library))
+    assert not list(of_plateaus(knee, [each for each in library if each.kind != "superelastic_plate"]))
+    start = np.array([*calibrated.p, strain.at(0.005), ratio.at(1.2)])
+    stiffer = fit(calibrated.model.adding(law), start, fixed=[len(start) - 1])
+    assert stiffer.effects[0].ratio > 1
+    assert not list(of_plateaus(stiffer, library))
 
 
 STIFF = (("kind", "segment_stiffness"), ("segment", 1), ("factor", 1.7))

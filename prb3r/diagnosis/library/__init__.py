@@ -13,6 +13,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.loads import LOAD_SUSPECTS
 from prb3r.diagnosis.library.plates import PLATE_SUSPECTS
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.library.sections import SECTION_SUSPECTS
 from prb3r.diagnosis.library.suspect import Suspect
 
 SUSPECT_FAMILIES: Mapping[str, tuple[Suspect, ...]] = MappingProxyType(
@@ -20,6 +21,7 @@ SUSPECT_FAMILIES: Mapping[str, tuple[Suspect, ...]] = MappingProxyType(
         "friction": FRICTION_SUSPECTS,
         "cables": CABLE_SUSPECTS,
         "plates": PLATE_SUSPECTS,
+        "sections": SECTION_SUSPECTS,
         "loads": LOAD_SUSPECTS,
         "camera": CAMERA_SUSPECTS,
     }

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects import EFFECT_KINDS, in_place_of
 from prb3r.model.effects.base import Effect, Observation
 
 LARGEST_EXPONENT = 50.0
@@ -97,7 +97,7 @@ class Hypothesis:
 
     def excludes(self, other: "Hypothesis") -> bool:
         """Whether both cannot hold."""
-        return self == other or (self.kind == other.kind and self.once)
+        return self == other or (self.kind == other.kind and self.once) or in_place_of(self.kind, other.kind)
 
     @property
     def mechanical(self) -> bool:

@@ -19,6 +19,7 @@ IN_COMMON: Mapping[str, tuple[Group, tuple[str, ...] | None]] = MappingProxyType
     {
         "nonlinear_plate": ("material", None),
         "hysteretic_plate": ("material", None),
+        "superelastic_plate": ("material", None),
         "notch_closing": ("material", ("factor",)),  # how hard edges touch depends on their place
         "cable_friction": ("friction", None),
         "slip_history": ("friction", None),

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
-from prb3r.model.effects import EFFECT_KINDS
+from prb3r.model.effects import EFFECT_KINDS, in_place_of
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
@@ -140,7 +140,8 @@ class Suspect:
 
     def hypotheses(self, scope: Scope) -> Iterator[Hypothesis]:
         """The effect at every place where it makes sense."""
-        if self.once and self.kind in {effect.kind for effect in scope.manipulator.effect}:
+        there = {effect.kind for effect in scope.manipulator.effect}
+        if (self.once and self.kind in there) or any(in_place_of(self.kind, kind) for kind in there):
             return
         for place in self.places(scope):
             free, probes = self.free(scope, place), self.probes(scope, place)

@@ -14,7 +14,9 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.model.effects.sections import SuperelasticPlate
 from prb3r.recording.recording import Recording
 
 NEIGHBOURHOOD = 10.0
@@ -83,14 +85,20 @@ def found_before(assumed: Assumed, choice: Choice) -> list[str]:
 def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
     """That plates which soften may as well dissipate, where no sequence unloads and could tell; nothing elsewhere."""
     suspected = any(hypothesis.kind == "hysteretic_plate" for hypothesis in library)
-    bilinear = [effect.ratio for effect in choice.fitted.effects if isinstance(effect, NonlinearPlate)]
-    softens = any(ratio is not None and ratio < 1 for ratio in bilinear)
-    if suspected or not softens:
+    softening = [effect.kind for effect in choice.fitted.effects if _softens(effect)]
+    if suspected or not softening:
         return []
     return [
-        "plates that soften (nonlinear_plate) and plates that dissipate (hysteretic_plate) are alike here, as no "
+        f"plates that soften ({softening[0]}) and plates that dissipate (hysteretic_plate) are alike here, as no "
         "sequence bends a plate back: unload in steps to tell them apart"
     ]
+
+
+def _softens(effect: Effect) -> bool:
+    """Whether plates soften under an effect that follows no history: beyond a knee, or on a plateau."""
+    if isinstance(effect, NonlinearPlate):
+        return effect.ratio is not None and effect.ratio < 1
+    return isinstance(effect, SuperelasticPlate)
 
 
 def as_many_as_sought(choice: Choice) -> list[str]:

@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.twins import of_other_segments
+from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
     for _ in range(settings.renewals):
         pool.explore(expansions)
         present = frozenset(pool.best.model.hypotheses)
-        for twin in of_other_segments(pool.best, search.library):
+        for twin in (*of_other_segments(pool.best, search.library), *of_plateaus(pool.best, search.library)):
             pool.add(twin)
             there = frozenset(twin.model.hypotheses)
             if pool.near(there):

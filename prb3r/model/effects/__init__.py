@@ -30,6 +30,12 @@ def _kinds() -> Iterator[tuple[str, type[Effect]]]:
 EFFECT_KINDS: dict[str, type[Effect]] = dict(_kinds())
 """Every effect class by its kind."""
 
+
+def in_place_of(one: str, other: str) -> bool:
+    """Whether one of two kinds stands in the place of the other, so that a manipulator cannot have both."""
+    return other in EFFECT_KINDS[one].instead_of or one in EFFECT_KINDS[other].instead_of
+
+
 if TYPE_CHECKING:
     AnyEffect = Effect
 else:

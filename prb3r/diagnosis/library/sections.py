@@ -1,0 +1,77 @@
+"""Suspects among the sections: plates whose material follows a stress plateau, where section and material may show it.
+
+Of a rectangle the two sides bend alike, so that what tension and compression have each for themselves shows in the
+shape of one knee alone: the numbers of a material are known beforehand within narrow bounds, or the law of bending
+(`nonlinear_plate`, `smooth`), which holds every such section, could never be told from it.
+"""
+
+import numpy as np
+
+from prb3r.diagnosis.library.bending import NEEDS_FIBRE
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
+from prb3r.diagnosis.library.suspect import RARE, Occurrence, Suspect, effect_in_words
+from prb3r.model.effects.base import Effect
+from prb3r.model.manipulator import Manipulator
+
+SOFTEST_SPRING_PA = 1e11
+"""Young's modulus below which plates may be superelastic: nitinol has 28 (martensite) to 83 GPa (austenite), copper and
+titanium alloys that transform some 60 to 90; steels, which yield at such strains, have 180 and more."""
+PLATEAU = Free("plateau_strain", 0.008, 0.004, 0.016, log=True, sd=0.22)
+"""The plateau of nitinol begins at 400 to 500 MPa where Young's modulus is 40 to 75 GPa (body temperature; Pelton,
+DiCello and Miyazaki, Min. Invasive Ther. Allied Technol. 9 (2000) 107): a strain of 0.53 to 1.25 %, two standard
+deviations to either side; bounds twice and half of the middle."""
+COMPRESSION = Free("compression_ratio", 1.4, 1.0, 2.0, log=True, sd=0.07)
+"""1.2 to 1.6 (sources: `prb3r.model.effects.sections.COMPRESSION_RATIO`), two standard deviations to either side."""
+SLOPE = Free("plateau_slope", 0.045, 0.01, 0.2, log=True, sd=0.4)
+"""Plateaus of nitinol rise by 2 to 10 % of Young's modulus, the steeper in compression: two standard deviations to
+either side."""
+PROBES = 0.006, 0.008, 0.011
+"""Strains from which fits begin: low, in the middle and high in what is known beforehand."""
+
+
+def _plateaus(scope: Scope) -> list[Place]:
+    """All plates, where every section is known, the stated modulus is of such a material, and strains reach the lowest
+    plateau."""
+    known = all(segment.thickness_m is not None for segment in scope.manipulator.segment)
+    soft = scope.manipulator.youngs_modulus_pa < SOFTEST_SPRING_PA
+    return whole_rig_if(known and soft and scope.strain > PLATEAU.low)
+
+
+def _material(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """The same on every rig, as it is a material and not a rig that has them."""
+    return PLATEAU, COMPRESSION, SLOPE
+
+
+def _plateau_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Plateaus that some plate passes; the lowest one in any case."""
+    passed = [strain for strain in PROBES if strain < scope.strain] or [PLATEAU.low]
+    return tuple((strain, COMPRESSION.null, SLOPE.null) for strain in passed)
+
+
+def _said_of_plateau(fitted: Occurrence) -> str:
+    slope, ratio = fitted.estimates["plateau_slope"].times(100), fitted.estimates["compression_ratio"]
+    return (
+        f"The plates are superelastic, as nitinol is: beyond a strain of {fitted.size.times(100)} % in tension, and "
+        f"{ratio} times that in compression, their stress reaches a plateau that rises by {slope} % of Young's modulus."
+    )
+
+
+def _as_material(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """The material carries over, whatever the sections are; it needs to know them."""
+    if np.isfinite(there.outer_fibre).all():
+        return effect
+    return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
+
+
+SECTION_SUSPECTS = (
+    Suspect(
+        "superelastic_plate",
+        _said_of_plateau,
+        _as_material,
+        places=_plateaus,
+        free=_material,
+        probes=_plateau_probes,
+        presence=RARE,
+    ),
+)
