@@ -2,14 +2,16 @@
 
 import numpy as np
 
+from prb3r.proof.concealed.candidates import candidates
+from prb3r.proof.concealed.composition import flavours
 from prb3r.proof.concealed.design import Flavour
 from prb3r.proof.concealed.designs import design_of
-from prb3r.proof.concealed.real import rare_among_others
+from prb3r.proof.concealed.real import OF_NITINOL, REAL_CLASSES, rare_among_others
 from prb3r.proof.rig.effects import RECORDS
 
 
 def test_one_rare_effect_comes_before_others_that_the_rig_knows_beside_it():
-    rng, design, seen = np.random.default_rng(5), design_of(1, 0, Flavour.REAL), set()
+    rng, design, seen = np.random.default_rng(5), design_of(1, 0, Flavour.REAL), {OF_NITINOL}
     for _ in range(60):
         rare, *others = (RECORDS[each.effect["kind"]] for each in rare_among_others(rng, design))
         seen.add(rare.kind)
@@ -17,3 +19,26 @@ def test_one_rare_effect_comes_before_others_that_the_rig_knows_beside_it():
         assert not any(record.rare for record in others)
         assert rare.excludes.isdisjoint(record.kind for record in others)
     assert seen == {kind for kind, record in RECORDS.items() if record.rare}
+
+
+def test_a_rig_of_nitinol_goes_beyond_the_plateau_of_its_material():
+    rng, designs = np.random.default_rng(6), [design_of(2, k, Flavour.REAL_NITINOL) for k in range(8)]
+    shown = [{group[0].kind for group in candidates(design, rare=True)} for design in designs]
+    reaching = [design for design, there in zip(designs, shown, strict=True) if OF_NITINOL in there]
+    assert len(reaching) > 4
+    for design in designs:
+        rare, *others = (each.effect for each in rare_among_others(rng, design))
+        assert (rare["kind"] == OF_NITINOL) == (design in reaching)
+        if rare["kind"] == OF_NITINOL:
+            modulus, first = design.manipulator["youngs_modulus_pa"], design.manipulator["segment"][0]
+            arc = first["length_m"] - 2 * first["clamp_m"]
+            assert 4e8 <= rare["plateau_strain"] * modulus <= 5e8
+            assert design.largest_bend / arc * first["thickness_m"] / 2 > 1.3 * rare["plateau_strain"]
+            assert {each["kind"] for each in others}.isdisjoint({"nonlinear_plate", "hysteretic_plate", "disk_contact"})
+
+
+def test_rigs_of_spring_steel_are_drawn_as_they_were():
+    """One in ten of the recordings with a rare effect is of nitinol; the others are on the designs that they had."""
+    kinds = flavours(40, ["rare"])
+    assert [k for k, flavour in enumerate(kinds) if flavour == Flavour.REAL_NITINOL] == [9, 19, 29, 39]
+    assert Flavour.REAL_NITINOL not in flavours(200, [cls for cls in REAL_CLASSES if cls != "rare"])

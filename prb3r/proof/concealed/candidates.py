@@ -28,6 +28,7 @@ def conditions_of(design: Design) -> Conditions:
         length=design.length,
         bend=design.largest_bend,
         arc=first["length_m"] - 2 * first["clamp_m"],
+        modulus=manipulator["youngs_modulus_pa"],
         rigidity=manipulator["youngs_modulus_pa"] * first["width_m"] * first["thickness_m"] ** 3 / 12,
         fibre=first["thickness_m"] / 2,
         steps=len(steps),

@@ -30,6 +30,8 @@ def flavours(cases: int, classes: Collection[str] = ()) -> list[Flavour]:
 def _real_flavour(cls: str, i: int) -> Flavour:
     """Of recording `i` of a class of real rigs."""
     chosen = SETTINGS.real
+    if cls == "rare" and _last(i, chosen.nitinol_every):
+        return Flavour.REAL_NITINOL
     if _last(i, chosen.bare_every):
         return Flavour.REAL_BARE
     if _last(i + 1, chosen.history_every):

@@ -34,11 +34,14 @@ class Flavour(StrEnum):
     """The same with friction that follows the load path."""
     REAL_UNTOLD = "real, history untold"
     """The same, its nominal model with declared slip."""
+    REAL_NITINOL = "real, nitinol"
+    """A rig with imperfections whose plates are of nitinol and bend beyond what is elastic."""
 
     @property
     def is_real(self) -> bool:
         """Whether designs of it have imperfections that no file tells."""
-        return self in (Flavour.REAL, Flavour.REAL_BARE, Flavour.REAL_HISTORY, Flavour.REAL_UNTOLD)
+        slow = self.REAL_HISTORY, self.REAL_UNTOLD
+        return self in (self.REAL, self.REAL_BARE, *slow, self.REAL_NITINOL)
 
     @property
     def is_slow(self) -> bool:

@@ -61,7 +61,8 @@ def _manipulator(rng: np.random.Generator, flavour: Flavour) -> dict[str, Any]:
     plates = np.full(segments, total // segments)
     plates[: total % segments] += 1
     length, clamp = u(*ranges.length_m), u(*ranges.clamp_m)
-    thickness = np.sort(u(*ranges.thickness_m, segments))[::-1]
+    nitinol = flavour == Flavour.REAL_NITINOL
+    thickness = np.sort(u(*(ranges.nitinol_thickness_m if nitinol else ranges.thickness_m), segments))[::-1]
     cables = _cables(rng, segments)
     frictionless = flavour == Flavour.REAL_BARE or (flavour == Flavour.PLAIN and rng.random() < ranges.frictionless)
     friction: dict[str, Any] = {"coefficient": 0.0 if frictionless else u(*ranges.friction)}
@@ -69,7 +70,7 @@ def _manipulator(rng: np.random.Generator, flavour: Flavour) -> dict[str, Any]:
         friction |= {"direction": "history", "presliding_m": 10 ** u(*ranges.presliding_log10_m)}
     return {
         "name": "concealed",
-        "youngs_modulus_pa": ranges.youngs_modulus_pa * u(*ranges.stiffness),
+        "youngs_modulus_pa": u(*ranges.nitinol_pa) if nitinol else ranges.youngs_modulus_pa * u(*ranges.stiffness),
         "gravity_m_s2": ranges.gravity_m_s2,
         "disk": {"thickness_m": u(*ranges.disk_thickness_m), "mass_kg": u(*ranges.disk_mass_kg)},
         "friction": friction,

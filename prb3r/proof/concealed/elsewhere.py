@@ -22,6 +22,7 @@ OF_THE_KIND = (
     "edge_wrap",
     "nonlinear_plate",
     "hysteretic_plate",
+    "superelastic_plate",
     "load_dependent_friction",
     "wrap_saturation",
     "disk_contact",

@@ -26,6 +26,10 @@ REAL_CLASSES = ("several", "imperfect-single", "imperfect-clean", "blunder", "ra
 _SEVERAL, _SINGLE, _CLEAN, _BLUNDER, _RARE = REAL_CLASSES
 """Three to five effects; one; none; a blunder of the set-up, with effects in every second; one that is rare beside
 others."""
+OF_NITINOL = "superelastic_plate"
+"""What is rare of a rig of nitinol plates."""
+STOPS = frozenset({"disk_contact"})
+"""What keeps plates from bending to their plateau, so that nothing would be concealed."""
 
 
 class Planted(NamedTuple):
@@ -71,10 +75,11 @@ def _planted(rng: np.random.Generator, request: Request, design: Design) -> list
 def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]:
     """One rare effect, the first, beside one or two others of sizes that rigs show."""
     of_kind = _by_kind(design, rare=True)
-    kind = rng.choice(list(of_kind))
+    kind = OF_NITINOL if design.flavour == Flavour.REAL_NITINOL and OF_NITINOL in of_kind else rng.choice(list(of_kind))
     rare = _sized(rng, design, of_kind[kind], whole=False)
     others = several_effects(rng, design, SETTINGS.real.beside_rare)
-    return [rare, *(each for each in others if each.effect["kind"] not in RECORDS[kind].excludes)]
+    barred = RECORDS[kind].excludes | (STOPS if kind == OF_NITINOL else frozenset())
+    return [rare, *(each for each in others if each.effect["kind"] not in barred)]
 
 
 def _by_kind(design: Design, rare: bool = False) -> dict[str, list[Candidate]]:

@@ -49,6 +49,7 @@ TYPICAL: Mapping[str, Typical] = {
     "camera_drift": Typical(0.05, 0.4),  # 0.1 to 0.8 % of the length in the end
     "wrap_saturation": Typical(0.15, 0.8),  # the largest turns count three quarters to two fifths
     "stiffness_gradient": Typical(0.15, 0.7),  # a tip 10 to 40 % softer or stiffer than the base
+    "superelastic_plate": Typical(1.0, 1.0),  # plateaus as nitinol has them
     "umbilical": Typical(0.05, 0.5),  # 5 to 50 % of the arm's own stiffness from end to end
 }
 """By kind, of all that can be concealed.  A size is drawn evenly in its logarithm."""
@@ -64,6 +65,8 @@ class RealRigs:
     """Fewest and most beside a rare one."""
     bare_every: int = 4
     """One of so many recordings is of a rig whose nominal model leaves friction out."""
+    nitinol_every: int = 10
+    """One of so many with a rare effect is of a rig of nitinol plates, whose material is what is rare."""
     history_every: int = 4
     """One of so many is of a rig whose friction follows the load path: with several effects, every second of these
     leaves that out of the nominal model too."""

@@ -53,6 +53,10 @@ class Manipulators:
     """Reproduces the paper's Fig. 11."""
     stiffness: tuple[float, float] = (0.8, 1.1)
     """Factor on it."""
+    nitinol_pa: tuple[float, float] = (4e10, 7.5e10)
+    """Young's modulus of rigs whose plates are of nitinol."""
+    nitinol_thickness_m: tuple[float, float] = (1.2e-3, 1.8e-3)
+    """Of their plates, so that strains go beyond a per cent."""
     gravity_m_s2: float = 9.81
     disk_thickness_m: tuple[float, float] = (0.003, 0.006)
     """Prototype 0.004."""

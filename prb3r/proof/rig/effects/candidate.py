@@ -42,6 +42,8 @@ class Conditions:
     """Flexible length of the first plate, m."""
     rigidity: float
     """EI of the first plate, N m^2."""
+    modulus: float
+    """Stated Young's modulus, Pa."""
     fibre: float
     """Distance of its outermost fibre from the neutral axis, m."""
     steps: int

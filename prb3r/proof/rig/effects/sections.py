@@ -1,15 +1,29 @@
 """Plates whose section is followed through the plateaus of its material, by closed forms and a table of curvatures."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from prb3r.proof.rig.arrays import SECTION_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.bending import BENT_TOWARD
+from prb3r.proof.rig.effects.candidate import Candidate, Conditions
 from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, size
 from prb3r.proof.rig.section import Material, notched_tube, rectangle, section_table
 
+PLATEAU_PA = 4e8, 5e8
+"""Stresses at which the plateau of nitinol begins in tension."""
+COMPRESSION_RANGE = 1.2, 1.6
+"""Of its plateau in compression, over that."""
+SLOPE_RANGE = 0.02, 0.1
+"""Of its plateaus, over Young's modulus."""
+NITINOL_PA = 8.3e10
+"""Largest Young's modulus of nitinol: its austenite's."""
+BEYOND = 1.3
+"""Times the plateau strain that the outermost fibre of an elastic plate has, at least: a rectangle gives way by a tenth
+then, and by half at 1.6."""
 TUBE = "tube_outer_m", "tube_inner_m", "notch_depth_m"
 
 
@@ -22,7 +36,7 @@ def _plateau(
     notch_side=None,
     **tube,
 ):
-    """A section of tension and compression plateaus; every plate its own table."""
+    """A section of tension and compression plateaus; every rectangle has its own table."""
     if (plateau_stress_pa is None) == (plateau_strain is None):
         raise ValueError("a superelastic plate takes either plateau_stress_pa or plateau_strain")
     if len(tube) not in (0, 3) or (notch_side and not tube):
@@ -34,17 +48,55 @@ def _plateau(
     strain = plateau_stress_pa / draft.modulus if plateau_strain is None else plateau_strain
     material = Material(strain, compression_ratio * strain, plateau_slope)
     cut = -1 if notch_side == "negative" else 1
-    if tube:
-        outlines = [notched_tube(tube["tube_outer_m"], tube["tube_inner_m"], tube["notch_depth_m"], cut)]
-    else:
-        outlines = [rectangle(fibre) for fibre in draft.fibre]
     draft.law = SECTION_LAW
-    draft.law_table = np.array([[section_table(each, material, side) for side in (-1, 1)] for each in outlines])
+    if tube:
+        draft.law_table = _tube_table(material, tube["tube_outer_m"], tube["tube_inner_m"], tube["notch_depth_m"], cut)
+    else:
+        draft.law_table = (
+            _rectangle_table(material)
+            / np.stack([draft.fibre, draft.fibre, np.ones(len(draft.arc))], -1)[:, None, None]
+        )
+
+
+@lru_cache(maxsize=64)
+def _rectangle_table(material: Material) -> np.ndarray:
+    """(1, 2, ROWS, 3) of plates whose outermost fibre is 1 m from the middle; curvatures go with its inverse."""
+    return np.array([[section_table(rectangle(1.0), material, side) for side in (-1, 1)]])
+
+
+@lru_cache(maxsize=64)
+def _tube_table(material: Material, outer: float, inner: float, depth: float, cut: int) -> np.ndarray:
+    """(1, 2, ROWS, 3) of all plates."""
+    outline = notched_tube(outer, inner, depth, cut)
+    return np.array([[section_table(outline, material, side) for side in (-1, 1)]])
+
+
+def _nitinol(given: Conditions) -> Iterator[Candidate]:
+    """Where plates may be of it and reach its plateau."""
+    if given.modulus <= NITINOL_PA and _reached(given) > PLATEAU_PA[0]:
+        yield _of_material(given, PLATEAU_PA[0], COMPRESSION_RANGE[0], SLOPE_RANGE[0])
+
+
+def _reached(given: Conditions) -> float:
+    """Highest stress of a plateau that plates go beyond, Pa."""
+    return given.curvature * given.fibre * given.modulus / BEYOND
+
+
+def _of_material(given: Conditions, plateau: float, compression: float, slope: float) -> Candidate:
+    """Plates of a material whose plateau begins at a stress, by the strain that this is; a material has no size."""
+    shape = plateau / given.modulus, compression, slope
+    law = dict(zip(("plateau_strain", "compression_ratio", "plateau_slope"), shape, strict=True))
+    return Candidate((), lambda _: law, shape=shape)
+
+
+def _nitinol_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    plateau = PLATEAU_PA[0], min(PLATEAU_PA[1], _reached(given))
+    return _of_material(given, *(rng.uniform(*ends) for ends in (plateau, COMPRESSION_RANGE, SLOPE_RANGE)))
 
 
 SECTION_RECORDS = (
     Record(
-        "superelastic_plate",  # no design that is drawn is of nitinol: its plates are strained by 0.3 % at most
+        "superelastic_plate",
         _plateau,
         (
             size("plateau_stress_pa", POSITIVE, Scale.LOGARITHM, optional=True),
@@ -56,7 +108,10 @@ SECTION_RECORDS = (
             size("notch_depth_m", FROM_ZERO, optional=True),
             replace(one_of("notch_side", BENT_TOWARD), optional=True),
         ),
+        _nitinol,
+        rare=True,
         once=True,
         excludes=frozenset({"nonlinear_plate", "hysteretic_plate"}),
+        reshaped=_nitinol_anew,
     ),
 )
