@@ -126,6 +126,7 @@ NOMENCLATURE = {
             "factor on all loads at which the branch ends or loses stability; inf: none found",
         ),
         Quantity("broken_cables", "", "", "names of the cables that carry nothing, separated by commas"),
+        Quantity("time_s", "t", "s", "when a step was taken, by one clock for all sequences"),
         Quantity("tip_x_n", "F_x", "N", "dead load along x at the centre of the tip disk's distal face"),
         Quantity("tip_y_n", "F_y", "N", "dead load along y at the centre of the tip disk's distal face"),
         Quantity("youngs_modulus_pa", "E", "Pa", "Young's modulus of the plates"),

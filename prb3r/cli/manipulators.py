@@ -40,8 +40,9 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
         with _progress(blocks.steps) as progress:
             before = 0
             for block in blocks:
-                table = as_read(block, blocks.manipulator, image_centre, before) if as_measured else block
-                last = table.loc[table["disk"] == table["disk"].max(), "outcome"]
+                last = block.loc[block["disk"] == block["disk"].max(), "outcome"]
+                elapsed = blocks.elapsed[before : before + len(last)]
+                table = as_read(block, blocks.manipulator, image_centre, elapsed) if as_measured else block
                 outcomes.update(last)
                 before += len(last)
                 progress.advance(len(last), int((~last.isin(FOUND)).sum()))

@@ -46,6 +46,11 @@ class SolvedBlocks:
         """Number of load steps of all blocks."""
         return len(self.table.steps)
 
+    @property
+    def elapsed(self) -> np.ndarray:
+        """(s,) steps that had passed before each; not whole ones where `time_s` says when each was taken."""
+        return self.table.loads.elapsed[:, 0]
+
     def __iter__(self) -> Iterator[pd.DataFrame]:
         return (_framed(block, columns) for block, columns in self.columns())
 
@@ -144,15 +149,15 @@ def solve(
     """
     blocks = solve_in_blocks(manipulator, steps, model, also)
     table = blocks.whole()
-    return as_read(table, blocks.manipulator, image_centre_m) if as_measured else table
+    return as_read(table, blocks.manipulator, image_centre_m, blocks.elapsed) if as_measured else table
 
 
 def as_read(
-    table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float], before: int = 0
+    table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float], elapsed: np.ndarray
 ) -> pd.DataFrame:
     """A table of equilibria with its positions and angles as a camera with the manipulator's observation effects reads
-    them; `before`: steps of the recording before the table."""
-    elapsed = before + np.arange(len(table)) // (manipulator.plates + 1)
+    them; `elapsed` (s,): steps that had passed before each of the table."""
+    elapsed = np.repeat(elapsed, manipulator.plates + 1)
     x, y = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m, elapsed).T
     return table.assign(x_m=x, y_m=y, angle_rad=table["angle_rad"] + turned(manipulator.effect, elapsed))
 

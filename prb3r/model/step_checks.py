@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,10 @@ from prb3r.model.manipulator import Manipulator
 
 REST_NOISE = 0.02
 """A tension below zero by up to this share of the largest is a force sensor at rest and taken as zero."""
+
+
+TIME = "time_s"
+"""Optional column of a table of steps: when each was taken, by one clock."""
 
 
 def column_names(manipulator: Manipulator) -> list[str]:
@@ -48,15 +53,16 @@ def step_problems(
     ----------
     manipulator : that the loads act on; without it, names of columns and signs of tensions stay unchecked.
     """
-    valid = [*keys, *_columns(manipulator)] if manipulator else list(frame.columns)
+    valid = [*keys, *([TIME] if keys else []), *_columns(manipulator)] if manipulator else list(frame.columns)
     problems = key_problems(frame, where, keys)
     if not problems and keys:
         problems += _repeated(with_keys(frame), where)
+        problems += _time_problems(with_keys(frame), f"{where} column {TIME}") if TIME in frame else []
     for name in frame.columns:
         place = f"{where} column {name}"
         if name not in valid:
             problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
-        elif name not in keys:
+        elif name not in (*keys, TIME):
             problems += _load_problems(frame[name], str(name), place)
     for name in manipulator.cable_names if manipulator else ():
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
@@ -127,6 +133,30 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
         differ = "" if len(rows.drop_duplicates()) == len(steps) else ", with different loads"
         remedy = "a sequence that is pulled again needs a name of its own"
         yield Problem(where, f"sequence {name}: {', '.join(places)}{more}{differ}; {remedy}")
+
+
+def _time_problems(frame: pd.DataFrame, place: str) -> list[Problem]:
+    """What keeps the times of steps from being those of one clock."""
+    problems, time = number_problems(frame[TIME], place), numbers(frame[TIME])
+    if (empty := is_empty(frame[TIME])).any():
+        problems.append(
+            Problem(place, f"{rows_of(empty)}: empty; leave the whole column out where times are not known")
+        )
+    if problems:
+        return problems
+    ordered = frame.assign(**{TIME: time}).sort_values("step", kind="stable")
+    spans = []
+    for name, rows in ordered.groupby("sequence", sort=False):
+        late = rows[TIME].diff() <= 0
+        if late.any():
+            step = rows.loc[late.idxmax(), "step"]
+            problems.append(Problem(place, f"sequence {name}: step {step} is not later than the one before it"))
+        spans.append((rows[TIME].min(), rows[TIME].max(), name))
+    for (_, end, before), (begin, _, after) in pairwise(sorted(spans)):
+        if begin <= end:
+            both = f"sequences {before} and {after} overlap"
+            problems.append(Problem(place, f"{both}: times are of one clock that runs through the whole recording"))
+    return problems
 
 
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:

@@ -16,7 +16,7 @@ from prb3r.model.files.cells import (
 )
 from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.step_checks import step_problems
+from prb3r.model.step_checks import TIME, step_problems
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class LoadTable:
 def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
     """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1.
 
-    The rows follow on each other in time.
+    The rows follow on each other in time, as evenly as one step on the next where no `time_s` says otherwise.
     """
     rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
 
@@ -97,8 +97,14 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
         force,
         np.stack([column("tip_x_n", 0.0), column("tip_y_n", 0.0)], 1),
         _zeros(rows, plates),
-        np.arange(float(rows))[:, None],
+        elapsed_steps(column(TIME, 0.0) if TIME in table else np.arange(float(rows)))[:, None],
     )
+
+
+def elapsed_steps(time: np.ndarray) -> np.ndarray:
+    """(s,) how many steps have passed before each, where one takes as long as they do in the mean; `time` (s,), s."""
+    first, last = (time.min(), time.max()) if len(time) else (0.0, 0.0)
+    return (time - first) * ((len(time) - 1) / (last - first)) if last > first else time - first
 
 
 def _zeros(*shape: int) -> np.ndarray:
