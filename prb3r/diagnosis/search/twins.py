@@ -13,6 +13,7 @@ import numpy as np
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.model.effects.plates import NonlinearPlate
 
 OF_SEGMENTS, OF_PLATEAUS = "segment_stiffness", "superelastic_plate"
 KNEE_OF_PLATEAU = 1.3
@@ -44,11 +45,12 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
     plateau = next((each for each in library if each.kind == OF_PLATEAUS), None)
     for k, effect in enumerate(fitted.effects):
-        knee = getattr(effect, "knee_strain", None)
-        if plateau is None or knee is None or effect.ratio >= 1:
+        if plateau is None or not isinstance(effect, NonlinearPlate) or effect.knee_strain is None:
+            continue
+        if (effect.ratio or 1.0) >= 1:
             continue
         start = np.zeros(len(plateau.free))
-        start[0] = plateau.free[0].at(knee / KNEE_OF_PLATEAU)
+        start[0] = plateau.free[0].at(effect.knee_strain / KNEE_OF_PLATEAU)
         twin = replace(model, hypotheses=(*present[:k], plateau, *present[k + 1 :]))
         whole = np.concatenate([constants, *shares[:k], start, *shares[k + 1 :]])
         if (found := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:
