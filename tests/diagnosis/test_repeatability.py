@@ -85,6 +85,17 @@ def test_gains_that_last_are_told_from_tensions_that_scatter(again, sensed, shar
     assert np.mean([level.serial for level in found]) < 0.1
 
 
+def test_of_very_many_differences_those_are_taken_that_tell_of_tensions():
+    quiet = pulled_again(0.0, times=10)
+    many = replace(quiet, measurement=quiet.measurement.model_copy(update={"tension_sd_relative": 0.01}))
+    predict = predictor(many)
+    sensitivity = tension_response(predict, predict.solve(Constants()))
+    weights = differences(many, Settings(), np.square(sensitivity).sum((1, 2)) / reading_sd(many) ** 2)
+    assert weights.shape[0] <= Settings().most_differences
+    assert told(many, sensitivity, misfit(many, sensitivity, 0.9, 1)).lasting >= 0.5
+    assert told(many, sensitivity, misfit(many, sensitivity, 0.0, 1)).lasting == 0
+
+
 def test_noise_that_goes_on_along_a_sequence_is_found(again, sensed):
     level = AS_STATED._replace(serial=0.7, span=10.0)
     root = np.linalg.cholesky(noise_correlation(again, level).toarray())
@@ -105,14 +116,14 @@ def test_physics_that_every_pull_shows_alike_does_not_count(again, sensed):
 
 def test_sequences_of_which_none_repeats_another_tell_nothing():
     recording = recorded(Case(hidden=()))
-    assert differences(recording, Settings()) is None
+    assert differences(recording, Settings(), np.ones(recording.readings.count)) is None
     sensitivity = np.zeros((recording.readings.count, *recording.loads.tension.shape))
     left = reading_sd(recording) * np.random.default_rng(0).standard_normal(recording.readings.count)
     assert told(recording, sensitivity, left) == AS_STATED
 
 
 def test_no_difference_is_told_by_others(again):
-    weights = differences(again, Settings()).toarray()
+    weights = differences(again, Settings(), np.ones(again.readings.count)).toarray()
     assert np.linalg.matrix_rank(weights) == len(weights)
     assert weights.sum(1) == pytest.approx(0)
 

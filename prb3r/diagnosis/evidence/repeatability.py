@@ -7,6 +7,7 @@ differences, their likelihood under the covariance :math:`W C W^T` of the readin
 the tensions lasts through a sequence, and which share of the noise the readings of a disk have in common along it.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -37,7 +38,7 @@ def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain
     ----------
     misfit : (r,) readings less what a model says of them, which takes out that loads were nearly the same only.
     """
-    weights = differences(recording, settings)
+    weights = differences(recording, settings, np.square(uncertain.tensions).sum((1, 2)) / uncertain.sd**2)
     if weights is None:
         return AS_STATED
     _, sizes = np.unique(
@@ -55,18 +56,26 @@ def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain
         least, level = best
 
 
-def differences(recording: Recording, settings: Settings) -> csr_array | None:
+def differences(recording: Recording, settings: Settings, felt: np.ndarray) -> csr_array | None:
     """(d, r) weights of readings whose sums are differences of sequences under the same loads; None if too few.
 
-    Each sequence is compared with one later one, so that no difference is told by others; of very many, some disks'.
+    Each sequence is compared with one later one, so that no difference is told by others.  Of very many, those of the
+    disks and kinds that feel the tensions most.
+
+    Parameters
+    ----------
+    felt : (r,) variance of each reading by the scatter of the tensions, over that of its noise.
     """
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True))}
     matched = list(_of_next(recording, settings))
     if len({match.step for match in matched}) < settings.fewest_repeats:
         return None
-    places = sorted({(d, k) for _, d, k in row})
-    kept = places[:: 1 + len(matched) * len(places) // settings.most_differences]
+    strength = defaultdict[tuple[int, int], float](float)
+    for place, share in zip(zip(disk, kind, strict=True), felt.tolist(), strict=True):
+        strength[place] += share
+    strongest = sorted(strength, key=lambda place: -strength[place])
+    kept = sorted(strongest[: max(settings.most_differences // len(matched), 1)])
     at, to, entries = list[int](), list[int](), list[float]()
     count = 0
     for place in kept:
