@@ -60,7 +60,7 @@ def differences(recording: Recording, settings: Settings, felt: np.ndarray) -> c
     """(d, r) weights of readings whose sums are differences of sequences under the same loads; None if too few.
 
     Each sequence is compared with one later one, so that no difference is told by others.  Of very many, those of the
-    disks and kinds that feel the tensions most.
+    disks and kinds that feel the tensions most, and of the first sequences.
 
     Parameters
     ----------
@@ -71,6 +71,7 @@ def differences(recording: Recording, settings: Settings, felt: np.ndarray) -> c
     matched = list(_of_next(recording, settings))
     if len({match.step for match in matched}) < settings.fewest_repeats:
         return None
+    matched = matched[: settings.most_differences]
     strength = defaultdict[tuple[int, int], float](float)
     for place, share in zip(zip(disk, kind, strict=True), felt.tolist(), strict=True):
         strength[place] += share

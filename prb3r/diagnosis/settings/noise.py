@@ -37,7 +37,8 @@ class NoiseSettings:
     """Readings of a kind in a sequence up to which a share is sought that goes on along it: their correlation is
     dense."""
     most_differences: int = 600
-    """Differences of repeated sequences that are held against one another: their covariance is dense.  Choice, for time."""
+    """Differences of repeated sequences that are held against one another: their covariance is dense.  Choice, for
+    time."""
     coarser: int = 10
     """Points of the scales of the noise for each that is tried there."""
     fewest_in_photograph: float = 4.0
