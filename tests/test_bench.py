@@ -2,20 +2,28 @@
 
 import json
 import re
+from collections import Counter
 from itertools import pairwise
+from math import hypot, sqrt
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from prb3r.bench import commands, methods
+from prb3r.bench.arithmetic import APART, SCALAR, VECTOR
 from prb3r.bench.commands import Cost, cost_of
+from prb3r.bench.counting import OPERATION_WEIGHTS, Counted, count_solve, text_of, weighted
 from prb3r.bench.diagnosis import GOALS_S, SEQUENCES, WORST, diagnosis_goals, grown
 from prb3r.bench.measure import measure
 from prb3r.bench.methods import FSOLVE, HISTORY_ENGINE, INTEGRAL, PRB_ENGINE
 from prb3r.bench.paths import PREDICTION, SOLVE, path_tasks, wrist
+from prb3r.bench.prototype import prototype, table_2
 from prb3r.bench.tables import bench_json, bench_page
-from prb3r.mechanics.plate import GAUSS_POINTS
+from prb3r.mechanics.angle import exponential
+from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.plate import GAUSS_POINTS, plate_model
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.concealed.designs import design_of, followed
 
@@ -107,7 +115,7 @@ def test_result_is_a_page_and_json(result):
     plain = json.loads(bench_json(result))
     assert set(plain) == {
         *("machine", "compilation", "methods", "scaling", "jacobians", "paths", "growth", "commands"),
-        *("diagnosis", "goals"),
+        *("arithmetic", "peaks", "diagnosis", "goals"),
     }
     assert plain["methods"][0]["method"] == PRB_ENGINE
     assert plain["machine"]["threads"] == 1
@@ -148,3 +156,66 @@ def test_goals_of_the_diagnosis_are_median_and_longest_of_each_kind_of_friction(
     assert measured == (2.0, 40.0, 70.0, 90.0)
     assert asked == (10.0, 30.0, 60.0, 180.0)
     assert (GOALS_S, WORST) == ({"declared": 10.0, "history": 60.0}, 3.0)
+
+
+@kernel
+def _area(x, y):
+    return 0.5 * x * y
+
+
+@kernel
+def _mixed(x, y):
+    """Products: two of the area and the quotient by a number of the text; the first sum and the unit are free."""
+    total = 0.0
+    for number in (x, y):
+        total += number
+    total = 1.0 * total - (3.0 - 1.0)
+    return sqrt(abs(-total)) / y + hypot(_area(x, y) / 4.0, max(x, y))
+
+
+def test_operations_of_a_small_expression_are_counted_exactly():
+    tally = Counter()
+    found = text_of(_mixed)(Counted(3.0, tally), Counted(8.0, tally))
+    assert float(found) == 3 / 8 + hypot(3, 8)
+    assert tally == {"additions": 3, "products": 3, "quotients": 1, "square_roots": 1, "functions": 1}
+    assert weighted(tally) == 3 + 3 + 4 + 4 + 8
+
+
+def test_functions_that_kernels_work_out_in_line_are_counted_as_they_stand():
+    inside, beyond = Counter(), Counter()
+    assert float(text_of(exponential)(Counted(0.2, inside))) == pytest.approx(np.exp(0.2), rel=1e-15)
+    assert float(text_of(exponential)(Counted(2.0, beyond))) == np.exp(2.0)
+    assert beyond == {"functions": 1}
+    assert inside["functions"] == 0 < inside["products"]
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_counted_solve_is_the_solve_and_grows_with_the_plates(mu):
+    counted = {}
+    for finer in (1, 3):
+        chain = prototype(plate_model("prb3r"), mu, finer)
+        steps = table_2(chain)
+        states, tally = count_solve(chain, steps)
+        compiled = solve_chain(chain, steps, detail=False)
+        assert states.work.tolist() == compiled.work.tolist()
+        assert np.abs(states.angle - compiled.angle).max() < 1e-13
+        assert set(tally) <= set(OPERATION_WEIGHTS)
+        counted[finer] = weighted(tally) / compiled.work.sum()
+    assert counted[3] == pytest.approx(counted[1], rel=0.2)  # an evaluation of a plate is what it is in any chain
+    assert counted[1] > 14  # multiply-adds that place a plate's nodes alone
+
+
+def test_friction_and_plates_take_operations_and_no_peak_is_passed(result):
+    table = result.arithmetic.set_index("method")
+    assert (
+        table.loc["engine, PRB 3R, mu 0.3", list(OPERATION_WEIGHTS)[:4]]
+        > table.loc[PRB_ENGINE, list(OPERATION_WEIGHTS)[:4]]
+    ).all()
+    assert (table["operations"] > table["additions"] + table["products"]).all()
+    for share in ("of_scalar_peak", "of_vector_peak"):
+        assert table[share].between(0, 1, inclusive="neither").all()
+    peaks = result.peaks.set_index("peak")["operations_per_s"]
+    assert peaks.index.tolist() == [SCALAR, APART, VECTOR]
+    assert (peaks > 1e8).all()
+    reached = table["operations"] / table["time_each_s"]
+    assert (reached / peaks[SCALAR]).to_numpy() == pytest.approx(table["of_scalar_peak"].to_numpy())

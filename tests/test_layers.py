@@ -27,7 +27,7 @@ ORDER = {
     "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style canvas rc framing page accuracy spots study diagnosis proof entries index",
-    "bench": "prototype methods scaling jacobians paths commands diagnosis measure tables",
+    "bench": "prototype counting methods arithmetic scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }
 """By folder: what is in it may import only what stands before it; what is not listed has no fixed place."""
@@ -47,7 +47,7 @@ ALLOWED = {
     "present": {"numpy", "pandas", "scipy", "jinja2", "matplotlib"},
     "effects": set(),
     "front": {"matplotlib", "pandas"},
-    "bench": {"numpy", "scipy", "pandas", "threadpoolctl"},
+    "bench": {"numpy", "scipy", "numba", "pandas", "threadpoolctl"},
     "progress": {"rich"},
     "check": set(),
     "schema": {"pydantic"},

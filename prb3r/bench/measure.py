@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from prb3r.bench.arithmetic import arithmetic_table, operation_counts, peak_table, peak_tasks
 from prb3r.bench.commands import command_tables, compilation
 from prb3r.bench.diagnosis import diagnosis_goals, diagnosis_table
 from prb3r.bench.jacobians import jacobian_table, jacobian_tasks
@@ -55,6 +56,10 @@ class Measured:
     """One row a way to equilibria: the time of one over that of the kernel."""
     growth: pd.DataFrame
     """One row a number of segments, cables or cases: the time of an equilibrium over that of the first of its kind."""
+    arithmetic: pd.DataFrame
+    """One row a method: operations of an equilibrium, and what they are of what the machine can do."""
+    peaks: pd.DataFrame
+    """One row a way of multiply-adds: what the machine can do, operations a second."""
     commands: pd.DataFrame | None
     """One row a command, number of configurations and workers, if any was run: what it takes."""
     compilation: dict[str, float] | None
@@ -89,13 +94,15 @@ def measure(
         chains = scaling_tasks(lengths, equilibria)
         jacobians = list(jacobian_tasks(max(1, equilibria // 400)))
         ways, numbers = path_tasks(5 * equilibria // 2, max(1, equilibria // 40)), growth_tasks(equilibria)
-        kinds = [methods, chains, jacobians, ways, numbers]
+        peaks = peak_tasks()
+        kinds = [methods, chains, jacobians, ways, numbers, peaks]
         seconds = seconds_in_turns([task for kind in kinds for task in kind], rounds)
     parts = np.split(seconds, np.cumsum([len(kind) for kind in kinds])[:-1], axis=1)
     by_method = method_table(methods, errors, parts[0])
     by_length = scaling_table(lengths, chains, parts[1])
     by_load = jacobian_table(jacobians, parts[2])
     by_way, by_number = path_table(ways, parts[3]), growth_table(numbers, parts[4])
+    arithmetic, most = arithmetic_table(operation_counts(), methods, parts[0], parts[5]), peak_table(peaks, parts[5])
     run, compiled = None, None
     if commands:
         say("compiling with an empty cache")
@@ -104,7 +111,7 @@ def measure(
         by_way = pd.concat([by_way, ratios], ignore_index=True)
     diagnosed = diagnosis_table(designs, say) if designs else None
     goals = _goals(by_method, by_length, by_load, by_way, diagnosed)
-    tables = (by_method, by_length, by_load, by_way, by_number, run, compiled, diagnosed, goals)
+    tables = (by_method, by_length, by_load, by_way, by_number, arithmetic, most, run, compiled, diagnosed, goals)
     return Measured(_machine(rounds), *tables)
 
 

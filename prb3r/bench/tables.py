@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from prb3r.bench.counting import OPERATION_WEIGHTS
 from prb3r.bench.measure import Measured
 from prb3r.bench.methods import CONVERGED_POINTS
 from prb3r.bench.prototype import PRESLIDING
@@ -48,6 +49,11 @@ def bench_page(result: Measured) -> str:
         "call of `prb3r.solve`:",
         "",
         *_growth(result.growth),
+        "",
+        f"How far an equilibrium is from the arithmetic limit of the machine, in floating point operations as the "
+        f"kernel's text does them: {_weights()}.  Multiply-adds that wait for nothing: {_peaks(result.peaks)}.",
+        "",
+        *_arithmetic(result.arithmetic),
     ]
     if result.commands is not None and result.compilation is not None:
         lines += ["", "Whole commands, each in a process of its own:", "", *_commands(result.commands), ""]
@@ -67,7 +73,18 @@ def bench_page(result: Measured) -> str:
 
 def bench_json(result: Measured) -> str:
     """The whole result as JSON: `machine`, `compilation`, and tables (null if not measured)."""
-    names = ("methods", "scaling", "jacobians", "paths", "growth", "commands", "diagnosis", "goals")
+    names = (
+        "methods",
+        "scaling",
+        "jacobians",
+        "paths",
+        "growth",
+        "arithmetic",
+        "peaks",
+        "commands",
+        "diagnosis",
+        "goals",
+    )
     tables = {name: getattr(result, name) for name in names}
     records = {name: None if table is None else _records(table) for name, table in tables.items()}
     return json.dumps({"machine": result.machine, "compilation": result.compilation, **records}, indent=2)
@@ -143,6 +160,33 @@ def _paths(paths: pd.DataFrame) -> list[str]:
 def _growth(growth: pd.DataFrame) -> list[str]:
     rows = [[r.varied, f"{r.number:,}", f"{r.of_first:.2f}", f"{1e6 * r.time_each_s:.3g}"] for r in growth.itertuples()]
     return markdown_table(["", "number", "of the first", "equilibrium, us"], rows)
+
+
+def _peaks(peaks: pd.DataFrame) -> str:
+    each = (f"{row.operations_per_s / 1e9:.3g} ({row.peak})" for row in peaks.itertuples())
+    return ", ".join(each) + " x 10^9 operations a second"
+
+
+def _weights() -> str:
+    return ", ".join(f"{kind.replace('_', ' ')} count {weight}" for kind, weight in OPERATION_WEIGHTS.items())
+
+
+def _arithmetic(arithmetic: pd.DataFrame) -> list[str]:
+    rows = [
+        [
+            row.method,
+            f"{row.operations:,.0f}",
+            *(f"{getattr(row, kind):,.0f}" for kind in OPERATION_WEIGHTS),
+            f"{1e6 * row.time_each_s:.3g}",
+            f"{row.operations_per_s / 1e9:.2f}",
+            f"{row.of_scalar_peak:.2f}",
+            f"{row.of_vector_peak:.3f}",
+        ]
+        for row in arithmetic.itertuples()
+    ]
+    kinds = (kind.replace("_", " ") for kind in OPERATION_WEIGHTS)
+    head = ["method", "operations", *kinds, "one, us", "10^9 a second", "of one at a time"]
+    return markdown_table([*head, "of side by side"], rows)
 
 
 def _commands(commands: pd.DataFrame) -> list[str]:

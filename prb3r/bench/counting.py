@@ -1,0 +1,226 @@
+"""Floating point operations of the kernels, counted by running their own text on numbers that count.
+
+Kernels are functions of plain Python, which numbers of any kind can walk through: here a number knows its value and
+tells a tally of every operation on it.  Nothing is said about the mechanics a second time, so that the count is that of
+the kernel as it stands.  What a compiler does without is not counted: arithmetic among numbers that stand in the text,
+sums with its zeros and products with its ones; a quotient by a number of the text is a product.
+"""
+
+import math
+import operator
+import sys
+from collections import Counter
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from prb3r.mechanics import equilibrium
+from prb3r.mechanics.chain import Chain, Loads
+from prb3r.mechanics.equilibrium import Equilibria, solve_chain
+
+ADD, MULTIPLY, DIVIDE, ROOT, FUNCTION = "additions", "products", "quotients", "square_roots", "functions"
+OPERATION_WEIGHTS = {ADD: 1, MULTIPLY: 1, DIVIDE: 4, ROOT: 4, FUNCTION: 8}
+"""As how many operations each counts (McMahon, The Livermore Fortran kernels, UCRL-53745, 1986); `functions` are sines,
+exponentials and their like where the kernels call them: what they work out in line is counted as it stands there."""
+NO_OPERATIONS = (math.copysign, math.floor, math.isfinite, math.isnan)
+
+
+class Counted:
+    """A number that tells `tally` what is done with it; comparisons, signs and magnitudes are no operations."""
+
+    __slots__ = ("tally", "value")
+
+    def __init__(self, value: float, tally: Counter[str]):
+        self.value, self.tally = float(value), tally
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __bool__(self) -> bool:
+        return self.value != 0.0
+
+    def __neg__(self) -> "Counted":
+        return Counted(-self.value, self.tally)
+
+    def __abs__(self) -> "Counted":
+        return Counted(abs(self.value), self.tally)
+
+
+def _operation(work: Callable[[float, float], float], kind: Callable[[Any, Any], str | None]) -> Callable[..., Counted]:
+    """An operation on two numbers, one of which at least counts, of a `kind`; None: of none."""
+
+    def done(a: Any, b: Any) -> Counted:
+        tally, name = (a if isinstance(a, Counted) else b).tally, kind(a, b)
+        if name is not None:
+            tally[name] += 1
+        with np.errstate(all="ignore"):  # IEEE rules, as the kernels have them
+            return Counted(float(work(np.float64(float(a)), np.float64(float(b)))), tally)
+
+    return done
+
+
+def _of_text(number: Any, *values: float) -> bool:
+    """Whether a number stands in the kernel's text and is one of these."""
+    return not isinstance(number, Counted) and number in values
+
+
+def _of_sum(a: Any, b: Any) -> str | None:
+    return None if _of_text(a, 0) or _of_text(b, 0) else ADD
+
+
+def _of_product(a: Any, b: Any) -> str | None:
+    return None if _of_text(a, 0, 1, -1) or _of_text(b, 0, 1, -1) else MULTIPLY
+
+
+def _of_quotient(a: Any, b: Any) -> str | None:
+    return DIVIDE if isinstance(b, Counted) else _of_product(a, b)
+
+
+def _of_power(a: Any, b: Any) -> str:
+    return MULTIPLY if _of_text(b, 2) else FUNCTION
+
+
+def _teach() -> None:
+    """Give numbers that count the operators of numbers."""
+    kinds = {"add": _of_sum, "sub": _of_sum, "mul": _of_product, "truediv": _of_quotient, "pow": _of_power}
+    for name, kind in kinds.items():
+        work = _operation(getattr(operator, name), kind)
+        setattr(Counted, f"__{name}__", work)
+        setattr(Counted, f"__r{name}__", lambda a, b, work=work: work(b, a))
+    for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+        compare = getattr(operator, name)
+        setattr(Counted, f"__{name}__", lambda a, b, compare=compare: compare(float(a), float(b)))
+
+
+_teach()
+
+
+class CountedArray(np.ndarray):
+    """An array of numbers that count: what is written to it counts from then on."""
+
+    tally: Counter[str]
+
+    def __array_finalize__(self, obj):
+        self.tally = getattr(obj, "tally", Counter())  # `obj` is what this is a view of
+
+    def __setitem__(self, place, value):
+        super().__setitem__(place, Counted(value, self.tally) if isinstance(value, float) else value)
+
+
+class Fields:
+    """One record: its numbers as attributes."""
+
+    tally: Counter[str]
+
+    def __init__(self, tally: Counter[str], **fields: Any):
+        self.__dict__ |= {"tally": tally} | fields
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.__dict__[name] = Counted(value, self.tally) if isinstance(value, float) else value
+
+
+class _Counting:
+    """Arguments of kernels as numbers that count, and back; what shares memory shares it there too."""
+
+    def __init__(self, tally: Counter[str]):
+        self.tally = tally
+        self.known: dict[int, tuple[Any, Any]] = {}
+
+    def of(self, argument: Any) -> Any:
+        if isinstance(argument, tuple):  # a bundle
+            return type(argument)(*map(self.of, argument))
+        if not isinstance(argument, np.ndarray):
+            return Counted(argument, self.tally) if isinstance(argument, float) else argument
+        if id(argument) not in self.known:
+            self.known[id(argument)] = argument, self._array(argument)
+        return self.known[id(argument)][1]
+
+    def _array(self, array: np.ndarray) -> Any:
+        if array.dtype.names:
+            rows = [
+                Fields(self.tally, **{name: self.of(self._plain(row[name])) for name in array.dtype.names})
+                for row in array.ravel()
+            ]
+            return _objects(rows, array.shape)
+        if array.dtype != float:
+            return array
+        if isinstance(array.base, np.ndarray) and array.base.dtype == float and array.base.flags.c_contiguous:
+            base = self.of(array.base)
+            start = (array.ctypes.data - array.base.ctypes.data) // array.itemsize
+            return np.lib.stride_tricks.as_strided(base.ravel()[start:], array.shape, array.strides, subok=True)
+        memory = _objects([Counted(value, self.tally) for value in array.ravel()], array.shape).view(CountedArray)
+        memory.tally = self.tally
+        return memory
+
+    @staticmethod
+    def _plain(field: Any) -> Any:
+        return field.copy() if isinstance(field, np.ndarray) else field.item()
+
+    def give_back(self) -> None:
+        """Write what was worked out to the arrays of plain numbers that arguments were made of."""
+        for array, memory in self.known.values():
+            if isinstance(memory, CountedArray):
+                array[...] = np.reshape([float(value) for value in memory.ravel()], array.shape)
+
+
+def _objects(values: list[Any], shape: tuple[int, ...]) -> np.ndarray:
+    out = np.empty(len(values), object)
+    out[:] = values
+    return out.reshape(shape)
+
+
+def _counting(function: Callable[..., float]) -> Callable[..., Any]:
+    """A function of `math` that counts."""
+    kind = ROOT if function is math.sqrt else None if function in NO_OPERATIONS else FUNCTION
+
+    def called(*numbers):
+        value, tally = function(*map(float, numbers)), next((n.tally for n in numbers if isinstance(n, Counted)), None)
+        if tally is None:
+            return value
+        if kind is not None:
+            tally[kind] += 1
+        return Counted(value, tally)
+
+    return called
+
+
+def _text(kernel: Any, modules: dict[str, dict[str, Any]]) -> FunctionType:
+    function = kernel.py_func
+    if function.__module__ not in modules:
+        known = modules[function.__module__] = dict(vars(sys.modules[function.__module__]))
+        for name, value in list(known.items()):
+            if hasattr(value, "py_func"):
+                known[name] = _text(value, modules)
+            elif getattr(math, name, None) is value and callable(value):
+                known[name] = _counting(value)
+    return FunctionType(function.__code__, modules[function.__module__], function.__name__, function.__defaults__)
+
+
+def text_of(kernel: Any) -> FunctionType:
+    """The text of a compiled kernel as a function for numbers that count, and with it that of all kernels it calls."""
+    return _text(kernel, {})
+
+
+def count_solve(chain: Chain, loads: Loads) -> tuple[Equilibria, Counter[str]]:
+    """What `solve_chain` returns without details, and how many operations of each kind the kernel does on the way."""
+    tally: Counter[str] = Counter()
+
+    def follow(*arguments):
+        counting = _Counting(tally)
+        text_of(equilibrium.follow)(*map(counting.of, arguments))
+        counting.give_back()
+
+    known = vars(sys.modules[solve_chain.__module__]) | {"follow": follow}
+    solve = FunctionType(solve_chain.__code__, known, "solve_chain", None)
+    solve.__kwdefaults__ = solve_chain.__kwdefaults__
+    return solve(chain, loads, detail=False), tally
+
+
+def weighted(tally: Counter[str]) -> float:
+    """Operations, each kind as its weight says."""
+    return float(sum(OPERATION_WEIGHTS[kind] * number for kind, number in tally.items()))
