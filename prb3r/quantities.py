@@ -23,6 +23,7 @@ UNIT_OF_ENDING = {
     "_m_s2": "m/s^2",
     "_m2": "m^2",
     "_m4": "m^4",
+    "_n_per_s": "N/s",
     "_rad": "rad",
     "_pa": "Pa",
     "_kg": "kg",

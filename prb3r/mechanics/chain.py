@@ -144,6 +144,10 @@ class Chain(NamedTuple):
     """Of the tension before a hole, by which friction there falls."""
     friction_tension: float = 1.0
     """Tension at which it has the coefficients of `friction`, N."""
+    friction_rate: float = 0.0
+    """Share by which friction grows where a cable's tension changes e times as fast."""
+    friction_reference: float = 1.0
+    """How fast tensions change where friction has the coefficients of `friction`, N/s."""
     wrap_saturation: float = 0.0
     """How little of a turn at a hole rubs, 1/rad: of a turn t counts t / (1 + wrap_saturation t)."""
     umbilical: float = 0.0
@@ -181,6 +185,8 @@ class Loads(NamedTuple):
     """(s, n) extra bending moment on the arc of each plate, the same all along it, N m."""
     elapsed: np.ndarray
     """(s, 1) steps of the recording or the case before each."""
+    rate: np.ndarray
+    """(s, m) how fast each cable's tension came to be, N/s; 0 where no time says."""
 
     @property
     def steps(self) -> int:
@@ -199,31 +205,50 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
         full(tip, 2),
         full(moment, chain.plates),
         full(elapsed, 1),
+        full(0.0, cables),
     )
 
 
 def no_loads(chain: Chain) -> Loads:
     """One step without any load."""
     plates, cables = chain.offset.shape
-    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,)
+    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,)
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 
 def acting(chain: Chain, loads: Loads) -> Loads:
     """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones.
 
-    A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.
+    A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.  Declared slip
+    stands wherever friction does as its factor, so that it brings what the rate of the tension makes of friction along.
     """
     constant = chain.constant or no_loads(chain)
     true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension) + chain.zero_drift * loads.elapsed
     return Loads(
         tension=_from_rest(true) + constant.tension,
-        slip=_from_rest(loads.slip),
+        slip=_from_rest(loads.slip * rate_factor(chain, loads)),
         force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
         tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
         moment=_from_rest(loads.moment) + constant.moment,
         elapsed=_from_rest(loads.elapsed),
+        rate=_from_rest(loads.rate),
     )
+
+
+LEAST_FRICTION = 0.05
+"""Share of friction that is left at any rate, where its logarithm would take all of it or more."""
+
+
+def rate_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
+    """(s, m) friction of each cable at each step over that at the reference rate; 1 where no time says how fast.
+
+    1 + a ln(v / v_0): the steady state of rate and state friction (Dieterich, J. Geophys. Res. 77 (1972) 3690; Ruina,
+    J. Geophys. Res. 88 (1983) 10359), v how fast the tension changes.
+    """
+    if chain.friction_rate == 0:
+        return 1.0
+    rate = np.where(loads.rate > 0, loads.rate, chain.friction_reference)
+    return np.maximum(1 + chain.friction_rate * np.log(rate / chain.friction_reference), LEAST_FRICTION)
 
 
 def _from_rest(steps: np.ndarray) -> np.ndarray:

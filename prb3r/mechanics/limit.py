@@ -55,6 +55,7 @@ def limit_load(
             tip=factors[:, None] * last.tip,
             moment=factors[:, None] * last.moment,
             elapsed=np.repeat(last.elapsed, len(factors), axis=0),
+            rate=np.repeat(last.rate, len(factors), axis=0),
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
         return solve_chain(chain, steps, eigenvalue=True).outcome

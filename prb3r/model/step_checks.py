@@ -64,6 +64,10 @@ def step_problems(
             problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
         elif name not in (*keys, TIME):
             problems += _load_problems(frame[name], str(name), place)
+    for effect in manipulator.effect if manipulator else ():
+        if effect.needs_times and TIME not in frame:
+            what = f"column {TIME!r} is missing: the effect {effect.kind} goes by when each step was taken, in seconds"
+            problems.append(Problem(where, what if keys else f"{effect.kind} goes by times, which loads here have not"))
     for name in manipulator.cable_names if manipulator else ():
         if {f"cable_{name}_n", f"cable_{name}_kg"} <= set(frame.columns):
             problems.append(Problem(where, f"cable_{name}_n and cable_{name}_kg exclude each other"))
@@ -85,7 +89,8 @@ def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.n
     """
     names, count = cable_columns(manipulator, columns), len(next(iter(columns.values())))
     twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
-    if twice or not columns.keys() <= set(_columns(manipulator)):
+    timeless = any(effect.needs_times for effect in manipulator.effect)
+    if twice or timeless or not columns.keys() <= set(_columns(manipulator)):
         return np.ones(count, bool)
     bad = [(np.isnan(values) | too_large(values)).any(1) for values in columns.values()]
     bad += [_no_slip(values).any(1) for name, values in columns.items() if name.startswith("slip_")]

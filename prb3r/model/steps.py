@@ -18,6 +18,10 @@ from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME, step_problems
 
+HELD_N = 0.1
+"""Change of tension that a cable creeps or is regulated by while it is held, N: over a dwell it is what the rate of the
+tension falls to, and friction follows the logarithm of the dwell.  Choice: a hundredth of what small rigs pull with."""
+
 
 @dataclass(frozen=True)
 class LoadSequence:
@@ -70,9 +74,14 @@ class LoadTable:
 def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
     """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1.
 
-    The rows follow on each other in time, as evenly as one step on the next where no `time_s` says otherwise.
+    The rows follow on each other in time, as evenly as one step on the next where no `time_s` says otherwise; those
+    of a sequence stand together.
     """
     rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
+    begins = np.arange(rows) == 0
+    if "sequence" in table:
+        sequence = np.asarray(table["sequence"], object)
+        begins[1:] = sequence[1:] != sequence[:-1]
 
     def column(name: str, absent: float) -> np.ndarray:
         if name not in table:
@@ -91,13 +100,15 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
     for name in named:
         force[(slice(None), *places[name])] = column(name, 0.0)
     stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((rows, 0))  # noqa: E731
+    tensions = stack([tension(name) for name in names])
     return Loads(
-        stack([tension(name) for name in names]),
+        tensions,
         stack([column(f"slip_{name}", -1.0) for name in names]),
         force,
         np.stack([column("tip_x_n", 0.0), column("tip_y_n", 0.0)], 1),
         _zeros(rows, plates),
         elapsed_steps(column(TIME, 0.0) if TIME in table else np.arange(float(rows)))[:, None],
+        _rates(tensions, column(TIME, 0.0), begins) if TIME in table else _zeros(rows, len(names)),
     )
 
 
@@ -105,6 +116,20 @@ def elapsed_steps(time: np.ndarray) -> np.ndarray:
     """(s,) how many steps have passed before each, where one takes as long as they do in the mean; `time` (s,), s."""
     first, last = (time.min(), time.max()) if len(time) else (0.0, 0.0)
     return (time - first) * ((len(time) - 1) / (last - first)) if last > first else time - first
+
+
+def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndarray:
+    """(s, m) how fast tensions (s, m) came to be what they are, N/s; 0 where a sequence begins, after no other step.
+
+    Parameters
+    ----------
+    time : (s,) of each step, s
+    begins : (s,) whether a step is the first of its sequence.
+    """
+    rate = np.zeros(tension.shape)
+    passed = np.where(begins[1:], np.inf, np.diff(time))
+    rate[1:] = np.maximum(np.abs(np.diff(tension, axis=0)), HELD_N) / passed[:, None]
+    return rate
 
 
 def _zeros(*shape: int) -> np.ndarray:

@@ -84,9 +84,18 @@ def steps_of(name: str) -> list[dict]:
 
 
 def write_recording(
-    folder: Path, hidden=(WEAK,), seed: int = 0, read=("x_m", "y_m", "angle_rad"), friction: float = MU, plates=STEEL
+    folder: Path,
+    hidden=(WEAK,),
+    seed: int = 0,
+    read=("x_m", "y_m", "angle_rad"),
+    friction: float = MU,
+    plates=STEEL,
+    timed=False,
 ) -> Path:
-    """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers."""
+    """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers.
+
+    `timed`: with times of steps, which take from some seconds to an hour.
+    """
     rng = np.random.default_rng(seed)
     modulus, thickness = plates
     true = manipulator(modulus * 1.05, friction * 0.9, hidden, thickness)
@@ -95,6 +104,10 @@ def write_recording(
     steps, markers = [], []
     for name in PROGRAM:
         rows = steps_of(name)
+        if timed:
+            times = np.cumsum(10 ** np.random.default_rng(len(steps)).uniform(0, 3.5, len(rows))).round(1).tolist()
+            times = [time + 1e5 * list(PROGRAM).index(name) for time in times]
+            rows = [row | {"time_s": time} for row, time in zip(rows, times, strict=True)]
         steps += rows
         scattered = [
             {
@@ -133,6 +146,7 @@ class Case:
     seed: int = 0
     friction: float = MU
     plates: tuple[float, float] = STEEL
+    timed: bool = False
 
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
@@ -160,7 +174,8 @@ UNEXPLAINED = Case(
 def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
-        return load_recording(write_recording(Path(folder), hidden, case.seed, case.read, case.friction, case.plates))
+        described = case.seed, case.read, case.friction, case.plates, case.timed
+        return load_recording(write_recording(Path(folder), hidden, *described))
 
 
 def rival_of(found: Investigation) -> Fit:
@@ -181,7 +196,7 @@ def diagnosed(case: Case = Case()) -> Diagnosis:
     """Computed by one of the processes that test side by side, for all of them."""
     if SHARED not in os.environ:
         return tell(investigated(case))
-    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates))
+    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates, case.timed))
     path = Path(os.environ[SHARED]) / hashlib.sha256(content.encode()).hexdigest()
     with once_at_a_time(path.with_suffix(".lock")):
         if not path.exists():

@@ -19,7 +19,8 @@ def recording(**changes):
     data = plain.manipulator.model_dump(exclude_none=True) | changes
     hung = np.zeros_like(plain.loads.force)
     hung[0, [1, 4]] = 0.2  # weights at disks 2 and 5
-    loads = plain.loads._replace(tip=np.full_like(plain.loads.tip, 0.5), force=hung)
+    rate = np.where(plain.loads.elapsed % 2, 5.0, 0.02) * np.ones_like(plain.loads.tension)
+    loads = plain.loads._replace(tip=np.full_like(plain.loads.tip, 0.5), force=hung, rate=rate)
     return replace(plain, manipulator=Manipulator.model_validate(data), loads=loads)
 
 

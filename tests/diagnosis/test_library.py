@@ -114,7 +114,7 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert set(names(rubbing, *rubs)) == rubs
     assert not names(frictionless, *rubs)
     along = scope(friction={"coefficient": MU, "direction": "history", "wrap": "edges"})
-    assert not names(along, *rubs)
+    assert not names(along, *rubs, "rate_dependent_friction")
     weightless = scope(disk={"thickness_m": 0.004})
     assert not names(weightless, "gravity")
     idle = rubbing.recording.loads.tension.copy()
@@ -130,6 +130,24 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert not names(
         rubbing._replace(recording=replace(rubbing.recording, readings=blind)), "camera_scale", "lens_distortion"
     )
+
+
+def test_friction_by_rates_is_suspected_where_times_say_different_rates(rubbing, frictionless):
+    """Rates of 0.02 and 5 N/s in turn; the other law of slip and this one leave each other out."""
+    kind, loads = "rate_dependent_friction", rubbing.recording.loads
+    assert names(rubbing, kind) == ["rate_dependent_friction (reference_n_per_s 5.0)"]
+
+    def at(rate):
+        return rubbing._replace(recording=replace(rubbing.recording, loads=loads._replace(rate=rate)))
+
+    assert not names(frictionless, kind)
+    assert not names(at(np.zeros_like(loads.rate)), kind)
+    assert not names(at(np.where(loads.rate > 1, 5.0, 2.0)), kind)
+    assert not names(at(np.where(loads.tension > 0, 5.0, 0.02)), kind)
+    both = [h for h in hypotheses(rubbing) if h.kind in (kind, "slip_history")]
+    assert both[0].excludes(both[1])
+    assert both[1].excludes(both[0])
+    assert not names(scope(effect=[{"kind": kind, "rate": 0.01}]), kind, "slip_history")
 
 
 def test_loops_are_suspected_where_a_plate_is_bent_back(rubbing):

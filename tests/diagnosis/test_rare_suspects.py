@@ -17,6 +17,20 @@ def case(friction=0.3, **effect):
     return Case(hidden=(tuple(effect.items()),), friction=friction, seed=1)
 
 
+def timed(friction=0.3, **effect):
+    return Case(hidden=(tuple(effect.items()),), friction=friction, seed=1, timed=True)
+
+
+def test_times_alone_are_no_reason_to_name_friction_by_rates():
+    plain, with_times = (
+        tell(investigate(Task(recorded(Case(hidden=(), seed=1, timed=told))))) for told in (False, True)
+    )
+    assert (with_times.verdict, with_times.effects) == ("adequate", ())
+    told, untold = with_times.calibrated.constants, plain.calibrated.constants
+    assert told.log_friction == pytest.approx(untold.log_friction, abs=1e-4)
+    assert told.log_stiffness == pytest.approx(untold.log_stiffness, abs=1e-4)
+
+
 WIDTH = {"wrap_saturation": 0.8}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone."""
 
@@ -28,6 +42,8 @@ WIDTH = {"wrap_saturation": 0.8}
         (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
         (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
         (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
+        (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
+        (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
         (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
         (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
         (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),

@@ -96,6 +96,19 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "Friction grows with the load: its coefficient is the calibrated one at 95.0 N",
         ),
         (
+            "rate_dependent_friction",
+            {"reference_n_per_s": 0.3},
+            {"rate": (0.05, 0.04, 0.06)},
+            "with how fast cables are pulled: its coefficient is the calibrated one where the tension changes by "
+            "0.3 N/s, and differs by 11.5 (9.21 to 13.8) % where it changes ten times as fast.",
+        ),
+        (
+            "rate_dependent_friction",
+            {"reference_n_per_s": 1.0},
+            {"rate": (-0.02, -0.03, -0.01)},
+            "long cables are held",
+        ),
+        (
             "wrap_saturation",
             {},
             {"saturation_per_rad": (4, 3, 5)},

@@ -87,10 +87,12 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
         if isinstance(moved, str):
             assert moved.startswith(f"{hypothesis.kind.replace('_', ' ')}, which ")
         else:
-            assert not [name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n")]
+            assert not [
+                name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n", "reference_n_per_s")
+            ]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
-    rules |= {"load_dependent_friction", "wrap_saturation"}
+    rules |= {"load_dependent_friction", "wrap_saturation", "rate_dependent_friction"}
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
     assert carried == rules | parts | {"nonlinear_plate", "hysteretic_plate", "notch_closing", "superelastic_plate"}
 

@@ -13,7 +13,7 @@ from prb3r.model.solve import solve
 
 STEPS = pd.DataFrame(
     {"sequence": ["a"] * 3, "step": [1, 2, 3], "cable_up_n": [40.0, 25, 40], "cable_down_n": [0.0, 10, 10]}
-    | {"tip_y_n": [0.0, 1, 1], "disk2_x_n": [0.0, 0, 0.5], "slip_up": [-1, 1, -1]}
+    | {"tip_y_n": [0.0, 1, 1], "disk2_x_n": [0.0, 0, 0.5], "slip_up": [-1, 1, -1], "time_s": [0, 2, 9]}
 )
 EFFECTS = [
     {"kind": "cable_friction", "coefficient": 0.2},
@@ -21,6 +21,8 @@ EFFECTS = [
     {"kind": "worn_hole", "disk": 2, "coefficient": 0.5},
     {"kind": "tension_offset", "offset_n": 0.5},
     {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0},
+    {"kind": "rate_dependent_friction", "rate": 0.1, "reference_n_per_s": 0.5},
+    {"kind": "rate_dependent_friction", "rate": 0.0},
     {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from model.one_segment import PLATE, manipulator, same, state
 
+from prb3r.errors import SpecError
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.solve import solve as solve_steps
@@ -92,6 +93,70 @@ def test_friction_that_grows_with_the_load_has_the_other_sign_of_the_power():
     twice = {"kind": "worn_hole", "disk": 0, "coefficient": 0.4}
     nominal = {"kind": "worn_hole", "disk": 0, "coefficient": 0.2}
     assert same(state(manipulator(grows, nominal), up=40.0), state(manipulator(twice), up=40.0))
+
+
+def coefficient_over(steps, *effects, disks=5):
+    """(s,) of every step what the cable's loss says by the capstan law, T = T_0 exp(-mu turns).
+
+    The turns are read off the disks: a span leads from hole to hole, 20 mm off the middle of faces 2 mm away.
+    """
+    frame = solve_steps(manipulator(*effects, mu=0.3), pd.DataFrame(steps))
+    x, y, angle, tension = (
+        frame[name].to_numpy().reshape(-1, disks) for name in ("x_m", "y_m", "angle_rad", "cable_up_n")
+    )
+    place, axis = x + 1j * y, np.exp(1j * angle)
+    spans = (place + axis * (-0.002 + 0.02j))[:, 1:] - (place + axis * (0.002 + 0.02j))[:, :-1]
+    turns = np.abs(np.angle(spans / np.concatenate([np.ones((len(x), 1)), spans[:, :-1]], 1))).sum(1)
+    return np.log(tension[:, 0] / tension[:, -1]) / turns
+
+
+def test_friction_goes_with_the_logarithm_of_how_fast_a_cable_is_pulled():
+    """From 20 to 40 N at 10 N/s and at 0.1 N/s, by hand: 0.3 (1 + 0.05 ln 10) = 0.3345, 0.3 (1 - 0.05 ln 10) = 0.2655.
+
+    The first step of a sequence, after no other, has 0.3; at 10 N/s where the reference is 40 the logarithm is -ln 4.
+    """
+    steps = {"sequence": list("aabb"), "step": [1, 2, 1, 2], "cable_up_n": [20.0, 40.0] * 2, "time_s": [7, 9, 20, 220]}
+    rubs = {"kind": "rate_dependent_friction", "rate": 0.05}
+    found = coefficient_over(steps, rubs)
+    assert found == pytest.approx([0.3, 0.33453878, 0.3, 0.26546122], rel=1e-6)
+    assert coefficient_over(steps) == pytest.approx(0.3, rel=1e-6)
+    of_another = coefficient_over(steps, rubs | {"reference_n_per_s": 40.0})
+    assert of_another[1] == pytest.approx(0.3 * (1 - 0.05 * 1.38629436), rel=1e-6)
+
+
+def test_static_friction_grows_alike_with_every_decade_of_dwell():
+    """Dieterich (1972): the same for ten times as long, 0.3 x 0.02 x ln 10 = 0.013816; 0.1 N in 0.1 s is 1 N/s."""
+    held = {"sequence": "a", "step": [1, 2, 3, 4, 5], "cable_up_n": 40.0, "time_s": [0, 0.1, 1.1, 11.1, 111.1]}
+    found = coefficient_over(held, {"kind": "rate_dependent_friction", "rate": -0.02})
+    assert found[:2] == pytest.approx(0.3, rel=1e-6)
+    assert np.diff(found[1:]) == pytest.approx(0.01381551, rel=1e-5)
+
+
+def test_no_rate_takes_all_friction_or_more():
+    """1 + 0.5 ln(1e-3) is -2.45: a twentieth of 0.3 is left."""
+    slow = {"sequence": "a", "step": [1, 2], "cable_up_n": 40.0, "time_s": [0, 100]}
+    found = coefficient_over(slow, {"kind": "rate_dependent_friction", "rate": 0.5})
+    assert found == pytest.approx([0.3, 0.015], rel=1e-6)
+
+
+def test_pulleys_take_by_the_rate_too_and_idle_cables_disturb_nothing():
+    steps = {"sequence": "a", "step": [1, 2], "cable_up_n": [20.0, 40.0], "time_s": [0, 2]}
+    rubs, lossy = {"kind": "rate_dependent_friction", "rate": 0.05}, {"kind": "pulley_friction", "efficiency": 0.9}
+    found = solve_steps(manipulator(rubs, lossy), pd.DataFrame(steps))
+    takes = 0.9 ** (1 + 0.05 * np.log(10))
+    same_pulley = solve_steps(manipulator(lossy | {"efficiency": takes}), pd.DataFrame(steps))
+    at = found["step"] == 2
+    assert found.loc[at, "y_m"].to_numpy() == pytest.approx(same_pulley.loc[at, "y_m"].to_numpy(), abs=1e-10)
+
+
+def test_friction_by_rates_is_refused_where_nothing_says_them():
+    rubs = {"kind": "rate_dependent_friction", "rate": 0.05}
+    with pytest.raises(SpecError, match="column 'time_s' is missing: the effect rate_dependent_friction goes by when"):
+        solve_steps(manipulator(rubs, mu=0.3), {"sequence": "a", "step": [1, 2], "cable_up_n": 40.0})
+    with pytest.raises(ValueError, match="goes with declared slip, not with direction"):
+        manipulator(rubs, friction={"coefficient": 0.3, "direction": "history"})
+    with pytest.raises(ValueError, match="stands in the place of slip_history"):
+        manipulator(rubs, {"kind": "slip_history", "presliding_m": 1e-4}, mu=0.3)
 
 
 def test_stiffness_that_changes_along_the_arm_does_so_by_the_same_factor_from_plate_to_plate():

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from prb3r.errors import SpecError
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
@@ -204,6 +205,30 @@ def test_engine_and_rig_agree_on_later_effects_together(history, most):
         away += disagreement(data, random_steps(rng, data, history))
     assert len(away) > 6
     assert max(away) < most
+
+
+def test_engine_and_rig_agree_on_friction_that_goes_by_rates():
+    """Times of some seconds and of some hours, so that friction is between a fifth and twice the nominal one."""
+    rng, away = np.random.default_rng(9), []
+    for _ in range(8):
+        data = random_manipulator(rng, 0, False)
+        rate = {
+            "kind": "rate_dependent_friction",
+            "rate": rng.uniform(-0.1, 0.1),
+            "reference_n_per_s": rng.uniform(0.1, 9),
+        }
+        data["effect"] = [rate, {"kind": "pulley_friction", "efficiency": rng.uniform(0.8, 1)}]
+        steps = random_steps(rng, data, False)
+        times = np.cumsum(10 ** rng.uniform(0, 4, len(steps)))
+        timed = [step | {"time_s": time} for step, time in zip(steps, times, strict=True)]
+        away += disagreement(data, timed)
+        assert disagreement(data | {"effect": data["effect"][1:]}, timed) == disagreement(
+            data | {"effect": data["effect"][1:]}, steps
+        )
+    assert len(away) > 8
+    assert max(away) < 1e-4
+    with pytest.raises(SpecError, match="every step needs a later time_s"):
+        simulate(data, steps)
 
 
 @pytest.mark.parametrize("history", [False, True])

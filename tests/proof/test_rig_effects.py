@@ -140,6 +140,23 @@ def test_effects_vanish():
             same(plain, simulate(prototype(what, plates=3, direction=direction), PULLS, elements=6), atol=1e-7)
 
 
+def test_friction_by_rates_is_that_of_every_cables_own_rate():
+    """40 N to 20 N and nothing to 30 N in two seconds: 0.3 (1 + 0.05 ln 10) and 0.3 (1 + 0.05 ln 15)."""
+    steps = [step | {"time_s": time} for step, time in zip(PULLS, (4.0, 6.0), strict=True)]
+    found = simulate(prototype(effect("rate_dependent_friction", rate=0.05), plates=3), steps, elements=6)
+    each = {"1": 0.33453878, "3": 0.34062075}
+    rubbing = [effect("cable_friction", coefficient=mu, cables=[name]) for name, mu in each.items()]
+    by_hand = simulate(prototype(*rubbing, plates=3), PULLS, elements=6)
+    for name in ("x", "y", "angle", "tension"):
+        np.testing.assert_allclose(getattr(found, name)[1], getattr(by_hand, name)[1], rtol=0, atol=1e-7)
+    plain = simulate(prototype(plates=3), PULLS, elements=6)
+    same(plain, simulate(prototype(effect("rate_dependent_friction", rate=0.0), plates=3), PULLS, elements=6))
+    assert np.abs(found.tension[1] - plain.tension[1]).max() > 0.05
+    assert np.abs(found.tension[0] - plain.tension[0]).max() < 1e-7
+    with pytest.raises(SpecError, match="needs declared slip"):
+        simulate(prototype(effect("rate_dependent_friction", rate=0.0), direction="history"), steps)
+
+
 def test_effects_that_another_description_says():
     plain = prototype(coefficient=0.0)
     same(

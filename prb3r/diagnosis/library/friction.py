@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_A_PART, RARE, Occurrence, Suspect, as_it_is
@@ -72,6 +74,36 @@ def _load_sentence(fitted: Occurrence) -> str:
     )
 
 
+RATES_APART = 3.0
+"""How many times as fast as the slowest the fastest tension must have changed, for friction to show by which it goes.
+Choice: with a logarithm of 1.1, a rate of 0.1 is a tenth of the friction."""
+
+
+def _timed(scope: Scope) -> list[Place]:
+    """Where steps say when they were held and tensions changed at different rates, with declared slip: friction is the
+    nominal one at the median rate."""
+    manipulator, loads = scope.manipulator, scope.recording.loads
+    felt = loads.rate[(loads.rate > 0) & (loads.tension > 0)]
+    differ = felt.size > 0 and felt.max() > RATES_APART * felt.min()
+    if not differ or manipulator.friction.coefficient == 0 or manipulator.follows_history:
+        return []
+    return [{"reference_n_per_s": float(f"{np.median(felt):.3g}")}]
+
+
+def _rate(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Mostly up to 0.05, some times what rocks and metals show (0.02: Dieterich 1972) as polymers creep more."""
+    return (Free("rate", 0.0, -0.5, 0.5, sd=0.05),)
+
+
+def _rate_sentence(fitted: Occurrence) -> str:
+    by = "how fast cables are pulled" if fitted.size.value > 0 else "how long cables are held"
+    return (
+        f"Friction grows with {by}: its coefficient is the calibrated one where the tension changes by "
+        f"{fitted.place['reference_n_per_s']} N/s, and differs by {fitted.size.times(100 * np.log(10))} % where it "
+        "changes ten times as fast."
+    )
+
+
 def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Mostly up to where the turns of the nominal manipulator, as large as the bends, count half; to where a twentieth
     of them does."""
@@ -129,6 +161,14 @@ FRICTION_SUSPECTS = (
         transfer=as_it_is,
         places=_loaded,
         free=_exponent,
+        presence=RARE,
+    ),
+    Suspect(
+        "rate_dependent_friction",
+        sentence=_rate_sentence,
+        transfer=as_it_is,
+        places=_timed,
+        free=_rate,
         presence=RARE,
     ),
     Suspect(

@@ -191,7 +191,15 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
 def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
     """Whether the same loads act, and not only equal ones."""
     (chain, loads), (nominal, nominal_loads) = side, problem
-    names = "tip_efficiency", "disk_efficiency", "gain", "quadratic", "zero_drift"
+    names = (
+        "tip_efficiency",
+        "disk_efficiency",
+        "gain",
+        "quadratic",
+        "zero_drift",
+        "friction_rate",
+        "friction_reference",
+    )
     same = loads is nominal_loads and chain.constant is nominal.constant
     return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)
 

@@ -48,6 +48,9 @@ class Host(Protocol):
     def disk(self) -> Any: ...
 
     @property
+    def friction(self) -> Any: ...
+
+    @property
     def outer_fibre(self) -> np.ndarray: ...
 
     def cable_arm(self, side: int) -> np.ndarray: ...
@@ -74,6 +77,8 @@ class Effect(BaseModel, ABC):
     """Kinds that say the same of the same parts, beside which a manipulator cannot have it."""
     follows_history: ClassVar[bool] = False
     """Whether slip follows from the load path, so that every state takes all states before it."""
+    needs_times: ClassVar[bool] = False
+    """Whether it goes by when steps were held, so that tables of steps must say so."""
     kind: str
 
     @abstractmethod

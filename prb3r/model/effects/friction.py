@@ -1,5 +1,6 @@
 """Friction: of all holes, of one, of a pulley before the base, and how it remembers."""
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -34,6 +35,33 @@ class LoadDependentFriction(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(friction_exponent=self.exponent, friction_tension=self.tension_n)
+
+
+class RateDependentFriction(Effect):
+    """Friction that grows with the rate at which cables are pulled or, where `rate` is negative, with the time for
+    which they are held: at every hole the coefficient, and what pulleys take, times
+    1 + `rate` ln(v / `reference_n_per_s`), 0.05 at least. v is by how much a cable's tension differs from the step
+    before, 0.1 N at least, over the time between both (column `time_s`); at the first step of a sequence the factor is
+    1. With declared slip only."""
+
+    kind: Literal["rate_dependent_friction"]
+    once: ClassVar[bool] = True
+    needs_times: ClassVar[bool] = True
+    instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
+    rate: Annotated[
+        float, Field(ge=-0.5, le=0.5, description="Change of friction, relative, where v is e times as large.")
+    ]
+    reference_n_per_s: Annotated[Positive, Field(description="v at which the coefficients hold as they are, N/s.")] = (
+        1.0
+    )
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(friction_rate=self.rate, friction_reference=self.reference_n_per_s)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        yield from super().problems(manipulator)
+        if manipulator.friction.direction == "history":
+            yield f'effect {self.kind}: goes with declared slip, not with direction = "history"'
 
 
 class WrapSaturation(Effect):

@@ -27,14 +27,15 @@ SHORTEST_SUBSTEP = 1e-10
 
 
 class AppliedLoads(NamedTuple):
-    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, and the number (1,) of steps
-    before: linear between steps."""
+    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, the number (1,) of steps
+    before, and how much each cable rubs, in its own coefficients (m,): linear between steps."""
 
     tension: np.ndarray
     slip: np.ndarray
     disk: np.ndarray
     tip: np.ndarray
     elapsed: np.ndarray
+    rubbing: np.ndarray
 
 
 class LoadRamp(NamedTuple):
@@ -78,11 +79,15 @@ def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Fo
 
 
 def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
-    """The rig as it is by then: plates and their clamps soften together."""
+    """The rig as it is by then: plates and their clamps soften together, cables rub by the rate of their tensions."""
     left = 1 - built.softening * loads.elapsed[0]
     rig = built.rig
     return rig._replace(
-        rigidity=left * rig.rigidity, compliance=rig.compliance / left, base_compliance=rig.base_compliance / left
+        friction=loads.rubbing * rig.friction,
+        pulley=loads.rubbing * rig.pulley,
+        rigidity=left * rig.rigidity,
+        compliance=rig.compliance / left,
+        base_compliance=rig.base_compliance / left,
     )
 
 

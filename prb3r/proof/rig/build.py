@@ -29,6 +29,10 @@ class BuiltRig:
     """(m,) added to applied tensions for every step before, N."""
     softening: float
     """Share of the plates' stiffness that every step takes."""
+    friction_rate: float
+    """How much more cables rub, relative, at e times the rate of tension."""
+    friction_reference: float
+    """Rate of tension at which they rub as the rig's coefficients say, N/s."""
     gain: np.ndarray
     """(m,) true over noted tension, of small ones."""
     gain_per_n: np.ndarray
@@ -83,6 +87,8 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         tension_offset=draft.tension_offset,
         tension_drift=draft.tension_drift,
         softening=float(draft.softening),
+        friction_rate=float(draft.friction_rate),
+        friction_reference=float(draft.friction_reference),
         gain=draft.gain,
         gain_per_n=draft.gain_per_n,
         disk_force=draft.disk_force,

@@ -66,6 +66,10 @@ class Draft:
     """Share of the plates' stiffness that every step takes."""
     friction_exponent: float = 0.0
     friction_tension: float = 1.0
+    friction_rate: float = 0.0
+    """How much more cables rub, relative, at e times the rate of tension."""
+    friction_reference: float = 1.0
+    """Rate of tension at which they rub as `friction` says, N/s."""
     wrap_saturation: float = 0.0
     """How little of a turn counts, 1/rad."""
     contact_angle: np.ndarray = field(init=False)

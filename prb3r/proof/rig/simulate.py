@@ -52,9 +52,11 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
     place |= {f"slip_{name}": ("slip", j, 1) for j, name in enumerate(built.cables)}
     place |= {f"disk{k}_{axis}_n": ("disk", (k - 1, c), 1) for k in range(1, n + 1) for c, axis in enumerate("xy")}
     place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
-    loads, problems = [], []
+    place |= {"time_s": ("", 0, 0)}
+    loads, problems, noted = [], [], np.zeros(m)
     for k, step in enumerate(steps):
-        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), np.array([before + k], float))
+        passed = np.array([before + k], float)
+        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed, np.ones(m))
         for name, value in step.items():
             if name not in place:
                 problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
@@ -63,11 +65,38 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
                 getattr(load, field)[where] = unit * value
         if (load.tension < 0).any():
             problems.append(Problem(f"steps[{k}]", "a cable cannot push: tensions must not be negative"))
+        if k and built.friction_rate:
+            problems += _rub_by_rate(built, load, noted, step, steps[k - 1])
+        noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         loads.append(load)
     if problems:
         raise SpecError(*problems)
     return loads
+
+
+CREEP = 0.1
+"""Newtons by which a tension changes while it is held, as the effect of rates has it."""
+LEAST_RUBBING = 0.05
+"""Share of friction that no rate takes away."""
+
+
+def _rub_by_rate(
+    built: BuiltRig,
+    load: AppliedLoads,
+    noted: np.ndarray,
+    step: Mapping[str, float],
+    last: Mapping[str, float],
+) -> list[Problem]:
+    """Write to `load` how much its cables rub for how fast they were pulled from the step before, which had the
+    tensions `noted`; what is wrong where the times do not say."""
+    waited = step.get("time_s", np.nan) - last.get("time_s", np.nan)
+    if not waited > 0:
+        return [Problem("steps", "friction goes by the rate of tensions: every step needs a later time_s")]
+    for j, change in enumerate(load.tension - noted):
+        speed = max(abs(change), CREEP) / waited / built.friction_reference
+        load.rubbing[j] = max(1 + built.friction_rate * np.log(speed), LEAST_RUBBING)
+    return []
 
 
 def simulate(
@@ -98,7 +127,7 @@ def simulate(
     built = build_rig(manipulator)
     loads, (n, m) = _loads(built, steps, before), built.rig.offset.shape
     path = RigPath(built, elements, tolerance)
-    last = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2), np.zeros(1))
+    last = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2), np.zeros(1), np.ones(m))
     state = rest(built, last, elements)
     pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
     for k, load in enumerate(loads):

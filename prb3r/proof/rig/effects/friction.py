@@ -2,7 +2,8 @@
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
 coefficient of every hole of its cables, `worn_hole` what then stands at one disk.  `load_dependent_friction` scales
-all of them, `wrap_saturation` what turns they act on.
+all of them with the tension, `rate_dependent_friction` with how fast it changes (pulleys too), `wrap_saturation` what
+turns they act on.
 """
 
 from collections.abc import Iterator
@@ -89,6 +90,12 @@ def _weakening(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"exponent": u, "tension_n": given.pull / 2}, 0, 0.4)
 
 
+def _rub_faster(draft: Draft, rate, reference_n_per_s=1.0):
+    if np.isfinite(draft.presliding):
+        raise ValueError("friction that goes by rates needs declared slip")
+    draft.friction_rate, draft.friction_reference = rate, reference_n_per_s
+
+
 def _saturate(draft: Draft, saturation_per_rad):
     draft.wrap_saturation = saturation_per_rad
 
@@ -140,6 +147,14 @@ FRICTION_RECORDS = (
         _weakening,
         rare=True,
         once=True,
+    ),
+    Record(
+        "rate_dependent_friction",
+        _rub_faster,  # never concealed: programs that are drawn have no times
+        (size("rate", number_in(-0.5, 0.5)), size("reference_n_per_s", POSITIVE, optional=True)),
+        rare=True,
+        once=True,
+        excludes=frozenset({"slip_history"}),
     ),
     Record(
         "wrap_saturation",
