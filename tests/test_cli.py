@@ -73,6 +73,19 @@ def test_check_says_what_files_are_and_all_that_is_wrong(steps, tmp_path):
     assert "nan is not allowed" in done.stderr
 
 
+def test_times_that_do_not_grow_are_refused_by_every_command_that_reads_steps(tmp_path):
+    folder = shutil.copytree(ROOT / "studies/recordings/bench-example", tmp_path / "timed")
+    header, *rows = (folder / "steps.csv").read_text().splitlines()
+    timed = [f"{header},time_s", *(f"{row},{60 * k}" for k, row in enumerate(rows))]
+    (folder / "steps.csv").write_text("\n".join(timed))
+    assert prb3r("check", folder).returncode == 0
+    (folder / "steps.csv").write_text("\n".join([*timed[:3], timed[3].rsplit(",", 1)[0] + ",30", *timed[4:]]))
+    for command in (("check", folder), ("diagnose", folder), ("solve", PROTOTYPE, folder / "steps.csv")):
+        done = prb3r(*command)
+        assert done.returncode == 2
+        assert "is not later than the one before it (row 3); times grow" in done.stderr
+
+
 def test_check_sums_a_recording_up_with_every_remark_or_refuses_it_with_every_problem(tmp_path):
     example = ROOT / "studies/recordings/bench-example"
     done = prb3r("check", example, example / "recording.toml")

@@ -154,8 +154,9 @@ def _time_problems(frame: pd.DataFrame, place: str) -> list[Problem]:
     for name, rows in ordered.groupby("sequence", sort=False):
         late = rows[TIME].diff() <= 0
         if late.any():
-            step = rows.loc[late.idxmax(), "step"]
-            problems.append(Problem(place, f"sequence {name}: step {step} is not later than the one before it"))
+            row = late.idxmax()
+            what = f"step {rows.loc[row, 'step']} is not later than the one before it (row {row + 1})"
+            problems.append(Problem(place, f"sequence {name}: {what}; times grow from step to step, in seconds"))
         spans.append((rows[TIME].min(), rows[TIME].max(), name))
     for (_, end, before), (begin, _, after) in pairwise(sorted(spans)):
         if begin <= end:

@@ -183,7 +183,7 @@ def test_kilograms_follow_gravity_as_tensions_do():
 
 
 def test_the_table_is_tidy():
-    steps = pd.concat([STEPS, STEPS.assign(sequence="b")])
+    steps = pd.concat([STEPS, STEPS.assign(sequence="b", time_s=[20, 22, 29])])
     table = prb3r.sensitivities(rig(), steps, ["youngs_modulus_pa", "tip_x_n"])
     assert list(table.columns) == [
         *("sequence", "step", "disk", "parameter", "dx_m", "dy_m", "dangle_rad", "dcable_up_n", "dcable_down_n")

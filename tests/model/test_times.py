@@ -57,7 +57,7 @@ def test_a_step_is_as_long_as_one_is_in_the_mean():
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        ([0.0, 2.0, 1.0, 5.0, 6.0], "sequence a: step 3 is not later than the one before it"),
+        ([0.0, 2.0, 1.0, 5.0, 6.0], "sequence a: step 3 is not later than the one before it (row 3); times grow"),
         ([0.0, 2.0, 2.0, 5.0, 6.0], "sequence a: step 3 is not later"),
         ([0.0, 1.0, 2.0, 0.0, 1.0], "overlap: times are of one clock"),
         ([0.0, 1.0, None, 3.0, 4.0], "row 3: empty; leave the whole column out"),
