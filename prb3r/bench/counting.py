@@ -106,7 +106,8 @@ class CountedArray(np.ndarray):
     tally: Counter[str]
 
     def __array_finalize__(self, obj):
-        self.tally = getattr(obj, "tally", Counter())  # `obj` is what this is a view of
+        tally = getattr(obj, "tally", None)  # `obj` is what this is a view of
+        self.tally = Counter() if tally is None else tally
 
     def __setitem__(self, place, value):
         super().__setitem__(place, Counted(value, self.tally) if isinstance(value, float) else value)
