@@ -133,7 +133,10 @@ def test_a_run_is_stopped_by_every_signal_before_it_has_workers_too(tmp_path, na
         "import time\n"
         "from prb3r.cli import main\n"
         "import prb3r.check as c\n"
-        "c.check_file = lambda *a: print('up', flush=True) or time.sleep(60)\n"
+        "def slow(*_):\n"
+        "    print('up', flush=True)\n"
+        "    while True: time.sleep(0.01)\n"  # a signal just before one long sleep would be heard after it
+        "c.check_file = slow\n"
         "main()\n"
     )
     call = [sys.executable, "-c", script, "check", str(tmp_path)]
