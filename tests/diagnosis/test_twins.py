@@ -15,7 +15,7 @@ from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.search.selection import choose
+from prb3r.diagnosis.search.selection import choose, explore_until_settled
 from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Prior
@@ -79,7 +79,8 @@ def test_the_other_side_of_the_best_model_is_looked_at_too():
     predict = calibrated.model.predict
     library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
     search = Search(library, 0)
-    found = choose(Pool(search, Settings(), [calibrated]), search, Doubts(np.ones(predict.recording.readings.count)))
+    doubts = Doubts(np.ones(predict.recording.readings.count))
+    found = choose(explore_until_settled(Pool(search, Settings(), [calibrated]), search, doubts), search)
     first, second = (next(each for each in library if each.name == f"segment_stiffness (segment {k})") for k in (1, 2))
     best = found.survivors[0].effects
     assert second in best

@@ -15,8 +15,9 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.result.statements import Estimate, sentence
+from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.experiment import best_experiments
-from prb3r.diagnosis.search.rivals import Rival, rivals, without_effect
+from prb3r.diagnosis.search.rivals import Rival, rivals
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 

@@ -15,6 +15,7 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
+from prb3r.diagnosis.search.exchange import replacements
 from prb3r.diagnosis.search.linear_selection import LinearModel, best_sets, worth_fitting
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
@@ -50,6 +51,7 @@ class Pool:
         self.fits: dict[Effects, Fit] = {}
         self.evidence: dict[Effects, float] = {}
         self.expanded: set[Effects] = set()
+        self.exchanged: set[Effects] = set()
         for fitted in fits:
             self.add(fitted)
 
@@ -115,6 +117,17 @@ class Pool:
                 tasks.append((model, start, self._useful(hypotheses)))
         for richer in self.search.apply(_fitted, tasks):
             self.add(richer)
+
+    def exchange(self, fitted: Fit) -> bool:
+        """Fit what comes nearest in the place of every effect of a model; whether one is better by what counts."""
+        before, effects = self.evidence[self.ranked[0]], frozenset(fitted.model.hypotheses)
+        if effects in self.exchanged:
+            return False
+        self.exchanged.add(effects)
+        for number in range(len(effects)):
+            for other in replacements(fitted, number, self.search):
+                self.add(other)
+        return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
         """The linearised model around a fit, and which of its columns are those of the fitted effects."""

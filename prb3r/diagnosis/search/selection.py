@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,8 @@ class Choice:
     chi2_threshold: float
     doubts: Doubts
     level: EstimatedLevel
+    exchanged: frozenset[Effects] = frozenset()
+    """The sets of effects of whose fits every effect was exchanged for what comes nearest; `tried` holds these too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
 
@@ -81,8 +84,20 @@ class Choice:
         return tuple(kinds for kinds in ranked if shares[kinds] >= settings.alike_rate)
 
 
-def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
-    """The models that survive, under the noise that the best of them leaves; `pool` holds those to begin from."""
+class Explored(NamedTuple):
+    """A search that has come to an end: the noise is that which its best model leaves."""
+
+    pool: Pool
+    doubts: Doubts
+    level: EstimatedLevel
+
+    def chosen(self) -> Fit:
+        """The smallest model that is not much less probable than the best that contains it."""
+        return polished(simplest(self.pool.survivors(), self.pool.settings.simpler_reach))
+
+
+def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explored:
+    """Explore, beginning from what `pool` holds, under the noise that the best model leaves."""
     settings, around = pool.settings, Effects()
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
@@ -102,21 +117,36 @@ def choose(pool: Pool, search: Search, doubts: Doubts) -> Choice:
             break
         doubts, around = replace(doubts, level=estimate.level), frozenset(best.model.hypotheses)
         pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions
+    return Explored(pool, doubts, estimate)
+
+
+def exchange_effects(found: Explored, search: Search) -> Explored:
+    """Exchange every chosen effect for others, and search on from there as long as one of them makes a better model."""
+    for _ in range(found.pool.settings.exchanges):
+        if not found.pool.exchange(found.chosen()):
+            break
+        found = explore_until_settled(found.pool, search, found.doubts)
+    return found
+
+
+def choose(found: Explored, search: Search) -> Choice:
+    """What has been found, with what the chosen model leaves."""
+    pool, chosen = found.pool, found.chosen()
     survivors = pool.survivors()
-    chosen = polished(simplest(survivors, settings.simpler_reach))
-    scores = examine(chosen, search)
-    best = survivors[0].fitted
+    scores, best = examine(chosen, search), survivors[0]
+    same = best.effects == frozenset(chosen.model.hypotheses)
     return Choice(
         calibrated=pool.fits[Effects()],
         fitted=chosen,
         tried=tuple(pool.fits.values()),
         survivors=survivors,
         scores=scores,
-        scores_of_best=scores if survivors[0].effects == frozenset(chosen.model.hypotheses) else examine(best, search),
-        smooth_moments=chance_of_smooth_moments(best, search.seed),
+        scores_of_best=scores if same else examine(best.fitted, search),
+        smooth_moments=chance_of_smooth_moments(best.fitted, search.seed),
         chi2_threshold=chi2_threshold(chosen),
-        doubts=doubts,
-        level=estimate,
+        doubts=found.doubts,
+        level=found.level,
+        exchanged=frozenset(pool.exchanged),
     )
 
 

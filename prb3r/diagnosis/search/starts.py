@@ -10,7 +10,7 @@ from prb3r.diagnosis.search.assumed import fit_assumed
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import saturated
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.search.selection import Choice, choose
+from prb3r.diagnosis.search.selection import Choice, choose, exchange_effects, explore_until_settled
 from prb3r.diagnosis.search.small_loads import from_small_loads
 
 
@@ -19,24 +19,26 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
 
     Where much is unexplained, the first is what explains small loads, as there a rig is nearly linear.  It leads into
     one valley, from which sets that explain the large loads by other means are not seen: the second is all common
-    effects at once, or the constants alone where that is too slow.
+    effects at once, or the constants alone where that is too slow.  From the better one the search goes on by exchange.
     """
     settings, known = calibrated.model.settings, [calibrated, fit_assumed(calibrated, search.assumed)]
-    if calibrated.reduced <= settings.gross:
-        return choose(Pool(search, settings, known), search, doubts)
-    first = choose(Pool(search, settings, [*known, from_small_loads(calibrated, search, doubts)]), search, doubts)
-    if not first.structured:
-        return first
-    second = choose(Pool(search, settings, [*known, saturated(calibrated, search, doubts)]), search, doubts)
-    return second if lead(second, first, search) > 0 else first
+    gross = calibrated.reduced > settings.gross
+    first = from_small_loads(calibrated, search, doubts) if gross else None
+    found = explore_until_settled(Pool(search, settings, [*known, first]), search, doubts)
+    if gross and choose(found, search).structured:
+        second = saturated(calibrated, search, doubts)
+        other = explore_until_settled(Pool(search, settings, [*known, second]), search, doubts)
+        first_best, other_best = (each.pool.survivors()[0].fitted for each in (found, other))
+        found = other if lead(other_best, first_best, search) > 0 else found
+    return choose(exchange_effects(found, search), search)
 
 
-def lead(choice: Choice, other: Choice, search: Search) -> float:
-    """By how much the best model of a choice is more probable than that of another, ln of the odds.
+def lead(model: Fit, other: Fit, search: Search) -> float:
+    """By how much a model is more probable than another, ln of the odds.
 
-    Each choice has found a noise of its own: the mean under both, with both models fitted under each.
+    Each was found under a noise of its own: the mean under both, with both fitted under each.
     """
-    rivals, total = [each.survivors[0].fitted for each in (choice, other)], 0.0
+    total, rivals = 0.0, (model, other)
     for noise in [rival.model.noise for rival in rivals]:
         own, its = (fit(replace(rival.model, noise=noise), rival.p) or rival for rival in rivals)
         total += log_evidence(own, search.log_odds) - log_evidence(its, search.log_odds)

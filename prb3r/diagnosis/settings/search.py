@@ -56,6 +56,11 @@ class SearchSettings:
     """Share of what an effect gains that a replacement must promise.  Choice."""
     costly_share: float = 0.7
     """Share of the best promise from which on a replacement is fitted that makes every prediction slow.  Choice."""
+    exchanges: int = 3
+    """How often the search goes on from a better model that has another effect in the place of a chosen one.  Choice,
+    for time."""
+    better_exchanged: float = 1.0
+    """Rise in ln evidence from which on it does: less is "not worth more than a bare mention" (Kass and Raftery)."""
     renewals: int = 4
     """How often the noise is estimated anew from what the best model leaves.  Choice."""
     kept_models: int = 12

@@ -22,7 +22,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.search.rivals import added
+from prb3r.diagnosis.search.exchange import added
 from prb3r.diagnosis.settings import Settings
 from prb3r.proof.judging.forecast import forecasts
 from prb3r.proof.judging.verdict import Claim, ExperimentClaim, Verdict

@@ -1,0 +1,66 @@
+"""One effect of a fitted model left out, or exchanged for another that comes nearest without it.
+
+Beside plates that stiffen, disks that touch change next to nothing, so that around a model with the one the other is
+not seen, and the linearised model never proposes to exchange them.  What could stand in the place of an effect is seen
+around the model that is fitted without it.
+"""
+
+import numpy as np
+
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.columns import beginning, linear_model
+from prb3r.diagnosis.search.search import Search
+
+PROBES_FITTED = 2
+"""Probes of one effect that full fits begin from."""
+
+
+def without_effect(fitted: Fit, number: int) -> Fit | None:
+    """The model refitted without one of its effects; None where nothing of it is left to be compared."""
+    return fit(fitted.model.without(number), fitted.model.without_share(fitted.p, number))
+
+
+def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
+    """Full fits of the chosen model with effect `number` replaced by those that come nearest, linearised."""
+    base, settings = without_effect(chosen, number), chosen.model.settings
+    if base is None:
+        return []
+    least = settings.shortlist_share * (base.chi2 - chosen.chi2) / 2
+    return added(base, search, least, barred=chosen.model.hypotheses[number])
+
+
+def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | None = None) -> list[Fit]:
+    """Full fits of a model with one more effect each, those that promise most in the linearised model.
+
+    Parameters
+    ----------
+    least : rise of ln evidence that an effect must promise.
+    barred : an effect that is not considered.
+    """
+    settings, library = base.model.settings, [hypothesis for hypothesis in search.library if hypothesis != barred]
+    linear, present = linear_model(base, library, search.log_odds)
+    rise = linear.additions(present)
+    most = settings.costly_shortlist if base.costly else settings.shortlist
+    tasks: list[tuple[Fit, tuple[Hypothesis, ...], np.ndarray]] = []
+    tried = dict[Hypothesis, int]()
+    for k in np.argsort(-rise).tolist():
+        hypothesis = linear.columns[k].hypothesis
+        costly = SUSPECTS[hypothesis.kind].costly and rise[k] < settings.costly_share * rise.max()
+        if rise[k] < least or len(tasks) == most or costly or tried.get(hypothesis, 0) == PROBES_FITTED:
+            continue
+        tried[hypothesis] = tried.get(hypothesis, 0) + 1
+        tasks.append((base, *beginning(base, linear, [*sorted(present), k])))
+    best: dict[Hypothesis, Fit] = {}
+    for fitted in search.apply(_refitted, tasks):
+        if fitted is not None:
+            new = fitted.model.hypotheses[-1]
+            best[new] = fitted if new not in best else min(best[new], fitted, key=lambda known: known.chi2)
+    return list(best.values())
+
+
+def _refitted(task: tuple[Fit, tuple[Hypothesis, ...], np.ndarray]) -> Fit | None:
+    base, hypotheses, start = task
+    return fit(base.model.adding(hypotheses[-1]), start, useful=base.chi2)

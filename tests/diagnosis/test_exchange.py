@@ -1,0 +1,72 @@
+"""An effect that is not seen beside the one that stands in its place is found once that one is left out."""
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.exchange import replacements, without_effect
+from prb3r.diagnosis.search.pool import Pool
+from prb3r.diagnosis.search.rivals import rivals
+from prb3r.diagnosis.search.selection import choose, exchange_effects, explore_until_settled
+from prb3r.diagnosis.stages import calibrate, doubt, serially
+
+TOUCHING = (
+    {"kind": "disk_contact", "angle_rad": 0.08, "stiffness_n_m_per_rad": 40.0},
+    {"kind": "tension_offset", "offset_n": 8.0, "cables": ("2",)},
+)
+IMITATED = ("nonlinear_plate (law bilinear)", "clamp_compliance", "tension_offset (cables 2)")
+"""Plates that stiffen, with soft clamps, bend nearly as plates whose disks touch."""
+
+
+@pytest.fixture(scope="module")
+def doubted():
+    hidden = tuple(tuple(effect.items()) for effect in TOUCHING)
+    return doubt(calibrate(Task(recorded(Case(hidden=hidden)))), serially)
+
+
+@pytest.fixture(scope="module")
+def imitation(doubted):
+    """A fit of what imitates disks that touch."""
+    fitted, library = doubted.fitted, {each.name: each for each in doubted.search.library}
+    chosen = [library[name] for name in IMITATED]
+    model = fitted.model.adding(*chosen)
+    starts = [
+        np.concatenate([fitted.p, knee, [0.0, 0.0]]) for knee in chosen[0].starts(fitted.model.friction(fitted.p))
+    ]
+    return min((found for start in starts if (found := fit(model, start))), key=lambda found: found.chi2)
+
+
+@pytest.fixture
+def found(doubted, imitation):
+    pool = Pool(doubted.search, imitation.model.settings, [doubted.fitted, imitation])
+    return explore_until_settled(pool, doubted.search, doubted.doubts)
+
+
+def test_beside_what_imitates_it_an_effect_is_not_seen_but_without_that_it_is(doubted, found):
+    before = choose(found, doubted.search)
+    after = choose(exchange_effects(found, doubted.search), doubted.search)
+    assert not before.structured  # so that nothing but the exchange leads on
+    assert before.kinds == {"nonlinear_plate", "tension_offset"}
+    assert after.kinds == {"disk_contact", "tension_offset"}
+    assert after.survivors[0].log_evidence > before.survivors[0].log_evidence + 1
+
+
+def test_what_stands_in_the_place_of_an_effect_stands_beside_all_others(doubted, imitation):
+    for number, effect in enumerate(imitation.model.hypotheses):
+        others = set(imitation.model.hypotheses) - {effect}
+        assert set(without_effect(imitation, number).model.hypotheses) == others
+        for other in replacements(imitation, number, doubted.search):
+            assert others < set(other.model.hypotheses)
+            assert effect not in other.model.hypotheses
+            assert len(other.model.hypotheses) == len(others) + 1
+
+
+def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_then(doubted, found, monkeypatch):
+    choice = choose(exchange_effects(found, doubted.search), doubted.search)
+    assert frozenset(choice.fitted.model.hypotheses) in choice.exchanged
+    monkeypatch.setattr("prb3r.diagnosis.search.rivals.replacements", None)  # would not be called again
+    contact = [each.kind for each in choice.fitted.model.hypotheses].index("disk_contact")
+    near = [rival for rival in rivals(choice, contact, doubted.search) if rival.indistinguishable]
+    assert "nonlinear_plate" in {rival.hypothesis.kind for rival in near}
