@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from prb3r.model.effects import EFFECT_KINDS
 from prb3r.quantities import (
     NOMENCLATURE,
     UNIT_OF_ENDING,
@@ -20,6 +21,16 @@ def test_longest_unit_ending_wins_whatever_the_stem():
     for ending, unit in UNIT_OF_ENDING.items():
         assert describe(f"some_metric{ending}").unit == unit
     assert describe("retained_share").unit == "1"
+
+
+def test_what_goes_per_something_has_a_unit_that_says_so():
+    """A cell that is not linear is off by so much for every newton, not by newtons."""
+    names = {name for kind in EFFECT_KINDS.values() for name in kind.model_fields}
+    per = {name: describe(name).unit for name in names if "_per_" in name}
+    assert per["quadratic_per_n"] == "1/N"
+    assert [
+        name for name, unit in per.items() if "/" not in unit or "per" in name.removesuffix(unit_ending(name))
+    ] == []
 
 
 def test_every_known_unit_agrees_with_its_name():

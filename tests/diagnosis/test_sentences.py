@@ -48,6 +48,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (1.5, 1, 2)}, "stiffen (touch)"),
         (
             "nonlinear_plate",
+            {"law": "bilinear"},
+            {"knee_per_m": (2, 1, 3), "ratio": (10, None, None)},
+            "beyond a curvature of 2 (1 to 3) 1/m, to 10 times their stiffness",
+        ),
+        (
+            "nonlinear_plate",
             {"law": "smooth", "side": "negative"},
             {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
             "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",

@@ -57,7 +57,8 @@ def said_of_law(fitted: Occurrence) -> str:
     knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
     smooth = fitted.estimates.get("sharpness")
     gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
-    return f"The plates {how} beyond {knee}{toward(fitted)}, to {ratio} of their stiffness{gently}."
+    share = f"{ratio} of" if ratio.value < 1 else f"{ratio} times"
+    return f"The plates {how} beyond {knee}{toward(fitted)}, to {share} their stiffness{gently}."
 
 
 def toward(fitted: Occurrence) -> str:

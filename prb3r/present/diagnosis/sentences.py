@@ -30,7 +30,7 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
         return f"Explained: {effects}, absent from the nominal model, {account} for the mismatch."
     if diagnosis.verdict == "ambiguous":
         return (
-            f"Explained, but not by one cause alone: {effects} {account} for the mismatch, but so would others that "
+            f"Explained, but not in one way alone: {effects} {account} for the mismatch, but so would others that "
             "these recordings cannot tell apart."
         )
     text = f"Unexplained: {diagnosis.why}."
