@@ -10,6 +10,8 @@ from prb3r.diagnosis.fit.model import Fit
 
 SHORTEST, LONGEST = 0.3, 3.0
 """Change of a profile's reach from one trial to the next, at most."""
+STRAIGHT = 2.0
+"""Factor that the reach of a linearised interval may be wrong by."""
 
 
 @dataclass(frozen=True)
@@ -56,3 +58,25 @@ def profile(fitted: Fit, number: int) -> Profile:
     order = np.argsort(u)
     finite = np.isfinite(np.asarray(rise)[order])
     return Profile(np.asarray(u)[order][finite], np.asarray(rise)[order][finite], float(ends[0]), float(ends[1]))
+
+
+def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
+    """Ends of the linearised 95 % interval of parameter `number`, in its own scale and within its bounds.
+
+    None where chi-square, the others moved along as they are where all is linear, has not risen there as it should: the
+    interval would be wrong by a factor of more than `STRAIGHT`, as where the readings feel a parameter to one side
+    alone.  Two predictions are made.
+    """
+    sd = float(np.sqrt(fitted.covariance[number, number]))
+    direction = fitted.covariance[:, number] / max(sd, 1e-12)
+    bounds, ends = fitted.model.bounds(fitted.p), []
+    for sign, bound in zip((-1, 1), bounds, strict=True):
+        away = min(NORMAL_REACH * sd, abs(bound[number] - fitted.p[number]))
+        p = np.clip(fitted.p + sign * away / max(sd, 1e-12) * direction, *bounds)
+        residual = fitted.model.residuals(p, fitted.model.solve(p))
+        risen, due = float(residual @ residual) - fitted.chi2, (away / max(sd, 1e-12)) ** 2
+        cut = away < NORMAL_REACH * sd
+        if not risen < STRAIGHT**2 * due or (risen < due / STRAIGHT**2 and not cut):
+            return None
+        ends.append(float(fitted.p[number] + sign * away))
+    return ends[0], ends[1]

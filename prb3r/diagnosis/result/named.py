@@ -4,16 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from prb3r.diagnosis.checks.heldout import Unseen
-from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.evidence.model_evidence import bic
-from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.profile import Profile, profile
+from prb3r.diagnosis.fit.profile import Profile, linear_interval, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
+from prb3r.diagnosis.result.spread import ends_over_models, number_of_share
 from prb3r.diagnosis.result.statements import Estimate, sentence
 from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.experiment import best_experiments
@@ -48,7 +45,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     near = [rival for rival in rivals(choice, number, search) if rival.indistinguishable]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
     places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
-    parameters, profiles = _estimates(fitted, number, sure=not partial)
+    parameters, profiles = _estimates(choice, number, sure=not partial)
     simpler = without_effect(fitted, number)
     statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
@@ -83,27 +80,27 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
     return places
 
 
-def _estimates(fitted: Fit, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
-    """The parameters of effect `number` of a model and, where it is `sure` enough for intervals, their profiles.
+def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
+    """The parameters of the chosen effect `number` and, where it is `sure` enough for intervals, their profiles.
 
-    Where a prediction is slow intervals are linearised, without profiles.
+    Intervals hold what the other surviving models with that effect say of it.  Where a prediction is slow those of the
+    chosen model are linearised, without profiles, unless chi-square at their ends shows that this is wrong.
     """
-    model, hypotheses = fitted.model, fitted.model.hypotheses
-    friction = model.friction(fitted.p)
-    first = len(model.varied) + sum(len(hypothesis.free) for hypothesis in hypotheses[:number])
+    fitted = choice.fitted
+    model, hypothesis = fitted.model, fitted.model.hypotheses[number]
+    friction, deserved = model.friction(fitted.p), fitted.reduced < model.settings.far_from_one
     estimates, profiles = {}, {}
-    for k, free in enumerate(hypotheses[number].free, first):
-        value = free.value(fitted.p[k], friction)
-        estimates[free.name] = Estimate(value)
-        if sure and fitted.costly:
-            reach = NORMAL_REACH * float(np.sqrt(fitted.covariance[k, k]))
-            bounds = (bound[k] for bound in model.bounds(fitted.p))
-            ends = (max(fitted.p[k] - reach, next(bounds)), min(fitted.p[k] + reach, next(bounds)))
-            estimates[free.name] = Estimate(value, *sorted(free.value(end, friction) for end in ends))
-        elif sure and fitted.reduced < model.settings.far_from_one:
+    for part, free in enumerate(hypothesis.free):
+        k = model.spans[number].start + part
+        estimates[free.name] = Estimate(free.value(fitted.p[k], friction))
+        if not sure or not (deserved or fitted.costly):
+            continue
+        ends = linear_interval(fitted, k) if fitted.costly else None
+        if ends is None:
             curve = profiles[free.name] = profile(fitted, k)
-            low, high = sorted(free.value(end, friction) for end in (curve.low, curve.high))
-            estimates[free.name] = Estimate(value, low, high)
+            ends = curve.low, curve.high
+        ends = ends_over_models(choice, k, number_of_share(hypothesis, part), ends)
+        estimates[free.name] = Estimate(estimates[free.name].value, *sorted(free.value(end, friction) for end in ends))
     return estimates, profiles
 
 

@@ -28,6 +28,7 @@ from prb3r.diagnosis.result.numbers import (
     ToleranceFound,
 )
 from prb3r.diagnosis.result.posterior import posterior_of
+from prb3r.diagnosis.result.spread import ends_over_models, number_of_constant
 from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
@@ -118,15 +119,19 @@ def _largest(scores: Scores) -> LargestScore:
 
 
 def _constant(nominal: float, name: str, investigation: Investigation) -> CalibratedConstant:
-    """A constant by the name of its logarithm, with a 95 % interval, linearised, where one is deserved."""
+    """A constant by the name of its logarithm, with a 95 % interval, linearised, where one is deserved.
+
+    It holds what the other surviving models say of the constant.
+    """
     calibrated, explained = investigation.calibrated, investigation.explained
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
-    reach = np.nan
+    ends = np.nan, np.nan
     sure = not investigation.why
     if sure and name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
         number = explained.model.varied.index(name)
-        reach = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number]))
-    return CalibratedConstant(nominal, alone, best, float(best * np.exp(-reach)), float(best * np.exp(reach)))
+        reach, u = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number])), float(explained.p[number])
+        ends = ends_over_models(investigation.choice, number, number_of_constant(name), (u - reach, u + reach))
+    return CalibratedConstant(nominal, alone, best, *(nominal * float(np.exp(end)) for end in ends))
 
 
 def _noise(investigation: Investigation) -> NoiseFound:

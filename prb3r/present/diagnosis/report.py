@@ -35,7 +35,11 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
         ranking,
         "Every kind of effect at the place where it helps most, tested on what refitted constants leave.",
     ),
-    "profiles": (profiles, "How surely the recordings hold each parameter: all else is refitted at every point."),
+    "profiles": (
+        profiles,
+        "How surely the recordings hold each parameter if what is named is all there is: all else is refitted at every "
+        "point. The interval is wider where other sets of effects that stand say otherwise.",
+    ),
     "residuals": (
         residual_sizes,
         "Residuals in units of the noise, made independent of each other (values beyond 6 are in the outermost bars); "

@@ -1,0 +1,95 @@
+"""Intervals that hold what every surviving model says of a parameter, not the model alone whose effects are named."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import norm
+
+from prb3r.diagnosis.confidence import NORMAL_REACH, TAIL
+from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.selection import Choice
+
+TAIL_REACH = 8.0
+"""Standard deviations beyond which nothing of a normal distribution is looked for."""
+LEAST_DEVIATION = 1e-12
+"""Standard deviation that a parameter has at least, in its own scale."""
+
+
+class SaidOfParameter(NamedTuple):
+    """What one model tells of a parameter: normal to either side of its best value."""
+
+    probability: float
+    value: float
+    below: float
+    """Standard deviation toward smaller values."""
+    above: float
+
+
+def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float:
+    """The value that a parameter stays below with the probability `share`, averaged over models."""
+    probability, value, below, above = (np.array(column) for column in zip(*told, strict=True))
+    probability = probability / probability.sum()
+
+    def beyond(at: float) -> float:
+        sd = np.where(at < value, below, above)
+        return float(probability @ norm.cdf((at - value) / sd)) - share
+
+    low, high = (value - TAIL_REACH * below).min(), (value + TAIL_REACH * above).max()
+    return float(brentq(beyond, low, high))
+
+
+def ends_over_models(
+    choice: Choice, number: int, where: Callable[[Model], int | None], ends: tuple[float, float]
+) -> tuple[float, float]:
+    """The 95 % interval of a parameter of the chosen model, widened to hold what other surviving models say of it.
+
+    Parameters
+    ----------
+    number : of the parameter in the chosen model.
+    where : its number in another model; None where that does not have it, and so says nothing of it.
+    ends : of the interval that the chosen model alone gives, in the parameter's own scale.
+
+    Returns
+    -------
+    The ends, in the parameter's own scale, never inside those given and within the bounds.
+    """
+    chosen = choice.fitted
+    value, effects = chosen.p[number], frozenset(chosen.model.hypotheses)
+    others = [survivor for survivor in choice.survivors if survivor.effects != effects]
+    own = sum(survivor.probability for survivor in choice.survivors) - sum(each.probability for each in others)
+    sides = [max(abs(end - value) / NORMAL_REACH, LEAST_DEVIATION) for end in ends]
+    told = [SaidOfParameter(own, value, *sides)]
+    for survivor in others:
+        fitted, there = survivor.fitted, where(survivor.fitted.model)
+        if there is not None and np.isfinite(sd := _deviation(fitted, there)):
+            told.append(SaidOfParameter(survivor.probability, fitted.p[there], sd, sd))
+    if len(told) == 1 or own <= 0:
+        return ends
+    low, high = (bound[number] for bound in chosen.model.bounds(chosen.p))
+    wide = quantile_over_models(told, TAIL), quantile_over_models(told, 1 - TAIL)
+    return min(ends[0], max(wide[0], low)), max(ends[1], min(wide[1], high))
+
+
+def _deviation(fitted: Fit, number: int) -> float:
+    """Standard deviation of a parameter, linearised; NaN where the readings do not tell it."""
+    variance = fitted.covariance[number, number]
+    return max(float(np.sqrt(variance)), LEAST_DEVIATION) if variance >= 0 else float("nan")
+
+
+def number_of_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], int | None]:
+    """Where a model has parameter `part` of an effect; None where it does not have the effect."""
+
+    def where(model: Model) -> int | None:
+        if hypothesis not in model.hypotheses:
+            return None
+        return model.spans[model.hypotheses.index(hypothesis)].start + part
+
+    return where
+
+
+def number_of_constant(name: str) -> Callable[[Model], int | None]:
+    """Where a model has a constant; None where it does not vary it."""
+    return lambda model: model.varied.index(name) if name in model.varied else None
