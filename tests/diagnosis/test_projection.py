@@ -45,7 +45,7 @@ CONTRACT = {
     "mismatch": "plates sequences depends_on statement",
     "heldout": "sequences rmse_calibrated_m rmse_explained_m noise_m rmse_calibrated_rad rmse_explained_rad noise_rad",
 }
-EFFECT = "effect parameters statement probability certain indistinguishable_from delta_bic heldout_gain"
+EFFECT = "effect parameters statement probability certain indistinguishable_from rivals delta_bic heldout_gain"
 
 
 @pytest.fixture(scope="module")
@@ -184,6 +184,10 @@ def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
     write_record(found, tmp_path)
     record = json.loads((tmp_path / "diagnosis.json").read_text())
     assert record["effects"][0]["indistinguishable_from"] == [found.experiments[0].second]
+    (rival,) = record["effects"][0]["rivals"]
+    assert rival["name"] == found.experiments[0].second
+    factor = 3 / (2 + 1 / WEAK["factor"])  # of three plates with the compliance of these two and the weak one
+    assert rival["parameters"] == {"factor": pytest.approx(factor, abs=0.06)}
     (proposed,) = record["next_experiment"]
     assert list(proposed) == ["statement", "separates", "separation", "steps"]
     assert proposed["separates"] == [list(found.experiments[0][:2])]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
+from diagnosis.simulated import UNEXPLAINED, WEAK, Case, diagnosed, investigated, rival_of
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from present.browser import stands
@@ -23,6 +23,7 @@ from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits, telling_steps
 from prb3r.present.diagnosis.panels import StepAxis, breaks_between
 from prb3r.present.diagnosis.report import FIGURES, content, publish_diagnosis
+from prb3r.present.diagnosis.sentences import spaced
 
 CLEAN, BENDS = Case(hidden=()), Case(read=("bend_rad",))
 ANGLES = Case(read=("angle_rad",))
@@ -163,10 +164,16 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert unknown["verdict"].startswith("Unexplained")
     assert all("Neither is to be trusted" in text for text in unknown["hidden"])
     other = content(disputed())
-    assert other["alternatives"] == [
-        "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)."
-    ]
+    (alternative,) = other["alternatives"]
+    text, _, size = alternative.removesuffix(".").partition(" with factor ")
+    assert text == "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)"
+    assert float(size) == pytest.approx(3 / (2 + 1 / WEAK["factor"]), abs=0.06)  # the same compliance of three plates
     assert "cannot tell apart" in other["verdict"]
+
+
+def test_a_place_with_a_unit_is_said_with_it():
+    assert spaced("load_dependent_friction (tension_n 2.5)") == "load dependent friction (tension 2.5 N)"
+    assert spaced("worn_hole (disk 2, cables 1)") == "worn hole (disk 2, cables 1)"
 
 
 WEAKENED = Case()

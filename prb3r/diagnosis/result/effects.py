@@ -35,6 +35,8 @@ class RivalEffect:
     """Squared whitened distance from the explanation's prediction to the nearest of the rival's."""
     behind: float
     """How much worse it fits: chi-square with its penalty."""
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    """The values that it would have to have, by which a reader judges whether it can be."""
 
 
 @dataclass(frozen=True, eq=False)

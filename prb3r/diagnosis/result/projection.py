@@ -8,7 +8,7 @@ import numpy as np
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, Separation
+from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect, Separation
 from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.markdown import few
 
@@ -62,7 +62,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     lines = [*setup_sentences(diagnosis), f"{diagnosis.name}: {diagnosis.verdict}; {fits}{mended}"]
     for effect in diagnosis.effects:
         lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
-        lines += [f"  cannot be told apart: {name}" for name in rival_names(effect)]
+        lines += dict.fromkeys(f"  cannot be told apart: {_with_values(rival)}" for rival in effect.rivals)
     if diagnosis.verdict == "unexplained":
         lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
@@ -96,6 +96,11 @@ def mended_file(blunder: Blunder) -> str:
 def rival_names(effect: NamedEffect) -> list[str]:
     """Names of the rivals of an effect, each once."""
     return list(dict.fromkeys(rival.name for rival in effect.rivals))
+
+
+def _with_values(rival: RivalEffect) -> str:
+    """A rival and the values it would have to have, in SI."""
+    return ", ".join([rival.name, *(f"{name} {value:.3g}" for name, value in rival.parameters.items())])
 
 
 def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float]]]:
@@ -179,6 +184,7 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
         "probability": effect.probability,
         "certain": effect.certain,
         "indistinguishable_from": rival_names(effect),
+        "rivals": [{"name": rival.name, "parameters": dict(rival.parameters)} for rival in effect.rivals],
         "delta_bic": effect.delta_bic,
         "heldout_gain": effect.heldout_gain,
     }

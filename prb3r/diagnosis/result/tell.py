@@ -30,6 +30,7 @@ from prb3r.diagnosis.result.numbers import (
 from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_constant
 from prb3r.diagnosis.result.tables import diagnosis_tables
+from prb3r.diagnosis.search.rivals import Rival
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
@@ -165,6 +166,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
                 place=dict(rival.hypothesis.place),
                 distance=float(rival.distance),
                 behind=float(rival.behind),
+                parameters=_values(rival),
             )
             for rival in named.rivals
         ),
@@ -174,6 +176,14 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         heldout_gain=named.heldout_gain,
         partial=named.partial,
     )
+
+
+def _values(rival: Rival) -> dict[str, float]:
+    """The values of the fitted parameters of a rival."""
+    model, p = rival.fitted.model, rival.fitted.p
+    share = model.shares(p)[model.hypotheses.index(rival.hypothesis)]
+    pairs = zip(rival.hypothesis.free, share, strict=True)
+    return {free.name: free.value(u, model.friction(p)) for free, u in pairs}
 
 
 def profile_curve(profile: Profile, free: Free, friction: float) -> ProfileCurve:

@@ -1,6 +1,7 @@
 """What a diagnosis says in sentences for a mechanical engineer."""
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -114,8 +115,13 @@ def parameter_title(name: str) -> str:
 
 
 def spaced(name: str) -> str:
-    """`weakened_plate (plate 4)` as `weakened plate (plate 4)`."""
-    return name.replace("_", " ")
+    """`weakened_plate (plate 4)` as `weakened plate (plate 4)`, a place with a unit such as `tension_n 2.5` with it."""
+
+    def with_unit(match: re.Match[str]) -> str:
+        key, value = match.groups()
+        return f"{parameter_title(key)} {value_text(key, float(value))}" if unit_ending(key) else match[0]
+
+    return re.sub(r"([a-z][a-z0-9_]*) (-?\d[\d.e+-]*)", with_unit, name).replace("_", " ")
 
 
 def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
@@ -193,16 +199,18 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
                 yield f"{name}: {key} {_listed(best)} fits best, {key} {', '.join(others)} cannot be ruled out."
         if effect.rivals:
             rivals = dict.fromkeys(_rival_in_words(effect, rival) for rival in effect.rivals)
-            yield f"{name}: these recordings cannot tell it from {', '.join(rivals)}."
+            yield f"{name}: these recordings cannot tell it from {', or '.join(rivals)}."
 
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
-    """A rival by name; the same effect of all cables, or of some alone, as just that."""
+    """A rival by name and size; the same effect of all cables, or of some alone, as just that."""
     rest, other = ({key: value for key, value in each.place.items() if key != "cables"} for each in (effect, rival))
+    sizes = [f"{parameter_title(name)} {value_text(name, value)}" for name, value in rival.parameters.items()]
+    sized = f" with {' and '.join(sizes)}" if sizes else ""
     if effect.kind != rival.kind or rest != other:
-        return spaced(rival.name)
+        return f"{spaced(rival.name)}{sized}"
     cables = rival.place.get("cables", ())
-    return f"the same of {few(cables, len(cables))} alone" if cables else "the same of all cables"
+    return f"the same of {few(cables, len(cables))} alone{sized}" if cables else f"the same of all cables{sized}"
 
 
 def _listed(value) -> str:
