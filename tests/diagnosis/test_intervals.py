@@ -127,3 +127,20 @@ def test_no_linear_interval_reaches_where_readings_contradict_it():
     assert NORMAL_REACH * np.sqrt(short.covariance[0, 0]) > 10
     assert linear_interval(short, 0) is None
     assert linear_interval(Lengthening(0.0), 0) == pytest.approx((-NORMAL_REACH / 100, NORMAL_REACH / 100), rel=1e-3)
+
+
+def test_another_model_whose_straight_line_is_wrong_moves_an_interval_but_does_not_stretch_it():
+    chosen, other = Lengthening(-4.0), Lengthening(-10.0)
+    for fitted, effects in ((chosen, ()), (other, ("more",))):
+        fitted.hypotheses = effects
+    wide = NORMAL_REACH * np.sqrt(other.covariance[0, 0])
+    choice = SimpleNamespace(
+        fitted=chosen,
+        survivors=tuple(
+            SimpleNamespace(fitted=fitted, effects=frozenset(fitted.hypotheses), probability=0.5)
+            for fitted in (chosen, other)
+        ),
+    )
+    low, high = ends_over_models(choice, 0, lambda model: 0, (-5.0, -3.5))
+    assert low < -10.0
+    assert -3.5 <= high < -3.0 < -10.0 + wide

@@ -9,6 +9,7 @@ from scipy.stats import norm
 
 from prb3r.diagnosis.confidence import NORMAL_REACH, TAIL
 from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.fit.profile import STRAIGHT, linear_interval
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.selection import Choice
 
@@ -48,6 +49,8 @@ def ends_over_models(
 
     Parameters
     ----------
+    choice : survivors other than the chosen model count with their linearised deviations or, where these are wrong,
+        with those of the chosen one.
     number : of the parameter in the chosen model.
     where : its number in another model; None where that does not have it, and so says nothing of it.
     ends : of the interval that the chosen model alone gives, in the parameter's own scale.
@@ -65,7 +68,8 @@ def ends_over_models(
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
-            told.append(SaidOfParameter(survivor.probability, fitted.p[there], sd, sd))
+            wrong = sd > STRAIGHT * max(sides) and linear_interval(fitted, there) is None
+            told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
     if len(told) == 1 or own <= 0:
         return ends
     low, high = (bound[number] for bound in chosen.model.bounds(chosen.p))
