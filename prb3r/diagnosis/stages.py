@@ -26,6 +26,7 @@ from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     as_many_as_sought,
     found_before,
+    likely_too,
     never_unloaded,
     noisy,
     not_predicted,
@@ -202,6 +203,7 @@ def check(searched: Searched) -> Investigation:
             *strained(choice.fitted),
             *found_before(doubted.search.assumed, choice),
             *as_many_as_sought(choice),
+            *(() if why else likely_too(choice)),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

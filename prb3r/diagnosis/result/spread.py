@@ -68,7 +68,7 @@ def ends_over_models(
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
-            wrong = sd > STRAIGHT * max(sides) and linear_interval(fitted, there) is None
+            wrong = sd > STRAIGHT * min(sides) and linear_interval(fitted, there) is None
             told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
     if len(told) == 1 or own <= 0:
         return ends
