@@ -13,6 +13,7 @@ from prb3r.model.effects.cables import DeadCable, HoleClearance, HoleOffset, Loa
 from prb3r.model.effects.camera import CameraDrift, CameraScale, LensDistortion
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
 from prb3r.model.effects.friction import (
+    BreakawayFriction,
     CableFriction,
     EdgeWrap,
     LoadDependentFriction,
@@ -41,6 +42,7 @@ from prb3r.model.effects.sections import SuperelasticPlate
 
 __all__ = [
     "BaseCompliance",
+    "BreakawayFriction",
     "CableBending",
     "CableFriction",
     "CameraDrift",

@@ -148,6 +148,10 @@ class Chain(NamedTuple):
     """Share by which friction grows where a cable's tension changes e times as fast."""
     friction_reference: float = 1.0
     """How fast tensions change where friction has the coefficients of `friction`, N/s."""
+    friction_excess: float = 0.0
+    """Share by which friction is larger where a cable begins to slip."""
+    friction_decay: float = 1.0
+    """Change of its tension over which that falls to 1/e, N."""
     wrap_saturation: float = 0.0
     """How little of a turn at a hole rubs, 1/rad: of a turn t counts t / (1 + wrap_saturation t)."""
     umbilical: float = 0.0
@@ -187,6 +191,9 @@ class Loads(NamedTuple):
     """(s, 1) steps of the recording or the case before each."""
     rate: np.ndarray
     """(s, m) how fast each cable's tension came to be, N/s; 0 where no time says."""
+    travel: np.ndarray
+    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N; infinite
+    where no steps before say."""
 
     @property
     def steps(self) -> int:
@@ -206,13 +213,14 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
         full(moment, chain.plates),
         full(elapsed, 1),
         full(0.0, cables),
+        full(np.inf, cables),
     )
 
 
 def no_loads(chain: Chain) -> Loads:
     """One step without any load."""
     plates, cables = chain.offset.shape
-    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,)
+    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,), (cables,)
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 
@@ -220,18 +228,19 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones.
 
     A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.  Declared slip
-    stands wherever friction does as its factor, so that it brings what the rate of the tension makes of friction along.
+    stands wherever friction does as its factor, so that it brings what the rate and the travel make of friction along.
     """
     constant = chain.constant or no_loads(chain)
     true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension) + chain.zero_drift * loads.elapsed
     return Loads(
         tension=_from_rest(true) + constant.tension,
-        slip=_from_rest(loads.slip * rate_factor(chain, loads)),
+        slip=_from_rest(loads.slip * rate_factor(chain, loads) * breakaway_factor(chain, loads)),
         force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
         tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
         moment=_from_rest(loads.moment) + constant.moment,
         elapsed=_from_rest(loads.elapsed),
         rate=_from_rest(loads.rate),
+        travel=_from_rest(loads.travel),
     )
 
 
@@ -249,6 +258,17 @@ def rate_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
         return 1.0
     rate = np.where(loads.rate > 0, loads.rate, chain.friction_reference)
     return np.maximum(1 + chain.friction_rate * np.log(rate / chain.friction_reference), LEAST_FRICTION)
+
+
+def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
+    """(s, m) friction of each cable at each step over the kinetic one; 1 where no steps before say how far it slipped.
+
+    1 + r exp(-s / d): friction weakens with slip (Rabinowicz, J. Appl. Phys. 22 (1951) 1373; Ida, J. Geophys. Res. 77
+    (1972) 3796; exponentially: Dieterich, J. Geophys. Res. 84 (1979) 2161), s the travel in terms of the tension.
+    """
+    if chain.friction_excess == 0:
+        return 1.0
+    return 1 + chain.friction_excess * np.exp(-loads.travel / chain.friction_decay)
 
 
 def _from_rest(steps: np.ndarray) -> np.ndarray:

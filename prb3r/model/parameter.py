@@ -16,6 +16,7 @@ from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.paths import keys_of_path, require_known, value_at
 from prb3r.model.step_checks import column_names
+from prb3r.model.steps import tension_travel
 from prb3r.quantities import unit_ending
 
 RELATIVE_STEP = 1e-5
@@ -78,15 +79,21 @@ def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers:
     if path.startswith("tension."):
         factor = np.ones(len(chain.reach))
         factor[manipulator.cable_names.index(path.removeprefix("tension."))] = value
-        return loads._replace(tension=loads.tension * factor)
+        return _pulled(loads, loads.tension * factor)
     _, number, column = path.split(".") if path.startswith("step.") else ("", "", path)
     added = value * (np.ones(len(numbers)) if number == "" else (numbers == int(number)))
     if cable := re.fullmatch(r"cable_(.+)_n", column):
         column_of = np.arange(len(chain.reach)) == manipulator.cable_names.index(cable[1])
-        return loads._replace(tension=loads.tension + added[:, None] * column_of)
+        return _pulled(loads, loads.tension + added[:, None] * column_of)
     if column.startswith("tip_"):
         return loads._replace(tip=loads.tip + added[:, None] * [column == "tip_x_n", column == "tip_y_n"])
     disk, axis, _ = column.split("_")
     force = loads.force.copy()
     force[:, int(disk.removeprefix("disk")) - 1, "xy".index(axis)] += added
     return loads._replace(force=force)
+
+
+def _pulled(loads: Loads, tension: np.ndarray) -> Loads:
+    """The loads of one sequence with other tensions (s, m), and the travel of the cables that comes of these."""
+    begins = np.arange(loads.steps) == 0
+    return loads._replace(tension=tension, travel=tension_travel(tension, loads.slip, begins))

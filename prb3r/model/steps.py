@@ -100,15 +100,16 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
     for name in named:
         force[(slice(None), *places[name])] = column(name, 0.0)
     stack = lambda columns: np.stack(columns, 1) if columns else np.zeros((rows, 0))  # noqa: E731
-    tensions = stack([tension(name) for name in names])
+    tensions, slips = (stack(of) for of in ([tension(n) for n in names], [column(f"slip_{n}", -1.0) for n in names]))
     return Loads(
         tensions,
-        stack([column(f"slip_{name}", -1.0) for name in names]),
+        slips,
         force,
         np.stack([column("tip_x_n", 0.0), column("tip_y_n", 0.0)], 1),
         _zeros(rows, plates),
         elapsed_steps(column(TIME, 0.0) if TIME in table else np.arange(float(rows)))[:, None],
         _rates(tensions, column(TIME, 0.0), begins) if TIME in table else _zeros(rows, len(names)),
+        tension_travel(tensions, slips, begins),
     )
 
 
@@ -130,6 +131,26 @@ def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndar
     passed = np.where(begins[1:], np.inf, np.diff(time))
     rate[1:] = np.maximum(np.abs(np.diff(tension, axis=0)), HELD_N) / passed[:, None]
     return rate
+
+
+def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) -> np.ndarray:
+    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N.
+
+    It begins to where a sequence does, from rest, where it is declared to slip another way than before, or none before,
+    and where it was slack.  What it changes by up to the first step of the new way counts as slip of that way.
+
+    Parameters
+    ----------
+    tension : (s, m), N
+    slip : (s, m) declared: -1, 0 or +1
+    begins : (s,) whether a step is the first of its sequence.
+    """
+    first, none = begins[:, None], np.zeros((1, tension.shape[1]))
+    before = np.where(first, 0.0, np.concatenate([none, tension[:-1]]))
+    starts = first | (slip != np.concatenate([none, slip[:-1]])) | (before == 0)
+    change = np.abs(tension - before)
+    total = np.cumsum(change, axis=0)
+    return total - np.maximum.accumulate(np.where(starts, total - change, 0.0), axis=0)
 
 
 def _zeros(*shape: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from prb3r.mechanics.chain import Chain, loads
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import history_problem
-from prb3r.model.steps import loads_of
+from prb3r.model.steps import loads_of, tension_travel
 from prb3r.runs.states import Columns
 from prb3r.study.cases import Family
 from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, state_columns
@@ -61,6 +61,7 @@ def solve_cases(family: Family, manipulator: Manipulator, chain: Chain) -> Solve
     path = path._replace(elapsed=np.tile(np.arange(float(steps)), count)[:, None])
     numbers = np.tile(np.arange(steps) + (0 if initial else 1), count)
     begins = np.arange(count * steps) % steps == 0
+    path = path._replace(travel=tension_travel(path.tension, path.slip, begins))
     if problem := history_problem(chain):
         raise ValueError(problem)
     states = equilibria_of(chain, path, from_rest=begins, eigenvalue=True, number=numbers)

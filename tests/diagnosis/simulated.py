@@ -43,6 +43,23 @@ PROGRAM = {
     "mixed": [(0, 0, 0, 50), (0, 80, 0, 50), (0, 80, 0, 90), (0, 30, 0, 90)],
 }
 """Tensions of each step of each sequence, N."""
+REVERSING = {
+    "out": [(20, 0, 0, 0), (90, 0, 0, 0), (80, 0, 0, 0), (60, 0, 0, 0), (10, 0, 0, 0), (20, 0, 0, 0), (50, 0, 0, 0)],
+    "down": [(0, 0, 0, 10), (0, 0, 0, 25), (0, 0, 0, 95), (0, 0, 0, 85), (0, 0, 0, 30), (0, 0, 0, 40), (0, 0, 0, 80)],
+    "in": [
+        (0, 50, 0, 0),
+        (0, 95, 0, 0),
+        (10, 95, 0, 0),
+        (45, 95, 0, 0),
+        (45, 85, 0, 0),
+        (45, 50, 0, 0),
+        (55, 50, 0, 0),
+    ],
+    "counter": [(0, 0, 90, 0), (60, 0, 90, 0), (90, 0, 80, 0), (80, 0, 40, 0), (30, 0, 50, 0), (40, 0, 90, 0)],
+    "mixed": [(0, 0, 0, 50), (0, 80, 0, 50), (0, 70, 0, 90), (0, 30, 0, 80), (0, 40, 0, 30), (0, 90, 0, 40)],
+}
+"""Cables that turn back again and again, some by a little, some far."""
+PROGRAMS = {"plain": PROGRAM, "reversing": REVERSING}
 MEASUREMENT = {
     "position_sd_m": 3e-4,
     "angle_sd_rad": 0.005,
@@ -70,9 +87,9 @@ def manipulator(modulus=E, friction=MU, effects=(), thickness=STEEL[1]) -> dict:
     return plain | ({"effect": list(effects)} if effects else {})
 
 
-def steps_of(name: str) -> list[dict]:
+def steps_of(name: str, program: str = "plain") -> list[dict]:
     """The rows of one sequence; a cable slips out once it has been eased, in once it has been pulled again."""
-    tension = np.array(PROGRAM[name], float)
+    tension = np.array(PROGRAMS[program][name], float)
     change, slip, rows = np.diff(tension, axis=0, prepend=0.0), -np.ones(len(CABLES)), []
     for k, row in enumerate(tension):
         slip = np.where(change[k] == 0, slip, -np.sign(change[k]))
@@ -91,6 +108,7 @@ def write_recording(
     friction: float = MU,
     plates=STEEL,
     timed=False,
+    program="plain",
 ) -> Path:
     """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers.
 
@@ -103,7 +121,7 @@ def write_recording(
     noise = {"x_m": 3e-4, "y_m": 3e-4, "angle_rad": 0.005, "bend_rad": 0.005}
     steps, markers = [], []
     for name in PROGRAM:
-        rows = steps_of(name)
+        rows = steps_of(name, program)
         if timed:
             times = np.cumsum(10 ** np.random.default_rng(len(steps)).uniform(0, 3.5, len(rows))).round(1).tolist()
             times = [time + 1e5 * list(PROGRAM).index(name) for time in times]
@@ -147,6 +165,7 @@ class Case:
     friction: float = MU
     plates: tuple[float, float] = STEEL
     timed: bool = False
+    program: str = "plain"
 
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
@@ -174,7 +193,7 @@ UNEXPLAINED = Case(
 def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
-        described = case.seed, case.read, case.friction, case.plates, case.timed
+        described = case.seed, case.read, case.friction, case.plates, case.timed, case.program
         return load_recording(write_recording(Path(folder), hidden, *described))
 
 
@@ -196,7 +215,8 @@ def diagnosed(case: Case = Case()) -> Diagnosis:
     """Computed by one of the processes that test side by side, for all of them."""
     if SHARED not in os.environ:
         return tell(investigated(case))
-    content = repr((case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates, case.timed))
+    described = case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates
+    content = repr((*described, case.timed, case.program))
     path = Path(os.environ[SHARED]) / hashlib.sha256(content.encode()).hexdigest()
     with once_at_a_time(path.with_suffix(".lock")):
         if not path.exists():

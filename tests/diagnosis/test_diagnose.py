@@ -166,7 +166,7 @@ def test_no_sequence_is_set_aside_that_alone_pulls_a_cable_hard():
 
 def pulled(tension, slip):
     nothing = np.zeros(len(tension))
-    return Loads(tension, slip, nothing, nothing, nothing, nothing, nothing)
+    return Loads(tension, slip, nothing, nothing, nothing, nothing, nothing, nothing)
 
 
 def test_what_calibration_hides_is_brought_to_light():

@@ -114,7 +114,7 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert set(names(rubbing, *rubs)) == rubs
     assert not names(frictionless, *rubs)
     along = scope(friction={"coefficient": MU, "direction": "history", "wrap": "edges"})
-    assert not names(along, *rubs, "rate_dependent_friction")
+    assert not names(along, *rubs, "rate_dependent_friction", "breakaway_friction")
     weightless = scope(disk={"thickness_m": 0.004})
     assert not names(weightless, "gravity")
     idle = rubbing.recording.loads.tension.copy()
@@ -148,6 +148,25 @@ def test_friction_by_rates_is_suspected_where_times_say_different_rates(rubbing,
     assert both[0].excludes(both[1])
     assert both[1].excludes(both[0])
     assert not names(scope(effect=[{"kind": kind, "rate": 0.01}]), kind, "slip_history")
+
+
+def test_static_friction_is_suspected_where_cables_slipped_little_and_far(rubbing, frictionless):
+    """Of the recording's own travels the least is 30 N, the largest 95 N: an excess is lost within 10 to 95 N."""
+    kind, loads = "breakaway_friction", rubbing.recording.loads
+
+    def at(**changes):
+        return rubbing._replace(recording=replace(rubbing.recording, loads=loads._replace(**changes)))
+
+    (found,) = [h for h in hypotheses(rubbing) if h.kind == kind]
+    assert (found.free[1].low, found.free[1].high) == pytest.approx((10.0, 95.0))
+    assert not names(frictionless, kind)
+    assert not names(at(travel=np.where(loads.travel > 50, 60.0, 30.0)), kind)
+    assert not names(at(travel=np.full_like(loads.travel, np.inf)), kind)
+    assert not names(at(slip=np.zeros_like(loads.slip)), kind)
+    slips = next(h for h in hypotheses(rubbing) if h.kind == "slip_history")
+    assert found.excludes(slips)
+    assert slips.excludes(found)
+    assert not names(scope(effect=[{"kind": kind, "excess": 0.1, "decay_n": 9.0}]), kind, "slip_history")
 
 
 def test_loops_are_suspected_where_a_plate_is_bent_back(rubbing):

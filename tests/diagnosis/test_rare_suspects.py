@@ -64,6 +64,36 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
 
 
+@pytest.mark.parametrize(
+    ("seed", "friction", "excess", "decay"), [(2, 0.6, 0.5, 15.0), (3, 0.6, 0.3, 30.0), (1, 0.3, 0.8, 25.0)]
+)
+def test_static_friction_is_named_with_its_size_where_cables_turn_back(seed, friction, excess, decay):
+    sticks = (("kind", "breakaway_friction"), ("excess", excess), ("decay_n", decay))
+    found = tell(investigate(Task(recorded(Case(hidden=(sticks,), friction=friction, seed=seed, program="reversing")))))
+    assert found.verdict == "explained"
+    (effect,) = found.effects
+    assert (effect.kind, effect.rivals) == ("breakaway_friction", ())
+    size, over = effect.parameters["excess"], effect.parameters["decay_n"]
+    assert size.low < excess < size.high
+    assert over.low < decay < over.high
+    assert size.high - size.low < 0.5
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.6])
+def test_cables_that_turn_back_alone_are_no_reason_to_name_static_friction(friction):
+    found = tell(investigate(Task(recorded(Case(hidden=(), friction=friction, seed=1, program="reversing")))))
+    assert (found.verdict, found.effects) == ("adequate", ())
+
+
+def test_cables_that_hardly_turn_back_leave_static_friction_ambiguous():
+    """Nothing slips by less than 30 N: a load cell that is not linear reads nearly the same, and this is said."""
+    sticks = (("kind", "breakaway_friction"), ("excess", 0.6), ("decay_n", 30.0))
+    found = tell(investigate(Task(recorded(Case(hidden=(sticks,), friction=0.6, seed=1)))))
+    assert found.verdict == "ambiguous"
+    (effect,) = found.effects
+    assert {effect.kind, *(rival.kind for rival in effect.rivals)} >= {"breakaway_friction", "load_cell"}
+
+
 def test_a_camera_that_moves_steadily_is_named_with_its_speed():
     """By a tenth of a millimetre a step, and by as much turning as moves the tip by about that."""
     true = {"x_m_per_step": -1e-4, "y_m_per_step": 0.0, "angle_rad_per_step": 3e-4}

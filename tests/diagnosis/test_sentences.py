@@ -115,6 +115,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "long cables are held",
         ),
         (
+            "breakaway_friction",
+            {},
+            {"excess": (0.4, 0.3, 0.5), "decay_n": (20.0, 10.0, 40.0)},
+            "coefficient is larger by 40 (30 to 50) %, which falls to 1/e as its tension changes by 20 (10 to 40) N",
+        ),
+        (
             "wrap_saturation",
             {},
             {"saturation_per_rad": (4, 3, 5)},

@@ -109,7 +109,14 @@ def test_wrench_is_eq_5_to_10_plate_by_plate():
     chain = chain._replace(offset=chain.offset * rng.uniform(0.9, 1.1, (14, 1)))
     tip, none = np.array([1.0, -2.0]), np.zeros(14)
     step = Loads(
-        rng.uniform(10, 50, 4), np.array([-1, 1, 0.5, -0.2]), rng.normal(size=(14, 2)), tip, none, none[:1], none[:4]
+        rng.uniform(10, 50, 4),
+        np.array([-1, 1, 0.5, -0.2]),
+        rng.normal(size=(14, 2)),
+        tip,
+        none,
+        none[:1],
+        none[:4],
+        none[:4],
     )
     disks = pose(chain, rng.normal(size=(14, 3)) / 10)
     axis = np.exp(1j * disks.angle)

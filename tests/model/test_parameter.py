@@ -23,6 +23,7 @@ EFFECTS = [
     {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0},
     {"kind": "rate_dependent_friction", "rate": 0.1, "reference_n_per_s": 0.5},
     {"kind": "rate_dependent_friction", "rate": 0.0},
+    {"kind": "breakaway_friction", "excess": 0.5, "decay_n": 20.0},
     {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
@@ -219,3 +220,21 @@ def test_all_names_that_lead_nowhere_are_said_at_once():
         assert any(path in str(problem) and what in str(problem) for problem in error.value.problems), path
     with pytest.raises(SpecError, match="none are given"):
         prb3r.sensitivities(rig(), STEPS, [])
+
+
+@pytest.mark.parametrize("path", ["tension.up", "cable_up_n", "step.2.cable_up_n"])
+def test_of_what_is_pulled_static_friction_counts_the_travel(path):
+    """Against solves of tables with other tensions, in which cables slip farther."""
+    arm = rig({"kind": "breakaway_friction", "excess": 0.8, "decay_n": 10.0})
+    table = prb3r.sensitivities(arm, STEPS, [path])
+
+    def pulled(change):
+        tension = STEPS["cable_up_n"].to_numpy()
+        if path == "tension.up":
+            tension = tension * (1 + change)
+        else:
+            tension = tension + change * ((STEPS["step"] == 2) | (path == "cable_up_n"))
+        return solve(arm, STEPS.assign(cable_up_n=tension))["y_m"].to_numpy()
+
+    difference = (pulled(1e-4) - pulled(-1e-4)) / 2e-4
+    assert table["dy_m"].to_numpy() == pytest.approx(difference, abs=1e-5 * np.abs(difference).max())

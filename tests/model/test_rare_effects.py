@@ -159,6 +159,47 @@ def test_friction_by_rates_is_refused_where_nothing_says_them():
         manipulator(rubs, {"kind": "slip_history", "presliding_m": 1e-4}, mu=0.3)
 
 
+BREAKAWAY = {"kind": "breakaway_friction", "excess": 0.5, "decay_n": 20.0}
+
+
+def test_static_friction_falls_to_the_kinetic_one_with_the_slip():
+    """By hand, 0.3 (1 + 0.5 e^-s/20): s is 10, 40, turned back 20 and 35, turned again 15; the next sequence begins
+    anew.  e^-0.5 = 0.60653, e^-2 = 0.13534, e^-1 = 0.36788, e^-1.75 = 0.17377, e^-0.75 = 0.47237."""
+    pulls, ways = [10.0, 40.0, 20.0, 5.0, 20.0, 40.0], [-1, -1, 1, 1, -1, -1]
+    steps = {"sequence": list("aaaaab"), "step": [1, 2, 3, 4, 5, 1], "cable_up_n": pulls, "slip_up": ways}
+    found = np.abs(coefficient_over(steps, BREAKAWAY))
+    excess = np.array([0.6065307, 0.1353353, 0.3678794, 0.1737739, 0.4723666, 0.1353353])
+    assert found == pytest.approx(0.3 + 0.15 * excess, rel=1e-6)
+    assert np.abs(coefficient_over(steps)) == pytest.approx(0.3, rel=1e-6)
+
+
+def test_a_cable_that_was_slack_begins_anew_and_one_that_is_held_stays_as_far():
+    """40 N, nothing, 20 N and held there: e^-2, then e^-1 twice; the same pull, turned the other way: e^0 = 1."""
+    steps = {"sequence": "a", "step": [1, 2, 3, 4, 5], "cable_up_n": [40.0, 0, 20, 20, 20], "slip_up": [-1] * 4 + [1]}
+    with np.errstate(invalid="ignore"):  # of the slack cable
+        found = np.abs(coefficient_over(steps, BREAKAWAY))[[0, 2, 3, 4]]
+    assert found == pytest.approx(0.3 + 0.15 * np.array([0.1353353, 0.3678794, 0.3678794, 1.0]), rel=1e-6)
+
+
+def test_pulleys_hold_by_static_friction_too():
+    lossy, steps = {"kind": "pulley_friction", "efficiency": 0.9}, {"sequence": "a", "step": [1], "cable_up_n": [20.0]}
+    found = solve_steps(manipulator(BREAKAWAY, lossy), pd.DataFrame(steps))
+    takes = 0.9 ** (1 + 0.5 * np.exp(-1))
+    same_pulley = solve_steps(manipulator(lossy | {"efficiency": takes}), pd.DataFrame(steps))
+    assert found["y_m"].to_numpy() == pytest.approx(same_pulley["y_m"].to_numpy(), abs=1e-10)
+
+
+def test_static_friction_is_refused_where_slip_follows_the_load_path():
+    with pytest.raises(ValueError, match="breakaway_friction: goes with declared slip, not with direction"):
+        manipulator(BREAKAWAY, friction={"coefficient": 0.3, "direction": "history"})
+    with pytest.raises(ValueError, match="stands in the place of slip_history"):
+        manipulator(BREAKAWAY, {"kind": "slip_history", "presliding_m": 1e-4}, mu=0.3)
+
+
+def test_without_steps_before_friction_is_the_kinetic_one():
+    assert same(state(manipulator(BREAKAWAY, mu=0.3)), state(manipulator(mu=0.3)))
+
+
 def test_stiffness_that_changes_along_the_arm_does_so_by_the_same_factor_from_plate_to_plate():
     """Four plates, eight times as stiff at the tip: by 2 from one to the next, about the middle of them."""
     steady = {"kind": "stiffness_gradient", "tip_to_base": 8.0}

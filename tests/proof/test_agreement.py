@@ -231,6 +231,23 @@ def test_engine_and_rig_agree_on_friction_that_goes_by_rates():
         simulate(data, steps)
 
 
+def test_engine_and_rig_agree_on_static_friction():
+    """Cables that turn back, hang slack, are held and pulled on; the excess is up to one and a half times the kinetic
+    friction."""
+    rng, away, moved = np.random.default_rng(10), [], []
+    for _ in range(8):
+        data = random_manipulator(rng, 0, False)
+        sticks = {"kind": "breakaway_friction", "excess": rng.uniform(0.2, 1.5), "decay_n": rng.uniform(5, 60)}
+        data["effect"] = [sticks, {"kind": "pulley_friction", "efficiency": rng.uniform(0.8, 1)}]
+        steps = random_steps(rng, data, False, count=6)
+        away += disagreement(data, steps)
+        kinetic, static = (simulate(data | {"effect": data["effect"][first:]}, steps) for first in (1, 0))
+        moved.append(np.nanmax(np.abs(static.x - kinetic.x)))
+    assert len(away) > 16
+    assert max(away) < 1e-4
+    assert max(moved) > 1e-2
+
+
 @pytest.mark.parametrize("history", [False, True])
 def test_engine_and_rig_agree_on_a_fitted_moment_law(history):
     """The rig has the law in its tangent, the engine goes round it."""

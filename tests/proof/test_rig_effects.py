@@ -157,6 +157,22 @@ def test_friction_by_rates_is_that_of_every_cables_own_rate():
         simulate(prototype(effect("rate_dependent_friction", rate=0.0), direction="history"), steps)
 
 
+def test_static_friction_is_that_of_every_cables_own_slide():
+    """40 N turned back to 20 N, and nothing to 30 N: 0.3 (1 + 0.5 e^-1) = 0.35518, 0.3 (1 + 0.5 e^-1.5) = 0.33347."""
+    sticks = effect("breakaway_friction", excess=0.5, decay_n=20.0)
+    found = simulate(prototype(sticks, plates=3), PULLS, elements=6)
+    each = {"1": 0.35518192, "3": 0.33346952}
+    rubbing = [effect("cable_friction", coefficient=mu, cables=[name]) for name, mu in each.items()]
+    by_hand = simulate(prototype(*rubbing, plates=3), PULLS, elements=6)
+    for name in ("x", "y", "angle", "tension"):
+        np.testing.assert_allclose(getattr(found, name)[1], getattr(by_hand, name)[1], rtol=0, atol=1e-7)
+    plain = simulate(prototype(plates=3), PULLS, elements=6)
+    same(plain, simulate(prototype(sticks | {"excess": 0.0}, plates=3), PULLS, elements=6))
+    assert np.abs(found.tension[1] - plain.tension[1]).max() > 0.05
+    with pytest.raises(SpecError, match="needs declared slip"):
+        simulate(prototype(sticks, direction="history"), PULLS)
+
+
 def test_effects_that_another_description_says():
     plain = prototype(coefficient=0.0)
     same(

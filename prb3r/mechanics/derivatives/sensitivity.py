@@ -199,6 +199,8 @@ def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
         "zero_drift",
         "friction_rate",
         "friction_reference",
+        "friction_excess",
+        "friction_decay",
     )
     same = loads is nominal_loads and chain.constant is nominal.constant
     return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)

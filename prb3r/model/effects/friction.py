@@ -60,8 +60,35 @@ class RateDependentFriction(Effect):
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         yield from super().problems(manipulator)
-        if manipulator.friction.direction == "history":
-            yield f'effect {self.kind}: goes with declared slip, not with direction = "history"'
+        yield from _declared_only(self.kind, manipulator)
+
+
+class BreakawayFriction(Effect):
+    """Static friction above the kinetic one, which is lost as the cable slips: at every hole the coefficient, and what
+    pulleys take, times 1 + `excess` exp(-s / `decay_n`). s is by how much the cable's tension has changed since the
+    cable began to slip the way it does: at the beginning of a sequence, where it is declared to slip another way than
+    at the step before, or after it was slack. With declared slip only."""
+
+    kind: Literal["breakaway_friction"]
+    once: ClassVar[bool] = True
+    instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
+    excess: Annotated[NonNegative, Field(description="Static over kinetic friction, less one.")]
+    decay_n: Annotated[
+        Positive, Field(description="Change of the tension over which the excess falls to 1/e of itself, N.")
+    ]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(friction_excess=self.excess, friction_decay=self.decay_n)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        yield from super().problems(manipulator)
+        yield from _declared_only(self.kind, manipulator)
+
+
+def _declared_only(kind: str, manipulator: Host) -> Iterator[str]:
+    """That an effect needs to be told which way cables slip, where slip follows from the load path."""
+    if manipulator.friction.direction == "history":
+        yield f'effect {kind}: goes with declared slip, not with direction = "history"'
 
 
 class WrapSaturation(Effect):

@@ -33,6 +33,10 @@ class BuiltRig:
     """How much more cables rub, relative, at e times the rate of tension."""
     friction_reference: float
     """Rate of tension at which they rub as the rig's coefficients say, N/s."""
+    friction_excess: float
+    """How much more, relative, cables rub that just begin to slide."""
+    friction_decay: float
+    """Newtons by which their tension changes while that falls to 1/e."""
     gain: np.ndarray
     """(m,) true over noted tension, of small ones."""
     gain_per_n: np.ndarray
@@ -89,6 +93,8 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         softening=float(draft.softening),
         friction_rate=float(draft.friction_rate),
         friction_reference=float(draft.friction_reference),
+        friction_excess=float(draft.friction_excess),
+        friction_decay=float(draft.friction_decay),
         gain=draft.gain,
         gain_per_n=draft.gain_per_n,
         disk_force=draft.disk_force,

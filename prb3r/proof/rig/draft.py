@@ -70,6 +70,10 @@ class Draft:
     """How much more cables rub, relative, at e times the rate of tension."""
     friction_reference: float = 1.0
     """Rate of tension at which they rub as `friction` says, N/s."""
+    friction_excess: float = 0.0
+    """How much more, relative, cables rub that just begin to slide."""
+    friction_decay: float = 1.0
+    """Newtons by which their tension changes while that falls to 1/e."""
     wrap_saturation: float = 0.0
     """How little of a turn counts, 1/rad."""
     contact_angle: np.ndarray = field(init=False)

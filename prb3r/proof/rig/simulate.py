@@ -54,6 +54,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
     place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
     place |= {"time_s": ("", 0, 0)}
     loads, problems, noted = [], [], np.zeros(m)
+    slid, way = np.zeros(m), np.zeros(m)
     for k, step in enumerate(steps):
         passed = np.array([before + k], float)
         load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed, np.ones(m))
@@ -67,6 +68,8 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
             problems.append(Problem(f"steps[{k}]", "a cable cannot push: tensions must not be negative"))
         if k and built.friction_rate:
             problems += _rub_by_rate(built, load, noted, step, steps[k - 1])
+        slid, way = _slide_on(load, noted, slid, way)
+        load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
         noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         loads.append(load)
@@ -97,6 +100,23 @@ def _rub_by_rate(
         speed = max(abs(change), CREEP) / waited / built.friction_reference
         load.rubbing[j] = max(1 + built.friction_rate * np.log(speed), LEAST_RUBBING)
     return []
+
+
+def _slide_on(
+    load: AppliedLoads, noted: np.ndarray, slid: np.ndarray, way: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far (m,) each cable has slid the way (m,) that it does by the end of a step, in newtons of its tension.
+
+    Parameters
+    ----------
+    noted, slid, way : tensions (m,) at the step before, and the same by then; a cable that turns or hung slack starts
+        anew.
+    """
+    far = np.zeros_like(slid)
+    for j, (tension, last) in enumerate(zip(load.tension, noted, strict=True)):
+        on = last > 0 and load.slip[j] == way[j]
+        far[j] = abs(tension - last) + (slid[j] if on else 0.0)
+    return far, load.slip.copy()
 
 
 def simulate(

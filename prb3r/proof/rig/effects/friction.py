@@ -2,8 +2,8 @@
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
 coefficient of every hole of its cables, `worn_hole` what then stands at one disk.  `load_dependent_friction` scales
-all of them with the tension, `rate_dependent_friction` with how fast it changes (pulleys too), `wrap_saturation` what
-turns they act on.
+all of them with the tension, `rate_dependent_friction` with how fast it changes and `breakaway_friction` with how much
+it has changed since a cable began to slide the way it does (pulleys too), `wrap_saturation` what turns they act on.
 """
 
 from collections.abc import Iterator
@@ -96,6 +96,17 @@ def _rub_faster(draft: Draft, rate, reference_n_per_s=1.0):
     draft.friction_rate, draft.friction_reference = rate, reference_n_per_s
 
 
+def _stick(draft: Draft, excess, decay_n):
+    if np.isfinite(draft.presliding):
+        raise ValueError("static friction that slip takes away needs declared slip")
+    draft.friction_excess, draft.friction_decay = excess, decay_n
+
+
+def _sticking(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0 and given.declared:  # at most: twice the kinetic friction, gone after a fifth of a full pull
+        yield Candidate((), lambda u: {"excess": u, "decay_n": given.pull / 5}, 0, 1.0)
+
+
 def _saturate(draft: Draft, saturation_per_rad):
     draft.wrap_saturation = saturation_per_rad
 
@@ -152,6 +163,15 @@ FRICTION_RECORDS = (
         "rate_dependent_friction",
         _rub_faster,  # never concealed: programs that are drawn have no times
         (size("rate", number_in(-0.5, 0.5)), size("reference_n_per_s", POSITIVE, optional=True)),
+        rare=True,
+        once=True,
+        excludes=frozenset({"slip_history"}),
+    ),
+    Record(
+        "breakaway_friction",
+        _stick,
+        (size("excess", FROM_ZERO), size("decay_n", POSITIVE)),
+        _sticking,
         rare=True,
         once=True,
         excludes=frozenset({"slip_history"}),
