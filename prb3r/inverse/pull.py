@@ -11,6 +11,7 @@ from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.steps import tension_travel
 
 PULL_STEP = 1e-5
 """Change of a tension to either side, of the largest one: loads are linear in it, so that any small one does."""
@@ -55,6 +56,8 @@ class Pull:
     def path(self, tension: np.ndarray) -> Loads:
         """All steps, the last with tensions (m,)."""
         last = loads(self.chain, tension[None], self.slip[None])
+        pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
+        last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])
         if not self.chain.remembers and not self.chain.closure:
             return last
         return Loads(*(np.concatenate(pair) for pair in zip(self.before, last, strict=True)))
@@ -88,9 +91,9 @@ class Pull:
         path, step = self.path(tension), PULL_STEP * max(float(tension.max()), 1.0)
         directions = []
         for cable in range(len(tension)):
-            change = np.zeros_like(path.tension)
-            change[-1, cable] = step
-            ahead, behind = (path._replace(tension=path.tension + sign * change) for sign in (1, -1))
+            change = np.zeros_like(tension)
+            change[cable] = step
+            ahead, behind = (self.path(tension + sign * change) for sign in (1, -1))
             directions.append(Direction((self.chain, ahead), (self.chain, behind), 2 * step))
         derivatives = sensitivities_under_law(self.chain, path, directions)
         off = self.target.off(self.target.place(derivatives.equilibria)[-1])

@@ -192,8 +192,7 @@ class Loads(NamedTuple):
     rate: np.ndarray
     """(s, m) how fast each cable's tension came to be, N/s; 0 where no time says."""
     travel: np.ndarray
-    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N; infinite
-    where no steps before say."""
+    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N."""
 
     @property
     def steps(self) -> int:
@@ -201,7 +200,7 @@ class Loads(NamedTuple):
 
 
 def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elapsed=0.0) -> Loads:
-    """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`."""
+    """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`, each as if pulled from rest."""
     tension = np.atleast_2d(np.asarray(tension, float))
     steps, cables = tension.shape
     full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
@@ -213,7 +212,7 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
         full(moment, chain.plates),
         full(elapsed, 1),
         full(0.0, cables),
-        full(np.inf, cables),
+        np.abs(tension),
     )
 
 
@@ -261,7 +260,7 @@ def rate_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
 
 
 def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
-    """(s, m) friction of each cable at each step over the kinetic one; 1 where no steps before say how far it slipped.
+    """(s, m) friction of each cable at each step over the kinetic one.
 
     1 + r exp(-s / d): friction weakens with slip (Rabinowicz, J. Appl. Phys. 22 (1951) 1373; Ida, J. Geophys. Res. 77
     (1972) 3796; exponentially: Dieterich, J. Geophys. Res. 84 (1979) 2161), s the travel in terms of the tension.

@@ -87,6 +87,7 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
         )
     steps = loads(chain, tension, slip)
     begins = np.arange(len(targets)) == 0
+    steps = steps._replace(travel=tension_travel(tension, slip, begins))
     states = equilibria_of(chain, steps, from_rest=begins, eigenvalue=True, number=np.arange(1, len(targets) + 1))
     return Solved(manipulator, chain, steps, states, targets=tuple(targets))
 

@@ -201,6 +201,16 @@ def test_slips_go_with_the_travel_along_a_path_and_history_agrees():
     assert sums[0][alike] == pytest.approx(sums[1][alike], rel=1e-6)
 
 
+def test_along_a_path_static_friction_counts_how_far_cables_have_slipped():
+    sticks = {"kind": "breakaway_friction", "excess": 0.6, "decay_n": 100.0}
+    rig = Manipulator.model_validate(RUBBING.model_dump(exclude_none=True) | {"effect": [sticks]})
+    path = pd.DataFrame({"x_m": [0.172, 0.165, 0.16, 0.164], "y_m": [0.06, 0.08, 0.09, 0.084]})
+    answer = prb3r.reach(rig, path=path)
+    assert answer.reached, answer.sentences
+    assert comes_to(rig, answer, 6)[:, :2] == pytest.approx(path.to_numpy(), abs=1e-6)
+    assert np.abs(comes_to(RUBBING, answer, 6)[:, :2] - path.to_numpy()).max() > 1e-3
+
+
 def test_lengths_of_cables_of_a_straight_and_of_an_evenly_bent_manipulator():
     chain = FREE.chain()
     rest = lengths(chain, solve_chain(chain, no_loads(chain)))[0]

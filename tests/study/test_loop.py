@@ -8,6 +8,7 @@ import pytest
 import tomli_w
 
 from prb3r.errors import SpecError
+from prb3r.model.solve import solve
 from prb3r.study.cases import Family
 from prb3r.study.loads import steps_frame
 from prb3r.study.measure import measured_columns
@@ -169,3 +170,18 @@ def test_a_loop_gone_through_twice_is_the_same_loop():
     solved, _ = loop(ONE_PLATE, turns, 5, coefficient=0.5, presliding_m=1e-4)
     y = solved.states.y[:, -1]
     assert y[14:] == pytest.approx(y[4:15], abs=1e-8)
+
+
+def test_every_case_of_a_family_begins_with_its_own_travel():
+    """Cases that are solved together are each as that table of steps alone, in which cables slip from rest."""
+    sticks = {"kind": "breakaway_friction", "excess": 0.8, "decay_n": 20.0}
+    data = copy.deepcopy(ONE_PLATE) | {"friction": {"coefficient": 0.3}, "effect": [sticks]}
+    pulls = np.array([[30.0, 60.0], [10.0, 25.0], [50.0, 55.0]])
+    steps = [{"cable_1_n": pull} for pull in pulls.T]
+    settings = {"manipulator": data, "broken": [], "initial": {}, "step": steps, "sweep": {}, "cloud": {}, "reach": {}}
+    family = Family(np.arange(3), settings)
+    manipulator = family.manipulator()
+    solved = solve_cases(family, manipulator, manipulator.chain())
+    for case, pull in enumerate(pulls):
+        alone = solve(manipulator, {"sequence": "a", "step": [1, 2], "cable_1_n": pull})
+        np.testing.assert_allclose(solved.states.y[2 * case : 2 * case + 2].ravel(), alone["y_m"], rtol=0, atol=1e-12)

@@ -112,7 +112,7 @@ from the kinetic one.  Choice: where the least slip leaves half of an excess, th
 def _broken_away(scope: Scope) -> np.ndarray:
     """(k,) by how much tensions had changed, at every step of every loaded cable, since it began to slip that way."""
     loads = scope.recording.loads
-    return loads.travel[(loads.tension > 0) & (loads.slip != 0) & np.isfinite(loads.travel)]
+    return loads.travel[(loads.tension > 0) & (loads.slip != 0)]
 
 
 def _sticking(scope: Scope) -> list[Place]:
