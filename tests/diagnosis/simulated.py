@@ -176,6 +176,7 @@ RUBBING = frozenset(
         "edge_wrap",
         "slip_history",
         "load_dependent_friction",
+        "breakaway_friction",
         "load_cell",
         "wrap_saturation",
     }

@@ -24,6 +24,7 @@ OF_THE_KIND = (
     "hysteretic_plate",
     "superelastic_plate",
     "load_dependent_friction",
+    "breakaway_friction",
     "wrap_saturation",
     "disk_contact",
     "clamp_compliance",
