@@ -104,7 +104,6 @@ NOTHING = [
     effect("load_cell"),
     effect("tension_drift", offset_n_per_step=0.0),
     effect("load_dependent_friction", exponent=0.0, tension_n=10.0),
-    effect("breakaway_friction", excess=0.0, decay_n=10.0),
     effect("wrap_saturation", saturation_per_rad=0.0),
     effect("camera_drift", x_m_per_step=1e-3),
     effect("stiffness_gradient", tip_to_base=1.0),
