@@ -1,0 +1,117 @@
+"""Whether what is not found is missed by the search, or not told by the recording: `python -m prb3r.proof.attained SEED
+CASES [CLASS...]`.
+
+After a diagnosis what was concealed is fitted to the same readings under the same noise, and left out effect by effect
+as in any backward elimination.  Where a part of the truth is more probable than the best model that was found, the
+search has missed it; else the readings speak for what was found, and no search could name more.
+"""
+
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.least_squares import fit, polished
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.known import Searched, Task
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.stages import without_blunders
+from prb3r.errors import Prb3rError
+from prb3r.proof.concealed.composition import drawn_design, flavours, requests
+from prb3r.proof.concealed.folder import recording_from_folder
+from prb3r.proof.concealed.real import real_label
+from prb3r.proof.judging.opened import places_agree
+from prb3r.proof.rig.effects import RECORDS
+
+BARE_MENTION = 1.0
+"""Difference in ln evidence that is "not worth more than a bare mention" (Kass and Raftery, J. Am. Stat. Assoc. 90
+(1995) 773)."""
+
+
+class Attained(NamedTuple):
+    """What a search has found beside what was there to be found."""
+
+    found: float
+    """ln evidence of the most probable model of the search."""
+    possible: float
+    """The largest of the concealed effects and of parts of them; -inf where none can be fitted."""
+    effects: tuple[str, ...]
+    """Of that part, by name."""
+
+    @property
+    def missed(self) -> bool:
+        """Whether the search has passed by a more probable part of the truth."""
+        return self.possible > self.found + BARE_MENTION
+
+
+def attained(searched: Searched, concealed: Sequence[Mapping[str, Any]]) -> Attained:
+    """What a search has found beside what it could have, of the `concealed` effects as the rig takes them."""
+    choice, search = searched.choice, searched.tested.doubted.search
+    best = choice.survivors[0]
+    parts = list(_parts(best.fitted, _whole(best.fitted, search.library, concealed)))
+    worth = [log_evidence(part, search.log_odds) for part in parts]
+    if not parts:
+        return Attained(best.log_evidence, -np.inf, ())
+    names = tuple(hypothesis.name for hypothesis in parts[int(np.argmax(worth))].model.hypotheses)
+    return Attained(best.log_evidence, max(worth), names)
+
+
+def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping[str, Any]]) -> Fit | None:
+    """The concealed effects that the library holds fitted together, from their true sizes; None without equilibrium."""
+    constants, friction = best.p[: len(best.model.varied)], best.model.friction(best.p)
+    starts: dict[Hypothesis, np.ndarray] = {}
+    for effect in concealed:
+        alike = [each for each in library if each.kind == effect["kind"] and _placed(each, effect)]
+        if not any(hypothesis.excludes(other) for hypothesis in alike[:1] for other in starts):
+            starts |= {hypothesis: _size(hypothesis, effect, friction) for hypothesis in alike[:1]}
+    model = replace(best.model, hypotheses=tuple(starts))
+    fitted = fit(model, np.concatenate([constants, *starts.values()]))
+    return None if fitted is None else polished(fitted)
+
+
+def _placed(hypothesis: Hypothesis, effect: Mapping[str, Any]) -> bool:
+    """Whether a hypothesis is of the place of an effect, and of its form where it has one."""
+    place = dict(hypothesis.place)
+    names = {*RECORDS[hypothesis.kind].places, *(name for name in ("law", "side") if name in effect)}
+    return all(places_agree(place.get(name), effect.get(name)) for name in names)
+
+
+def _size(hypothesis: Hypothesis, effect: Mapping[str, Any], friction: float) -> np.ndarray:
+    """(k,) the free parameters at the true size; where a hypothesis has others, where a fit begins."""
+    if any(free.name not in effect for free in hypothesis.free):
+        return hypothesis.starts(friction)[0]
+    return np.array([free.at(effect[free.name], friction) for free in hypothesis.free])
+
+
+def _parts(best: Fit, whole: Fit | None) -> Iterator[Fit]:
+    """The whole, and what is left as one effect after the other goes whose loss costs least; at last the constants."""
+    while whole is not None:
+        yield whole
+        model, p = whole.model, whole.p
+        fewer = [fit(model.without(k), model.without_share(p, k)) for k in range(len(model.hypotheses))]
+        whole = min((each for each in fewer if each), key=lambda each: each.chi2, default=None)
+
+
+def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator[tuple[int, Attained]]:
+    """The recordings of a run of some classes, one after the other; those without equilibrium or verdict left out."""
+    designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(flavours(cases, classes))]
+    for request in requests(seed, cases, designs, classes):
+        try:
+            label = real_label(request, designs[request.design])
+            task = Task(recording_from_folder(designs[request.design], label), seed)
+            searched, _ = without_blunders(task, lambda stage: None, serially)
+        except (ValueError, RuntimeError, Prb3rError):
+            continue
+        yield request.case, attained(searched, label.effects)
+
+
+if __name__ == "__main__":
+    for case, each in attained_in_run(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:] or ("several",)):
+        lead, effects = each.possible - each.found, ", ".join(each.effects) or "nothing"
+        said = "missed" if each.missed else "attained"
+        sys.stdout.write(f"{case}: {said}; {effects} {lead:+.1f} in ln evidence against what was found\n")
+        sys.stdout.flush()

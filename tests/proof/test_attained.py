@@ -1,0 +1,47 @@
+"""Whether a search misses what the readings tell: the truth, fitted, against what it finds."""
+
+import numpy as np
+import pytest
+from diagnosis.simulated import WEAK, recorded
+
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import without_blunders
+from prb3r.proof.attained import attained
+
+FAINT = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": 0.01}
+"""A thousandth of what the rig would notice."""
+
+
+def searched(**settings):
+    return without_blunders(Task(recorded(), settings=Settings(**settings)), lambda stage: None, serially)[0]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return searched()
+
+
+def test_a_search_that_finds_the_weak_plate_misses_nothing(found):
+    what = attained(found, [WEAK])
+    assert what.effects == ("weakened_plate (plate 4)",)
+    assert not what.missed
+    assert what.possible == pytest.approx(what.found, abs=0.01)
+
+
+def test_a_search_that_fits_no_set_misses_it():
+    blind = searched(most_expansions=0, later_expansions=0, exchanges=0)
+    what = attained(blind, [WEAK])
+    assert what.missed
+    assert what.possible > what.found + 10
+
+
+def test_what_the_readings_do_not_tell_is_not_missed(found):
+    what = attained(found, [WEAK, FAINT])
+    assert what.effects == ("weakened_plate (plate 4)",)
+    assert not what.missed
+
+
+def test_of_what_the_library_lacks_nothing_is_asked(found):
+    assert attained(found, [{"kind": "weakened_plate", "plate": 99, "factor": 0.5}]).found > -np.inf
