@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -141,6 +142,19 @@ def test_run_writes_tables_figures_and_report_and_is_a_no_op_the_second_time(tmp
     again = prb3r(*words)
     assert "33 cases (unchanged)" in again.stdout
     assert (folder / "cases.parquet").read_bytes() == before
+
+
+def test_several_studies_end_with_the_files_and_words_that_each_ends_with_alone(tmp_path):
+    studies = [ROOT / f"studies/{name}.toml" for name in ("three-segments", "experiments")]
+    together = prb3r("run", *studies, "-o", tmp_path / "together", "-j", "2")
+    assert together.returncode == 0, together.stderr
+    alone = [prb3r("run", study, "-o", tmp_path / "alone", "-j", "1").stdout for study in studies]
+    assert together.stdout.replace("together", "alone") == "".join(alone)
+    pictures = sorted(path.relative_to(tmp_path / "alone") for path in (tmp_path / "alone").glob("*/*.[ps][nv]g"))
+    assert pictures
+    for path in [*pictures, *(Path(study.stem, "cases.parquet") for study in studies)]:
+        assert (tmp_path / "together" / path).read_bytes() == (tmp_path / "alone" / path).read_bytes()
+    assert prb3r("run", *studies, "-o", tmp_path / "together").stdout.count("(unchanged)") == 2
 
 
 def test_reach_writes_steps_that_solve_takes_and_says_when_it_cannot(tmp_path):

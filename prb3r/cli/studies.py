@@ -1,6 +1,7 @@
 """Commands on studies and their results: run, compare, report."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -28,12 +29,13 @@ if TYPE_CHECKING:
 @click.pass_context
 def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
-    from prb3r.present.study.current import Ended, publish_what_changed, record_end, still_standing
+    from prb3r.present.study.current import still_standing
 
     before = [] if fresh or dry_run or backend != "loky" else [still_standing(path, output) for path in studies]
     if before and len(set(studies)) == len(studies) and all(before):
         _close(ctx, [ended for ended in before if ended])
     from prb3r.progress import reporter
+    from prb3r.runs.backends.aside import Aside
     from prb3r.runs.tasks import Workers
     from prb3r.study.run import Options, execute, writing
 
@@ -43,17 +45,26 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
         for plan in plans:
             click.echo(_forecast(plan, jobs))
         return
-    options, ended = Options(Path(output), Workers(backend, jobs, scheduler), fresh), []
-    with reporter() as progress:
+    options = Options(Path(output), Workers(backend, jobs, scheduler), fresh)
+    with reporter() as progress, Aside(_presented, apart=jobs > 1 and len(plans) > 1) as aside:
         for plan in plans:
-            with writing(plan):
+            with ExitStack() as held:
+                held.enter_context(writing(plan))
                 result = execute(plan, options, progress)
-                files = publish_what_changed(result)
-                ended.append(Ended(_closing(result, files), result.failed > 0))
-                record_end(result, replace(ended[-1], said=_closing(replace(result, computed=0), files)))
+                aside.begin(result, held.pop_all())
             for change in result.manifest["changed"]:
                 click.echo(f"{plan.study.name}: changed since the last run: {change}", err=True)
-    _close(ctx, ended)
+    _close(ctx, aside.done)
+
+
+def _presented(result: "Result") -> "Ended":
+    """Draw and write what is shown of a study, and record how its run ended."""
+    from prb3r.present.study.current import Ended, publish_what_changed, record_end
+
+    files = publish_what_changed(result)
+    ended = Ended(_closing(result, files), result.failed > 0)
+    record_end(result, replace(ended, said=_closing(replace(result, computed=0), files)))
+    return ended
 
 
 def _close(ctx: click.Context, ended: Sequence["Ended"]) -> NoReturn:

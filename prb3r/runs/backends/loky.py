@@ -43,28 +43,17 @@ class LokyWorkers:
         self.busy: dict[Job, Any] = {}
 
     def __enter__(self) -> "LokyWorkers":
-        # Started along with the first worker, it would undo `_interrupt_held`.
-        with contextlib.suppress(ImportError):
-            from multiprocessing import resource_tracker
-
-            resource_tracker.ensure_running()
         self.idle = _KEPT.pop(os.getpid(), [])
-        # a worker that has grown is replaced by a small one, which nobody needs to hear of
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         return self
 
     def submit(self, job: Job) -> None:
         """Begin a job; an event `(job, fate, result)` follows when it ends."""
-        from joblib.externals.loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
+        from joblib.externals.loky.process_executor import BrokenProcessPool
 
         while True:
-            fresh = not self.idle
-            pool = (
-                ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT) if fresh else None
-            )
-            self.busy[job] = pool or self.idle.pop()
+            self.busy[job] = self.idle.pop() if self.idle else new_worker()
             try:
-                with _interrupt_held():
+                with interrupt_held():
                     future = self.busy[job].submit(shielded, self.function, job.task)
             except BrokenProcessPool:
                 self.free(job, "crashed")
@@ -95,7 +84,7 @@ class LokyWorkers:
 
     def __exit__(self, failed: object, *_: object) -> None:
         if failed:
-            _end([*self.idle, *self.busy.values()])
+            end_workers([*self.idle, *self.busy.values()])
         else:
             _KEPT.setdefault(os.getpid(), []).extend(self.idle)
 
@@ -103,10 +92,25 @@ class LokyWorkers:
 @atexit.register
 def end_kept_workers() -> None:
     """End the workers that wait for another run of this process."""
-    _end(_KEPT.pop(os.getpid(), []))
+    end_workers(_KEPT.pop(os.getpid(), []))
 
 
-def _end(pools: list[Any]) -> None:
+def new_worker() -> Any:
+    """An executor of one process, which starts with the first thing that it is given, under :func:`interrupt_held`."""
+    from joblib.externals.loky.process_executor import ProcessPoolExecutor
+
+    # Started along with the first worker, it would undo `interrupt_held`.
+    with contextlib.suppress(ImportError):
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()
+    # a worker that has grown is replaced by a small one, which nobody needs to hear of
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+    return ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT)
+
+
+def end_workers(pools: list[Any]) -> None:
+    """End the processes of executors at once, whatever they do."""
     for pool in pools:
         pool.shutdown(kill_workers=True)
 
@@ -124,7 +128,7 @@ def _obey(parent: int) -> None:
 
 
 @contextlib.contextmanager
-def _interrupt_held() -> Iterator[None]:
+def interrupt_held() -> Iterator[None]:
     """Keep SIGINT back while a worker starts: it inherits that, and would print a traceback before it can obey."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
