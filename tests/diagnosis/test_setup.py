@@ -10,6 +10,7 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.robust import expected_loss
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
@@ -196,6 +197,18 @@ def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
 def test_a_noise_stated_wrongly_is_no_blunder():
     for factor in (0.1, 0.5, 3.0):
         assert find_blunder(recorded(Case(hidden=())).noisier(factor), Settings()) is None
+
+
+def test_a_blunder_under_a_noise_that_is_not_far_off_leaves_nothing_to_be_explained():
+    wrong = PLANTED["the pictures are mirrored: the rig was seen from behind"](recorded(Case(hidden=())))
+    plain = [blunders_of(wrong.noisier(1 / factor), Settings())[-1].plain for factor in (1.0, 1.8, 4.0)]
+    assert plain == [True, True, False]
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_the_expected_loss_is_the_mean_over_drawn_noise(scale):
+    drawn = scale * np.random.default_rng(0).standard_normal(10**6)
+    assert expected_loss(scale) == pytest.approx(np.log1p(drawn**2).mean(), rel=0.005)
 
 
 def test_a_blunder_is_said_first_and_mended_beside_the_report(tmp_path):

@@ -119,9 +119,12 @@ class Pool:
             self.add(richer)
 
     def exchange(self, fitted: Fit) -> bool:
-        """Fit what comes nearest in the place of every effect of a model; whether one is better by what counts."""
+        """Fit what comes nearest in the place of every effect of a model; whether one is better by what counts.
+
+        Not of a model that leaves much unexplained: there no one effect stands in the place of another.
+        """
         before, effects = self.evidence[self.ranked[0]], frozenset(fitted.model.hypotheses)
-        if effects in self.exchanged:
+        if effects in self.exchanged or fitted.reduced > self.settings.gross:
             return False
         self.exchanged.add(effects)
         for number in range(len(effects)):

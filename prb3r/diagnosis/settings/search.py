@@ -14,7 +14,8 @@ class SearchSettings:
     """Effects of a model at most: real rigs have four or five, and a mismatch that takes more has another cause.
     Choice, for time."""
     gross: float = 4.0
-    """Reduced chi-square of the constants alone from which on small loads are explained first.  Choice."""
+    """Reduced chi-square of the constants alone from which on small loads are explained first, and of a model beyond
+    which its effects are not exchanged.  Choice."""
     fewest_small_loads: float = 5.0
     """Readings a parameter that small loads must have to be explained first.  Choice."""
     load_shares: tuple[float, ...] = (0.4, 0.7)

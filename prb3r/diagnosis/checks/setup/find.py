@@ -16,7 +16,7 @@ from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
-from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
+from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, expected_loss, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -135,7 +135,8 @@ def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
     if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
-    plain = best.total < len(recording.of_sequence)  # a photograph misses by its noise: there is no more to explain
+    within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
+    plain = best.total < within_noise  # photographs miss by noise that is not far off: there is no more to explain
     remedy = best.remedy
     return Blunder(remedy.blunder, alike, remedy.file, best.mended.recording, plain, least[remedy])
 

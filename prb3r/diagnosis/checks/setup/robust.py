@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import independent, reading_sd
@@ -22,6 +23,11 @@ from prb3r.recording.recording import Kind, Recording
 
 FIXED = 1e-12
 """Standard deviation of a part of the frame that is known, m or rad."""
+
+
+def expected_loss(scale: float) -> float:
+    """Mean robust misfit of a reading whose noise is Gaussian and `scale` times the stated one."""
+    return float(norm.expect(lambda z: np.log1p((scale * z) ** 2)))
 
 
 @dataclass(frozen=True, eq=False)
