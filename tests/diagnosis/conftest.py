@@ -1,10 +1,26 @@
-"""Scopes of rigs on which every kind is suspected somewhere, and all hypotheses about them."""
+"""Scopes of rigs on which every kind is suspected somewhere, and all hypotheses about them; a rig with a weak plate."""
 
 import pytest
-from diagnosis.simulated import NITINOL
+from diagnosis.simulated import NITINOL, recorded
 from diagnosis.suspected import MU, scope, sections
 
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+
+
+@pytest.fixture(scope="session")
+def calibrated():
+    """Constants of a rig with a weak plate 4, which the file does not say."""
+    return fit_constants(predictor(recorded()))
+
+
+@pytest.fixture(scope="session")
+def suspects(calibrated):
+    """Every hypothesis on that rig."""
+    predict = calibrated.model.predict
+    return hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
 
 
 @pytest.fixture(scope="session")

@@ -4,15 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import recorded
 
 from prb3r.diagnosis.confidence import NORMAL_REACH
-from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.profile import linear_interval, profile
-from prb3r.diagnosis.library import hypotheses
-from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.spread import (
     SaidOfParameter,
     ends_over_models,
@@ -24,16 +19,8 @@ from prb3r.diagnosis.search.pool import Survivor
 
 
 @pytest.fixture(scope="module")
-def calibrated():
-    """Constants of a rig with a weak plate 4, which the file does not say."""
-    return fit_constants(predictor(recorded()))
-
-
-@pytest.fixture(scope="module")
-def effects(calibrated):
-    predict = calibrated.model.predict
-    every = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
-    return {each.name: each for each in every}
+def effects(suspects):
+    return {each.name: each for each in suspects}
 
 
 def with_effects(calibrated, *chosen):

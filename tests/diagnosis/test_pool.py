@@ -4,29 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import recorded
 
-from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.library import hypotheses
-from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.pool import Effects, Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 
 
 @pytest.fixture(scope="module")
-def calibrated():
-    """Constants of a rig with a weak plate 4, which the file does not say."""
-    return fit_constants(predictor(recorded()))
-
-
-@pytest.fixture(scope="module")
-def library(calibrated):
-    predict = calibrated.model.predict
-    every = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
-    return tuple(each for each in every if each.kind in {"weakened_plate", "segment_stiffness", "precurvature"})
+def library(suspects):
+    return tuple(each for each in suspects if each.kind in {"weakened_plate", "segment_stiffness", "precurvature"})
 
 
 def with_effect(calibrated, library, name):

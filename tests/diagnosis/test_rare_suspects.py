@@ -31,7 +31,7 @@ def test_times_alone_are_no_reason_to_name_friction_by_rates():
     assert told.log_stiffness == pytest.approx(untold.log_stiffness, abs=1e-4)
 
 
-WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.5}
+WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone; of what goes
 with the load, other forces at which it has the stated coefficients survive, with exponents of their own."""
 

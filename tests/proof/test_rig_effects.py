@@ -140,37 +140,38 @@ def test_effects_vanish():
             same(plain, simulate(prototype(what, plates=3, direction=direction), PULLS, elements=6), atol=1e-7)
 
 
-def test_friction_by_rates_is_that_of_every_cables_own_rate():
-    """40 N to 20 N and nothing to 30 N in two seconds: 0.3 (1 + 0.05 ln 10) and 0.3 (1 + 0.05 ln 15)."""
-    steps = [step | {"time_s": time} for step, time in zip(PULLS, (4.0, 6.0), strict=True)]
-    found = simulate(prototype(effect("rate_dependent_friction", rate=0.05), plates=3), steps, elements=6)
-    each = {"1": 0.33453878, "3": 0.34062075}
-    rubbing = [effect("cable_friction", coefficient=mu, cables=[name]) for name, mu in each.items()]
+TIMED = [step | {"time_s": time} for step, time in zip(PULLS, (4.0, 6.0), strict=True)]
+"""40 N to 20 N and nothing to 30 N in two seconds."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "others", "steps", "coefficients"),
+    [  # 0.3 (1 + 0.05 ln 10) and 0.3 (1 + 0.05 ln 15); 0.3 (1 + 0.5 e^-1) and 0.3 (1 + 0.5 e^-1.5)
+        ("rate_dependent_friction", {"rate": 0.05}, {}, TIMED, {"1": 0.33453878, "3": 0.34062075}),
+        ("breakaway_friction", {"excess": 0.5}, {"decay_n": 20.0}, PULLS, {"1": 0.35518192, "3": 0.33346952}),
+    ],
+)
+def test_friction_that_steps_tell_is_that_of_every_cables_own_rate_or_slide(kind, size, others, steps, coefficients):
+    def rubs(**size):
+        return effect(kind, **size, **others)
+
+    found = simulate(prototype(rubs(**size), plates=3), steps, elements=6)
+    rubbing = [effect("cable_friction", coefficient=mu, cables=[name]) for name, mu in coefficients.items()]
     by_hand = simulate(prototype(*rubbing, plates=3), PULLS, elements=6)
     for name in ("x", "y", "angle", "tension"):
         np.testing.assert_allclose(getattr(found, name)[1], getattr(by_hand, name)[1], rtol=0, atol=1e-7)
     plain = simulate(prototype(plates=3), PULLS, elements=6)
-    same(plain, simulate(prototype(effect("rate_dependent_friction", rate=0.0), plates=3), PULLS, elements=6))
+    nothing = rubs(**dict.fromkeys(size, 0.0))
+    same(plain, simulate(prototype(nothing, plates=3), PULLS, elements=6))
     assert np.abs(found.tension[1] - plain.tension[1]).max() > 0.05
-    assert np.abs(found.tension[0] - plain.tension[0]).max() < 1e-7
     with pytest.raises(SpecError, match="needs declared slip"):
-        simulate(prototype(effect("rate_dependent_friction", rate=0.0), direction="history"), steps)
+        simulate(prototype(nothing, direction="history"), steps)
 
 
-def test_static_friction_is_that_of_every_cables_own_slide():
-    """40 N turned back to 20 N, and nothing to 30 N: 0.3 (1 + 0.5 e^-1) = 0.35518, 0.3 (1 + 0.5 e^-1.5) = 0.33347."""
-    sticks = effect("breakaway_friction", excess=0.5, decay_n=20.0)
-    found = simulate(prototype(sticks, plates=3), PULLS, elements=6)
-    each = {"1": 0.35518192, "3": 0.33346952}
-    rubbing = [effect("cable_friction", coefficient=mu, cables=[name]) for name, mu in each.items()]
-    by_hand = simulate(prototype(*rubbing, plates=3), PULLS, elements=6)
-    for name in ("x", "y", "angle", "tension"):
-        np.testing.assert_allclose(getattr(found, name)[1], getattr(by_hand, name)[1], rtol=0, atol=1e-7)
+def test_the_first_step_has_no_rate():
+    timed = simulate(prototype(effect("rate_dependent_friction", rate=0.05), plates=3), TIMED, elements=6)
     plain = simulate(prototype(plates=3), PULLS, elements=6)
-    same(plain, simulate(prototype(sticks | {"excess": 0.0}, plates=3), PULLS, elements=6))
-    assert np.abs(found.tension[1] - plain.tension[1]).max() > 0.05
-    with pytest.raises(SpecError, match="needs declared slip"):
-        simulate(prototype(sticks, direction="history"), PULLS)
+    assert np.abs(timed.tension[0] - plain.tension[0]).max() < 1e-7
 
 
 def test_effects_that_another_description_says():

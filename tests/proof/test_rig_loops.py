@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from proof.rigs import effect
-from proof.test_agreement import disagreement
+from proof.agreement import disagreement
 
 from prb3r.proof.rig.bending import bent_on
 
