@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from proof.rigs import effect
 from proof.agreement import disagreement
+from proof.rigs import effect
 
 from prb3r.proof.rig.bending import bent_on
 

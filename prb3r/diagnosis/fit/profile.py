@@ -11,7 +11,7 @@ from prb3r.diagnosis.fit.model import Fit
 SHORTEST, LONGEST = 0.3, 3.0
 """Change of a profile's reach from one trial to the next, at most."""
 STRAIGHT = 2.0
-"""Factor that the reach of a linearised interval may be wrong by.  Choice: an interval is read for its order of size."""
+"""Factor that the reach of a linearised interval may be wrong by.  Choice."""
 
 
 @dataclass(frozen=True)
