@@ -7,6 +7,7 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
+from prb3r.mechanics.block_eigenvalue import CLOSED_FORM_ROWS, lowest_of_blocks
 from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
@@ -15,7 +16,6 @@ from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import pack
-from prb3r.mechanics.stability import CLOSED_FORM_ROWS, lowest_of_blocks
 from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
 

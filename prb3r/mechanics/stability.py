@@ -5,46 +5,11 @@ Friction makes the tangent unsymmetric, so real parts are taken.  Without dead l
 and the eigenvalues are those of the plates' own blocks.
 """
 
-from math import acos, cos, pi, sqrt
-
-import numpy as np
+from math import inf
 
 from prb3r.mechanics.balance import contact, linearise_plate
+from prb3r.mechanics.block_eigenvalue import lowest_of_block
 from prb3r.mechanics.kernel import kernel
-
-CLOSED_FORM_ROWS = 3
-"""Of a block whose eigenvalues have a closed form that is used; those of larger ones are left to LAPACK."""
-
-
-@kernel
-def lowest_of_block(a):
-    """Smallest real part among the eigenvalues of a matrix (n, n) of up to `CLOSED_FORM_ROWS` rows; NaN of others."""
-    n = a.shape[0]
-    if n == 1:
-        return a[0, 0]
-    if n == 2:
-        mean, determinant = (a[0, 0] + a[1, 1]) / 2, a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
-        return mean - sqrt(max(mean * mean - determinant, 0.0))
-    if n == 3:
-        third = (a[0, 0] + a[1, 1] + a[2, 2]) / 3
-        x, y, z = a[0, 0] - third, a[1, 1] - third, a[2, 2] - third
-        # characteristic polynomial of the traceless part: t^3 + p t + q
-        p = x * y + y * z + z * x - a[0, 1] * a[1, 0] - a[0, 2] * a[2, 0] - a[1, 2] * a[2, 1]
-        q = -(
-            x * (y * z - a[1, 2] * a[2, 1])
-            - a[0, 1] * (a[1, 0] * z - a[1, 2] * a[2, 0])
-            + a[0, 2] * (a[1, 0] * a[2, 1] - y * a[2, 0])
-        )
-        discriminant = q * q / 4 + p * p * p / 27
-        if discriminant <= 0.0 and p < 0.0:  # three real roots
-            radius = sqrt(-p / 3)
-            angle = acos(min(max(-q / (2 * radius * radius * radius), -1.0), 1.0))
-            return third + 2 * radius * cos((angle + 2 * pi) / 3)
-        root = sqrt(max(discriminant, 0.0))
-        u, v = -q / 2 + root, -q / 2 - root
-        real = np.cbrt(u) + np.cbrt(v)
-        return third + min(real, -real / 2)
-    return np.nan
 
 
 @kernel
@@ -53,7 +18,7 @@ def write_lowest(packed, s, path):
 
     The plates are in balance; their tangents are taken anew.
     """
-    lowest = np.inf
+    lowest = inf
     for i in range(len(packed.span)):
         tangent = packed.plate[i].tangent
         linearise_plate(packed.model[0], packed.plate[i], packed.span[i])
@@ -65,13 +30,6 @@ def write_lowest(packed, s, path):
                     path.block[s, i, k, p] = tangent[k, p]
     if len(path.block) == 0:
         path.lowest[s] = lowest
-
-
-def lowest_of_blocks(block: np.ndarray) -> np.ndarray:
-    """(s,) of blocks (s, plates, n, n); NaN where there are none."""
-    lowest, known = np.full(len(block), np.nan), ~np.isnan(block).any((1, 2, 3))
-    lowest[known] = np.linalg.eigvals(block[known]).real.min((1, 2))
-    return lowest
 
 
 @kernel

@@ -5,13 +5,13 @@ import pytest
 from mechanics.solved import MODELS, NO_CABLES, good
 from prototype import ELASTICA, PRB_3R, RIGIDITY, cantilever, prototype, random_chain, random_loads, row
 
-from prb3r.mechanics import stability
+from prb3r.mechanics import block_eigenvalue
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.kernel import entrance
 from prb3r.mechanics.reference import seed_residual
 
-lowest_of_block = entrance(stability.lowest_of_block.py_func)
+lowest_of_block = entrance(block_eigenvalue.lowest_of_block.py_func)
 
 
 @pytest.mark.parametrize("mu", [0, 0.1, 0.3, 0.6, 1.5])
@@ -107,14 +107,24 @@ def test_euler_column():
     assert "unstable" in Outcome.UNSTABLE.sentence
 
 
-@pytest.mark.parametrize("n", range(1, stability.CLOSED_FORM_ROWS + 1))
+@pytest.mark.parametrize("n", range(1, block_eigenvalue.CLOSED_FORM_ROWS + 1))
 def test_lowest_eigenvalue_of_a_block(n):
     """Spread, equal and complex eigenvalues."""
     rng = np.random.default_rng(n)
     for scale in (0.1, 1.0, 10.0):
         block = np.diag(rng.integers(1, 4, n).astype(float)) + scale * rng.standard_normal((n, n))
-        assert lowest_of_block(block) == pytest.approx(np.linalg.eigvals(block).real.min(), abs=1e-9)
+        assert lowest_of_block(block.copy()) == pytest.approx(np.linalg.eigvals(block).real.min(), abs=1e-9)
     assert lowest_of_block(3.0 * np.eye(n)) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
+def test_lowest_eigenvalue_of_a_block_with_pairs(apart):
+    """Blocks of the elastica's plates: at rest two and two are equal, and a load moves them apart; any basis."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        basis = np.linalg.qr(rng.standard_normal((4, 4)))[0]
+        block = basis @ np.diag([52.0, 52.0 + apart, 98.0, 98.0 + 2 * apart]) @ basis.T
+        assert lowest_of_block(block) == pytest.approx(52.0, rel=1e-7 if apart < 1e-3 else 1e-11)
 
 
 def test_lowest_eigenvalue_of_the_blocks_of_each_step():
@@ -123,7 +133,7 @@ def test_lowest_eigenvalue_of_the_blocks_of_each_step():
     turned = 4.0 * np.eye(5)
     turned[:2, :2] = [[0.5, -7.0], [7.0, 0.5]]  # 0.5 +- 7 i
     block[0], block[2] = [2.0 * np.eye(5), 3.0 * np.eye(5)], [9.0 * np.eye(5), turned]
-    assert stability.lowest_of_blocks(block) == pytest.approx([2.0, np.nan, 0.5], nan_ok=True)
+    assert block_eigenvalue.lowest_of_blocks(block) == pytest.approx([2.0, np.nan, 0.5], nan_ok=True)
 
 
 @MODELS
