@@ -15,7 +15,7 @@ from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
-from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
 from prb3r.diagnosis.library import hypotheses
@@ -71,7 +71,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     report("set-up")
     try:
         searched, blunders = without_blunders(task, report, apply)
-    except ValueError as error:
+    except OutOfBalance as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("check")
     investigation = check(standing(searched))
@@ -93,7 +93,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
         report("search")
         try:
             other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
-        except ValueError:  # nothing near the nominal manipulator is in balance then
+        except OutOfBalance:
             break
         after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
         if not speaks_for(after, before, blunders[count - 1].least):

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.result.common import Common, common_of
@@ -75,5 +76,5 @@ def _alone(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Bl
     report(f"set-up of {name}")
     try:
         return without_blunders(task, lambda stage: report(f"{stage} of {name}"), apply)
-    except ValueError as error:
+    except OutOfBalance as error:
         raise RecordingError(Problem(name, str(error))) from None

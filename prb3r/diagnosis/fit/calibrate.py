@@ -16,6 +16,10 @@ def nominal_noise(predict: Predictor) -> Noise:
     return noise_of(predict.recording, tension_response(predict, predict.solve(Constants())))
 
 
+class OutOfBalance(ValueError):
+    """Nothing near the nominal manipulator is in balance under the recorded loads."""
+
+
 def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
     """Fit the constants alone, from the nominal ones, or from other stiffnesses where these leave steps out of balance.
 
@@ -23,7 +27,7 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
 
     Raises
     ------
-    ValueError
+    OutOfBalance
         If no stiffness among `Settings.start_factors` puts any recorded step in balance.
     """
     model = Model(predict, noise or nominal_noise(predict), settings=settings or Settings())
@@ -37,5 +41,5 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
             if fitted.balanced:
                 break
     if not fits:
-        raise ValueError("no stiffness near the nominal one puts any recorded step in balance")
+        raise OutOfBalance("no stiffness near the nominal one puts any recorded step in balance")
     return min(fits, key=lambda fitted: (not fitted.balanced, fitted.chi2))

@@ -81,7 +81,7 @@ class LinearModel:
     def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:
         """Most probable coefficients of each chosen column."""
         rows = self.rows(chosen) if chosen else np.zeros(0, int)
-        best = np.linalg.solve(np.eye(len(rows)) + self.products[np.ix_(rows, rows)], self.along[rows])
+        best = self._most_probable(rows)[0]
         ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
         return [best[a:b] for a, b in pairwise(ends)]
 
@@ -91,15 +91,19 @@ class LinearModel:
             return 0.0
         order = sorted(chosen)
         rows = self.rows(order)
-        normal = np.eye(len(rows)) + self.products[np.ix_(rows, rows)]
-        best = np.linalg.solve(normal, self.along[rows])
+        best, log_determinant = self._most_probable(rows)
         first = 0
         for k in order:
             if self.columns[k].sign * best[first] < 0:
                 return -np.inf
             first += self.columns[k].moved.shape[1]
         odds = sum(self.columns[k].log_odds for k in order)
-        return float(self.along[rows] @ best / 2 - np.linalg.slogdet(normal)[1] / 2 + odds)
+        return float(self.along[rows] @ best / 2 - log_determinant / 2 + odds)
+
+    def _most_probable(self, rows: np.ndarray) -> tuple[np.ndarray, float]:
+        """Coefficients at `rows`, and ln of the determinant of their normal matrix, priors included."""
+        precision, axes = _spectrum(np.eye(len(rows)) + self.products[np.ix_(rows, rows)])
+        return axes @ (axes.T @ self.along[rows] / precision), float(np.log(precision).sum())
 
     @cached_property
     def alike(self) -> list["Alike"]:
@@ -125,7 +129,8 @@ class LinearModel:
         for group in self.alike:
             normal = group.normal - across[group.at] @ np.moveaxis(beside[:, group.at], 0, 1)
             along = rest[group.at]
-            worth = (along * np.linalg.solve(normal, along[..., None])[..., 0]).sum(1) - np.linalg.slogdet(normal)[1]
+            precision, axes = _spectrum(normal)
+            worth = ((along[:, None, :] @ axes)[:, 0] ** 2 / precision).sum(1) - np.log(precision).sum(1)
             wrong = group.sign * along[:, 0] < 0 if along.shape[1] == 1 else np.zeros(len(along), bool)
             rise[group.which] = np.where(wrong, -np.inf, worth / 2)
         rise += self.log_odds
@@ -164,6 +169,16 @@ class Alike(NamedTuple):
     """(m, w, w) their normal matrices, priors included."""
     sign: np.ndarray
     """(m,) as of the columns."""
+
+
+def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(..., w) eigenvalues and (..., w, w) eigenvectors of normal matrices that hold a prior of unit variance.
+
+    They are 1 or more; beside a coefficient whose effect is a hundred million times the noise, as near the end of a
+    branch, less is rounding.
+    """
+    precision, axes = np.linalg.eigh(normal)
+    return np.maximum(precision, 1.0), axes
 
 
 def excludes(first: Hypothesis, second: Hypothesis) -> bool:
