@@ -11,7 +11,7 @@ from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
-from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import within_tolerance
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
@@ -75,7 +75,27 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("check")
     investigation = check(standing(searched))
+    if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
+        investigation, blunders = beside_effects(task, investigation, blunders, apply)
     return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
+
+
+def beside_effects(
+    task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
+) -> tuple[Investigation, tuple[Blunder, ...]]:
+    """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found.
+
+    One more blunder is said where the recording is explained once it is mended; else all is as it was.
+    """
+    there = unexplained.choice.fitted.effects
+    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there) if there else None
+    if hidden is None:
+        return unexplained, blunders
+    try:
+        mended = check(to_search(_mended(task, (hidden,)), lambda stage: None, apply))
+    except OutOfBalance:
+        return unexplained, blunders
+    return (unexplained, blunders) if mended.verdict == "unexplained" else (mended, (*blunders, hidden))
 
 
 def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Blunder, ...]]:

@@ -16,7 +16,7 @@ from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import run_stages, without_blunders
+from prb3r.diagnosis.stages import investigate, run_stages, without_blunders
 from prb3r.model.steps import loads_of
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
@@ -192,6 +192,22 @@ def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     searched, blunders = without_blunders(Task(wrong), lambda stage: None, serially)
     assert [blunder.blunder for blunder in blunders] == ["disks 5 and 6 are exchanged"]
     assert searched.choice.kinds == {"pulley_friction", "precurvature"}
+
+
+def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
+    """In a sequence that was set aside: what the others tell predicts it no more."""
+    hidden = RIGHT["four effects"]
+    right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
+    wrong = backward(right, "out")
+    assert find_blunder(wrong, Settings()) is None
+    found = investigate(Task(wrong))
+    assert found.verdict == "set-up"
+    assert [blunder.blunder for blunder in found.blunders] == ["the pictures of sequence out are in backward order"]
+    assert found.choice.kinds == {effect["kind"] for effect in hidden}
+    there = found.choice.fitted.effects
+    assert find_blunder(right, Settings(), there) is None
+    moved = find_blunder(late(right, "mixed"), Settings(), there)
+    assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
 
 
 def test_a_noise_stated_wrongly_is_no_blunder():

@@ -8,7 +8,7 @@ be done in one way only, as kilograms in all columns of newtons, asks less than 
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects import AnyEffect
 from prb3r.recording.recording import Recording
 
 
@@ -127,18 +128,23 @@ def blunders_of(recording: Recording, settings: Settings) -> tuple[Blunder, ...]
     return tuple(out)
 
 
-def find_blunder(recording: Recording, settings: Settings) -> Blunder | None:
-    """The blunder that explains most of a recording's misfit, if one explains more than chance could."""
-    attempt = attempt_on(recording, settings)
+def find_blunder(recording: Recording, settings: Settings, effects: Sequence[AnyEffect] = ()) -> Blunder | None:
+    """The blunder that explains most of a recording's misfit, if one explains more than chance could.
+
+    `effects` are taken to be there too: beside those that were found a blunder shows that they would hide.
+    """
+    manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
+    attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     least = least_gains(attempt.among, settings)
     best, *others = sorted(trials(attempt), key=lambda tried: least[tried.remedy] - tried.gain)
     if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
-    plain = best.total < within_noise  # photographs miss by noise that is not far off: there is no more to explain
+    # photographs miss by noise that is not far off: there is no more to explain
+    plain = best.total < within_noise and not effects
     remedy = best.remedy
-    return Blunder(remedy.blunder, alike, remedy.file, best.mended.recording, plain, least[remedy])
+    return Blunder(remedy.blunder, alike, remedy.file, remedy.mend(recording).recording, plain, least[remedy])
 
 
 def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, float]:
