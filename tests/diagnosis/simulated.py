@@ -208,21 +208,21 @@ def rival_of(found: Investigation) -> Fit:
 
 @cache
 def investigated(case: Case = Case()) -> Investigation:
-    return investigate(Task(recorded(case), without=case.without))
-
-
-@cache
-def diagnosed(case: Case = Case()) -> Diagnosis:
     """Computed by one of the processes that test side by side, for all of them."""
     if SHARED not in os.environ:
-        return tell(investigated(case))
+        return investigate(Task(recorded(case), without=case.without))
     described = case.hidden, case.read, sorted(case.without), case.seed, case.friction, case.plates
     content = repr((*described, case.timed, case.program))
     path = Path(os.environ[SHARED]) / hashlib.sha256(content.encode()).hexdigest()
     with once_at_a_time(path.with_suffix(".lock")):
         if not path.exists():
-            write_whole(path, pickle.dumps(tell(investigated(case))))
+            write_whole(path, pickle.dumps(investigate(Task(recorded(case), without=case.without))))
     return pickle.loads(path.read_bytes())
+
+
+@cache
+def diagnosed(case: Case = Case()) -> Diagnosis:
+    return tell(investigated(case))
 
 
 def pulled_again(factor: float, times: int = 3, other: float = 1.0, seed: int = 0) -> Recording:

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from diagnosis.simulated import Case, recorded
+from diagnosis.simulated import Case, diagnosed, recorded
 
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
-from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.stages import investigate
 
 
 def case(friction=0.3, **effect):
@@ -22,9 +19,7 @@ def timed(friction=0.3, **effect):
 
 
 def test_times_alone_are_no_reason_to_name_friction_by_rates():
-    plain, with_times = (
-        tell(investigate(Task(recorded(Case(hidden=(), seed=1, timed=told))))) for told in (False, True)
-    )
+    plain, with_times = (diagnosed(Case(hidden=(), seed=1, timed=told)) for told in (False, True))
     assert (with_times.verdict, with_times.effects) == ("adequate", ())
     told, untold = with_times.calibrated.constants, plain.calibrated.constants
     assert told.log_friction == pytest.approx(untold.log_friction, abs=1e-4)
@@ -54,7 +49,7 @@ with the load, other forces at which it has the stated coefficients survive, wit
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )
 def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
-    found = tell(investigate(Task(recorded(hidden))))
+    found = diagnosed(hidden)
     true = dict(hidden.hidden[0])
     assert found.verdict == "explained"
     (effect,) = found.effects
@@ -70,7 +65,7 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
 )
 def test_static_friction_is_named_with_its_size_where_cables_turn_back(seed, friction, excess, decay):
     sticks = (("kind", "breakaway_friction"), ("excess", excess), ("decay_n", decay))
-    found = tell(investigate(Task(recorded(Case(hidden=(sticks,), friction=friction, seed=seed, program="reversing")))))
+    found = diagnosed(Case(hidden=(sticks,), friction=friction, seed=seed, program="reversing"))
     assert found.verdict == "explained"
     (effect,) = found.effects
     assert (effect.kind, effect.rivals) == ("breakaway_friction", ())
@@ -82,14 +77,14 @@ def test_static_friction_is_named_with_its_size_where_cables_turn_back(seed, fri
 
 @pytest.mark.parametrize("friction", [0.3, 0.6])
 def test_cables_that_turn_back_alone_are_no_reason_to_name_static_friction(friction):
-    found = tell(investigate(Task(recorded(Case(hidden=(), friction=friction, seed=1, program="reversing")))))
+    found = diagnosed(Case(hidden=(), friction=friction, seed=1, program="reversing"))
     assert (found.verdict, found.effects) == ("adequate", ())
 
 
 def test_cables_that_hardly_turn_back_leave_static_friction_ambiguous():
     """Nothing slips by less than 30 N: a load cell that is not linear reads nearly the same, and this is said."""
     sticks = (("kind", "breakaway_friction"), ("excess", 0.6), ("decay_n", 30.0))
-    found = tell(investigate(Task(recorded(Case(hidden=(sticks,), friction=0.6, seed=1)))))
+    found = diagnosed(Case(hidden=(sticks,), friction=0.6, seed=1))
     assert found.verdict == "ambiguous"
     (effect,) = found.effects
     assert {effect.kind, *(rival.kind for rival in effect.rivals)} >= {"breakaway_friction", "load_cell"}
@@ -98,7 +93,7 @@ def test_cables_that_hardly_turn_back_leave_static_friction_ambiguous():
 def test_a_camera_that_moves_steadily_is_named_with_its_speed():
     """By a tenth of a millimetre a step, and by as much turning as moves the tip by about that."""
     true = {"x_m_per_step": -1e-4, "y_m_per_step": 0.0, "angle_rad_per_step": 3e-4}
-    found = tell(investigate(Task(recorded(case(kind="camera_drift", **true)))))
+    found = diagnosed(case(kind="camera_drift", **true))
     assert found.verdict == "explained"
     (effect,) = found.effects
     assert (effect.kind, effect.rivals) == ("camera_drift", ())
@@ -109,7 +104,7 @@ def test_a_camera_that_moves_steadily_is_named_with_its_speed():
 
 def test_of_a_camera_that_moves_angles_alone_show_the_turn():
     turning = (("kind", "camera_drift"), ("x_m_per_step", 1e-3), ("angle_rad_per_step", 1e-3))
-    found = tell(investigate(Task(recorded(Case(hidden=(turning,), read=("angle_rad",), seed=1)))))
+    found = diagnosed(Case(hidden=(turning,), read=("angle_rad",), seed=1))
     (effect,) = found.effects
     assert (found.verdict, effect.kind, list(effect.parameters)) == (
         "explained",
@@ -123,7 +118,7 @@ def test_of_a_camera_that_moves_angles_alone_show_the_turn():
 
 
 def test_a_camera_that_stands_is_not_named():
-    found = tell(investigate(Task(recorded(Case(hidden=(), seed=1)))))
+    found = diagnosed(Case(hidden=(), seed=1))
     assert (found.verdict, found.effects) == ("adequate", ())
 
 

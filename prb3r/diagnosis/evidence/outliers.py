@@ -21,25 +21,27 @@ from prb3r.recording.recording import Readings, Recording
 
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(6, k) by how many sd each of `k` values along a line misses what its neighbours lead to expect; else NaN.
+    """(6, l, k) by how many sd each of `k` values along each of `l` lines misses what its neighbours lead to expect;
+    else NaN.
 
     They are led by the line through both neighbours, the parabola through three, and the lines and parabolas through
     those on one side.
     """
-    found = np.full((6, len(values)), np.nan)
+    length = values.shape[1]
+    found = np.full((6, *values.shape), np.nan)
     for row, shifts in enumerate([(-1, 1), (-2, -1, 1), (-1, -2), (1, 2), (-1, -2, -3), (1, 2, 3)]):
-        first, last = max(0, -min(shifts)), len(values) - max(0, *shifts)
+        first, last = max(0, -min(shifts)), length - max(0, *shifts)
         if last <= first:
             continue
         own = np.arange(first, last)
-        near = np.stack([own + shift for shift in shifts])
-        weights = np.ones(near.shape)
+        near = [own + shift for shift in shifts]
+        weights = np.ones((len(near), len(values), len(own)))
         for a in range(len(near)):
             for b in range(len(near)):
                 if a != b:
-                    weights[a] *= (place[own] - place[near[b]]) / (place[near[a]] - place[near[b]])
-        guess = (weights * values[near]).sum(0)
-        found[row, own] = np.abs(values[own] - guess) / np.sqrt(1 + (weights**2).sum(0))
+                    weights[a] *= (place[:, own] - place[:, near[b]]) / (place[:, near[a]] - place[:, near[b]])
+        guess = sum(weight * values[:, there] for weight, there in zip(weights, near, strict=True))
+        found[row][:, own] = np.abs(values[:, own] - guess) / np.sqrt(1 + (weights**2).sum(0))
     return found
 
 
@@ -73,9 +75,12 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
     for side, (line, place) in enumerate([(readings.step, readings.disk), (readings.disk, readings.step)]):
         order = np.lexsort((place, line, sequence, readings.kind))
         keys = np.stack([readings.kind, sequence, line])[:, order]
-        for own in np.split(order, np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1):
-            if len(np.unique(place[own])) == len(own):
-                found[side][:, own] = surprises(place[own].astype(float), deviation[own])
+        ends = np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1
+        starts, lengths = np.concatenate([[0], ends]), np.diff([0, *ends, len(order)])
+        for length in np.unique(lengths):  # lines of a length at once
+            own = order[starts[lengths == length, None] + np.arange(length)]
+            own = own[(np.diff(place[own], axis=1) != 0).all(1)]
+            found[side][:, own] = surprises(place[own].astype(float), deviation[own])
     return found.reshape(12, -1)
 
 

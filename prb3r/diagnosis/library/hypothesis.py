@@ -97,7 +97,9 @@ class Hypothesis:
 
     def excludes(self, other: "Hypothesis") -> bool:
         """Whether both cannot hold."""
-        return self == other or (self.kind == other.kind and self.once) or in_place_of(self.kind, other.kind)
+        if self.kind == other.kind:
+            return self.once or self == other
+        return in_place_of(self.kind, other.kind)
 
     @property
     def mechanical(self) -> bool:

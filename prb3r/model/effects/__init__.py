@@ -5,7 +5,7 @@ and `change(chain, manipulator)` in the file of its family, and test its law aga
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import reduce
+from functools import cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -31,6 +31,7 @@ EFFECT_KINDS: dict[str, type[Effect]] = dict(_kinds())
 """Every effect class by its kind."""
 
 
+@cache
 def in_place_of(one: str, other: str) -> bool:
     """Whether one of two kinds stands in the place of the other, so that a manipulator cannot have both."""
     return other in EFFECT_KINDS[one].instead_of or one in EFFECT_KINDS[other].instead_of
