@@ -58,10 +58,23 @@ def _operation(work: Callable[[float, float], float], kind: Callable[[Any, Any],
         tally, name = (a if isinstance(a, Counted) else b).tally, kind(a, b)
         if name is not None:
             tally[name] += 1
-        with np.errstate(all="ignore"):  # IEEE rules, as the kernels have them
-            return Counted(float(work(np.float64(float(a)), np.float64(float(b)))), tally)
+        return Counted(work(float(a), float(b)), tally)
 
     return done
+
+
+def _divided(a: float, b: float) -> float:
+    """By IEEE rules, as the kernels have them."""
+    if b != 0.0:
+        return a / b
+    with np.errstate(all="ignore"):
+        return float(np.float64(a) / np.float64(b))
+
+
+def _raised(a: float, b: float) -> float:
+    """By IEEE rules."""
+    with np.errstate(all="ignore"):
+        return float(np.float64(a) ** np.float64(b))
 
 
 def _of_text(number: Any, *values: float) -> bool:
@@ -87,9 +100,15 @@ def _of_power(a: Any, b: Any) -> str:
 
 def _teach() -> None:
     """Give numbers that count the operators of numbers."""
-    kinds = {"add": _of_sum, "sub": _of_sum, "mul": _of_product, "truediv": _of_quotient, "pow": _of_power}
-    for name, kind in kinds.items():
-        work = _operation(getattr(operator, name), kind)
+    operations = {
+        "add": (operator.add, _of_sum),
+        "sub": (operator.sub, _of_sum),
+        "mul": (operator.mul, _of_product),
+        "truediv": (_divided, _of_quotient),
+        "pow": (_raised, _of_power),
+    }
+    for name, of in operations.items():
+        work = _operation(*of)
         setattr(Counted, f"__{name}__", work)
         setattr(Counted, f"__r{name}__", lambda a, b, work=work: work(b, a))
     for name in ("lt", "le", "gt", "ge", "eq", "ne"):

@@ -203,7 +203,10 @@ def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
         "friction_decay",
     )
     same = loads is nominal_loads and chain.constant is nominal.constant
-    return same and all(np.array_equal(getattr(chain, name), getattr(nominal, name)) for name in names)
+    if not same:
+        return False
+    pairs = ((getattr(chain, name), getattr(nominal, name)) for name in names)
+    return all(one is other or np.array_equal(one, other) for one, other in pairs)
 
 
 def _kind(chain: Chain, loads: Loads) -> tuple:
