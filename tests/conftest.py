@@ -1,5 +1,6 @@
 """Its presence puts this folder on the import path: `prototype.py` builds the chains that many tests share."""
 
+import gc
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,6 +32,11 @@ def pytest_collection_modifyitems(items):
         return next(rank for start, rank in PLACES.items() if path.startswith(start))
 
     items.sort(key=place)
+
+
+def pytest_collection_finish():
+    """What modules hold stays to the end: no search for garbage need go through it again and again."""
+    gc.freeze()
 
 
 def pytest_configure(config):
