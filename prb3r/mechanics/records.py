@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.mechanics.bundle import bundle
-from prb3r.mechanics.chain import LAW_ROWS, MOST_ELEMENTS, Chain
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.plate_law import LAW_ROWS, MOST_ELEMENTS
 
 
 @bundle

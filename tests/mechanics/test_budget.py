@@ -5,9 +5,10 @@ import pytest
 from prototype import PRB_3R, cantilever, prototype
 
 from prb3r.mechanics import budget
-from prb3r.mechanics.chain import Law, loads
+from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.limit import limit_load
+from prb3r.mechanics.plate_law import Law
 
 PULLS = np.array([[20.0, 0, 0, 0], [60, 0, 0, 0], [10, 0, 0, 0], [0, 0, 50, 0]])
 

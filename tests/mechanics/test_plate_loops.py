@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from prototype import ELASTICA, PRB_3R, cantilever, prototype, random_chain
 
-from prb3r.mechanics.chain import Hysteresis, Law, loads, no_loads
+from prb3r.mechanics.chain import loads, no_loads
 from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
+from prb3r.mechanics.plate_law import Hysteresis, Law
 
 SHARE, YIELD = 0.4, 0.5
 STRENGTH = 2.5

@@ -7,11 +7,12 @@ import pytest
 from mechanics.differences import STEP, aging, derivatives, good, loop, parameters, worst_errors
 from prototype import PRB_3R, RIGIDITY, prototype, random_chain, random_loads
 
-from prb3r.mechanics.chain import Contact, Law, Term, loads
+from prb3r.mechanics.chain import Term, loads
 from prb3r.mechanics.derivatives.sensitivity import chain_sensitivities, direction
 from prb3r.mechanics.derivatives.sensitivity import derivatives as derivatives_along
 from prb3r.mechanics.derivatives.solved_path import solve_path
 from prb3r.mechanics.equilibrium import Outcome
+from prb3r.mechanics.plate_law import Contact, Law
 
 # against differences of whole solves
 

@@ -1,6 +1,7 @@
 r"""What sliders in the plates remember, and its derivatives.
 
-A Jenkin element (see `prb3r.mechanics.chain.Hysteresis`) adds to a node's unbalanced moment, per stiffness and share,
+A Jenkin element (see `prb3r.mechanics.plate_law.Hysteresis`) adds to a node's unbalanced moment, per stiffness and
+share,
 
     s = clip(angle - p, -y, y),    angle = q - rest,    p <- angle - s
 

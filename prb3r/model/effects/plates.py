@@ -8,9 +8,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from prb3r.mechanics.chain import MOST_ELEMENTS, Chain, Contact, Hysteresis, Law
-from prb3r.mechanics.plate import with_end_hinges
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.plate_law import MOST_ELEMENTS, Contact, Hysteresis, Law
 from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side
+from prb3r.model.effects.hinges import RIGID, hinged
 from prb3r.model.files.numbers import NonNegative, Positive
 
 
@@ -187,28 +188,6 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
     return np.divide(arc[:, None], height, out=np.full(arm.shape, np.inf), where=arm > 0)
 
 
-RIGID = 1e8
-"""Stiffness of a hinge that stands for a rigid clamp, of that of the stiffest node."""
-
-
-def _hinged(chain: Chain, stiffness: float) -> Chain:
-    """The chain with a hinge (N m/rad) at each end of every arc."""
-    curvature = chain.plate.stiffness if chain.curvature is None else chain.curvature
-    return chain._replace(
-        plate=with_end_hinges(chain.plate),
-        stiffness=_between(stiffness, chain.stiffness),
-        rest=_between(0.0, chain.rest),
-        curvature=_between(0.0, curvature),
-    )
-
-
-def _between(end: float, inner: np.ndarray) -> np.ndarray:
-    """(..., k + 2) the last axis of `inner` between two values `end`."""
-    out = np.full((*inner.shape[:-1], inner.shape[-1] + 2), end)
-    out[..., 1:-1] = inner
-    return out
-
-
 class ClampCompliance(Effect):
     """A hinge at each end of the arc of every plate."""
 
@@ -221,7 +200,7 @@ class ClampCompliance(Effect):
             stiffness = chain.stiffness.copy()
             stiffness[:, [0, -1]] = 1 / (1 / stiffness[:, [0, -1]] + self.compliance_rad_per_n_m)
             return chain._replace(stiffness=stiffness)
-        return _hinged(chain, 1 / self.compliance_rad_per_n_m)
+        return hinged(chain, 1 / self.compliance_rad_per_n_m)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         """A chain of constant curvature has no clamps."""
@@ -239,7 +218,7 @@ class BaseCompliance(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         if not np.isnan(chain.plate.stiffness[0]):
-            chain = _hinged(chain, RIGID * float(chain.stiffness.max()))
+            chain = hinged(chain, RIGID * float(chain.stiffness.max()))
         stiffness = chain.stiffness.copy()
         stiffness[0, 0] = 1 / (1 / stiffness[0, 0] + self.compliance_rad_per_n_m)
         return chain._replace(stiffness=stiffness)

@@ -8,7 +8,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from prb3r.mechanics.chain import Chain, Law
+from prb3r.mechanics.chain import Chain
+from prb3r.mechanics.plate_law import Law
 from prb3r.model.effects.base import Effect, Host, Side
 from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.model.laws.section import Tube, section_law

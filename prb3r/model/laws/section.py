@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import LAW_ROWS
+from prb3r.mechanics.plate_law import LAW_ROWS
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 """Gauss and Legendre's, for each part of a section between kinks of its width or its stress: moments are within 1e-4
@@ -34,7 +34,7 @@ class Tube(NamedTuple):
 
 
 class SectionLaw(NamedTuple):
-    """What `prb3r.mechanics.chain.Law` takes."""
+    """What `prb3r.mechanics.plate_law.Law` takes."""
 
     end: float
     """Curvature to which it reaches, times the section's height over the plateau strain."""
