@@ -4,28 +4,17 @@ Residuals are whitened with the full covariance and followed by one row for each
 squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from prb3r.diagnosis.fit.basis import basis_of
-from prb3r.diagnosis.fit.belief import Belief, Rows
-from prb3r.diagnosis.fit.constants import (
-    FRAME,
-    Constants,
-    friction_beside,
-    prior_deviations,
-    varied_constants,
-    widest_factors,
-)
-from prb3r.diagnosis.fit.covariance import Noise
-from prb3r.diagnosis.fit.prediction import Predictor, Solution
+from prb3r.diagnosis.fit.constants import FRAME, Constants
+from prb3r.diagnosis.fit.parameters import Parametrisation
+from prb3r.diagnosis.fit.prediction import Solution
 from prb3r.diagnosis.fit.response import across, interval, response
-from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
 
@@ -35,113 +24,12 @@ misses it by, and so many times as much where nothing of the step has an equilib
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
-    """A recording, its noise, and which effects are fitted beside the constants."""
-
-    predict: Predictor
-    noise: Noise
-    hypotheses: tuple[Hypothesis, ...] = ()
-    settings: Settings = field(default_factory=Settings)
-    belief: Belief | None = None
-    """What other recordings say of its parameters, by `names`."""
-
-    def adding(self, *more: Hypothesis) -> "Model":
-        """The model with more effects."""
-        return replace(self, hypotheses=(*self.hypotheses, *more))
-
-    def without(self, number: int) -> "Model":
-        """The model without one of its effects."""
-        return replace(self, hypotheses=self.hypotheses[:number] + self.hypotheses[number + 1 :])
-
-    @cached_property
-    def varied(self) -> tuple[str, ...]:
-        """Names of the calibrated constants that are not fixed."""
-        return varied_constants(self.predict.recording)
-
-    @cached_property
-    def priors(self) -> np.ndarray:
-        """(c,) standard deviations of the varied constants; infinite: flat."""
-        sd = prior_deviations(self.predict.recording)
-        return np.array([sd[name] for name in self.varied])
-
-    @property
-    def count(self) -> int:
-        """Number of parameters."""
-        return len(self.varied) + sum(len(hypothesis.free) for hypothesis in self.hypotheses)
-
-    def constants(self, p: np.ndarray) -> Constants:
-        """The constants among the parameters `p`."""
-        return Constants(**dict(zip(self.varied, p, strict=False)))
-
-    def friction(self, p: np.ndarray) -> float:
-        """Friction coefficient of all holes that no effect singles out: calibrated, or that of `cable_friction`."""
-        manipulator, scale = self.predict.recording.manipulator, float(np.exp(self.constants(p).log_friction))
-        return friction_beside(manipulator, scale, zip(self.hypotheses, self.shares(p), strict=True))
-
-    @cached_property
-    def spans(self) -> tuple[slice, ...]:
-        """Where the parameters of every effect stand."""
-        ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
-        return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
-
-    def shares(self, p: np.ndarray) -> list[np.ndarray]:
-        """The part of `p` that belongs to each hypothesis."""
-        return [p[span] for span in self.spans]
-
-    def without_share(self, p: np.ndarray, number: int) -> np.ndarray:
-        """The parameters `p` without those of one effect."""
-        shares = self.shares(p)
-        return np.concatenate([p[: len(self.varied)], *shares[:number], *shares[number + 1 :]])
-
-    def effects(self, p: np.ndarray) -> list[Effect]:
-        """The effects with the parameters `p`."""
-        friction = self.friction(p)
-        pairs = zip(self.hypotheses, self.shares(p), strict=True)
-        return [hypothesis.effect(share, friction) for hypothesis, share in pairs]
-
-    def effects_near(self, p: np.ndarray, changed: int, at: Sequence[Effect], around: np.ndarray) -> Sequence[Effect]:
-        """The effects with the parameters `p`, of which one is `changed` from `around`, where they are `at`."""
-        friction = self.friction(p)
-        if friction != self.friction(around):
-            return self.effects(p)
-        made = zip(self.hypotheses, self.spans, at, strict=True)
-        return [
-            each.effect(p[span], friction) if span.start <= changed < span.stop else old for each, span, old in made
-        ]
-
-    def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest value of every parameter; some move with the friction in `p`."""
-        friction = self.friction(p)
-        of_constants = [self.widest.get(name, (-np.inf, np.inf)) for name in self.varied]
-        of_effects = [free.bounds(friction) for hypothesis in self.hypotheses for free in hypothesis.free]
-        low, high = np.array(of_constants + of_effects).T
-        return low, high
-
-    @cached_property
-    def widest(self) -> Mapping[str, tuple[float, float]]:
-        """Ends of the logarithms of the factors on constants, by name."""
-        return widest_factors(self.predict.recording.manipulator, self.settings)
+class Model(Parametrisation):
+    """What is fitted to a recording, with the residuals and their derivatives."""
 
     def solve(self, p: np.ndarray) -> Solution:
-        """States and readings for the parameters `p`."""
+        """States and readings (r,) for the parameters `p` (p,); not a number where a step has no equilibrium."""
         return self.predict.solve(self.constants(p), self.effects(p))
-
-    @cached_property
-    def deviations(self) -> np.ndarray:
-        """(p,) prior standard deviations of all parameters, in their own scale; infinite: flat."""
-        free = [free.prior_sd for hypothesis in self.hypotheses for free in hypothesis.free]
-        return np.concatenate([self.priors, free])
-
-    @property
-    def names(self) -> tuple[object, ...]:
-        """(p,) constants by their names, parameters of effects by hypothesis and name."""
-        of_effects = [(hypothesis, free.name) for hypothesis in self.hypotheses for free in hypothesis.free]
-        return (*self.varied, *of_effects)
-
-    @cached_property
-    def believed(self) -> Rows:
-        """What other recordings say, as rows; none where there are none."""
-        return (self.belief or Belief((), np.zeros((0, 0)), np.zeros(0))).rows(self.names)
 
     def readings(self, solved: Solution) -> np.ndarray:
         """(r,) of a solution; steps that are not in balance held where the last one was."""
