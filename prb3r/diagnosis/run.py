@@ -78,12 +78,12 @@ def joint_diagnosis_of(
         raise SpecError(Problem("together", f"two recordings are named {name!r}; give them names of their own"))
     tasks = [stages.Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
     with process_map(jobs) as apply:
-        found = diagnose_together(tasks, report, apply)
-    return replace(found, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in found.diagnoses))
+        joint = diagnose_together(tasks, report, apply)
+    return replace(joint, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in joint.diagnoses))
 
 
 def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
-    return [each if isinstance(each, Recording) else load_recording(each) for each in given]
+    return [place if isinstance(place, Recording) else load_recording(place) for place in given]
 
 
 def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:

@@ -115,7 +115,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
             other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
         except OutOfBalance:
             break
-        after, before = ((found.choice, found.tested.doubted.search) for found in (other, searched))
+        after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
         if not speaks_for(after, before, blunders[count - 1].least):
             break
         searched, said = other, blunders[:count]

@@ -29,8 +29,8 @@ class JointDiagnosis:
 def joint_steps(recordings: Sequence[str]) -> list[str]:
     """The steps that are reported for recordings of these names, in their order."""
     before, after = STAGES[: STAGES.index("check")], STAGES[STAGES.index("check") + 1 :]
-    each = [f"{stage} of {name}" for name in recordings for stage in before]
-    return [*each, "together", *(f"check of {name}" for name in recordings), *after]
+    singly = [f"{stage} of {name}" for name in recordings for stage in before]
+    return [*singly, "together", *(f"check of {name}" for name in recordings), *after]
 
 
 def diagnose_together(
@@ -48,20 +48,20 @@ def diagnose_together(
     RecordingError
         If nothing near a nominal manipulator is in balance under its recorded loads.
     """
-    found = [_alone(task, report, apply) for task in tasks]
+    searches = [_alone(task, report, apply) for task in tasks]
     report("together")
-    groups = groups_of([searched.tested.doubted.recording for searched, _ in found])
+    groups = groups_of([searched.tested.doubted.recording for searched, _ in searches])
     alone = [
         Alone(standing(searched).choice, searched.tested.doubted.search, searched.choice.survivors[0].fitted)
-        for searched, _ in found
+        for searched, _ in searches
     ]
     together = choose_together(alone, groups)
-    names = [searched.tested.doubted.recording.name for searched, _ in found]
+    names = [searched.tested.doubted.recording.name for searched, _ in searches]
     investigations = []
-    for (searched, blunders), each, name in zip(found, together.each, names, strict=True):
+    for (searched, blunders), joined, name in zip(searches, together.joined, names, strict=True):
         report(f"check of {name}")
-        doubted = replace(searched.tested.doubted, search=each.search)
-        checked = check(Searched(replace(searched.tested, doubted=doubted), each.choice))
+        doubted = replace(searched.tested.doubted, search=joined.search)
+        checked = check(Searched(replace(searched.tested, doubted=doubted), joined.choice))
         others = " and ".join(other for other in names if other != name)
         said = f"diagnosed together with {others}: what they share is fitted to all of them"
         checked = replace(checked, remarks=(*checked.remarks, said))

@@ -144,11 +144,11 @@ class Unseen:
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
         for k, name in enumerate(recording.sequences):
-            own = of_reading == k
-            lost = not np.isfinite(readings[own]).all()
-            counted = np.minimum(white[own] ** 2, self.settings.farthest_sd**2)
-            p = 0.0 if lost else float(chi2_law.sf(counted.sum(), int(own.sum())))
-            judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[own] ** 2))), lost))
+            of_sequence = of_reading == k
+            lost = not np.isfinite(readings[of_sequence]).all()
+            counted = np.minimum(white[of_sequence] ** 2, self.settings.farthest_sd**2)
+            p = 0.0 if lost else float(chi2_law.sf(counted.sum(), int(of_sequence.sum())))
+            judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2))), lost))
         return tuple(judged)
 
     def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]], rate: float) -> tuple[JudgedSequence, ...]:
@@ -163,7 +163,7 @@ class Unseen:
             return first
         shares = np.array([share for share, _ in others])
         p = shares / shares.sum() @ [[sequence.p for sequence in self.judged(other)] for _, other in others]
-        return tuple(own._replace(p=max(own.p, float(mean))) for own, mean in zip(first, p, strict=True))
+        return tuple(sequence._replace(p=max(sequence.p, float(mean))) for sequence, mean in zip(first, p, strict=True))
 
     def doubting(self, fitted: Fit) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""

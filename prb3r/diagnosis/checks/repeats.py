@@ -54,7 +54,9 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     return Scatter(factor, steps, bool(factor**2 * steps > chance))
 
 
-def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed: np.ndarray) -> Iterator[Counter[int]]:
+def _changes(
+    recording: Recording, matches: Sequence[tuple[int, Match]], believed: np.ndarray
+) -> Iterator[Counter[int]]:
     """From one matched step to the next, how the difference of two sequences changes: weights of readings by row.
 
     What sets whole sequences apart (a camera that was moved, plates that creep) is no noise, and cancels nearly.
@@ -62,12 +64,12 @@ def _changes(recording: Recording, found: Sequence[tuple[int, Match]], believed:
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True)) if believed[k]}
     before: dict[tuple[int, int, int], Counter[int]] = {}  # by pair of sequences, disk and kind
-    for pair, match in found:
+    for pair, match in matches:
         for place in {(d, k) for s, d, k in row if s == match.step}:
-            own, first, last = (row.get((at, *place)) for at in (match.step, match.before, match.after))
-            if own is None or first is None or last is None:
+            at_step, first, last = (row.get((at, *place)) for at in (match.step, match.before, match.after))
+            if at_step is None or first is None or last is None:
                 continue
-            apart = Counter({own: 1.0})
+            apart = Counter({at_step: 1.0})
             apart.subtract({first: 1 - match.share})
             apart.subtract({last: match.share})
             if (key := (pair, *place)) in before:

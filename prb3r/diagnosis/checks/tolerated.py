@@ -17,7 +17,7 @@ def within_tolerance(choice: Choice) -> EstimatedTolerances:
     inflation = doubts.inflated(predict.recording, settings)
     plain = noise_of(predict.recording, tension_response(predict, solved), inflation, doubts.level)
     misfit = predict.misfit(model.readings(solved))
-    found = estimated(known, plain, misfit, model.moved(fitted.p, solved))
-    told = np.flatnonzero(found.sd < settings.told_share * found.prior_sd)
-    order = told[np.argsort(found.sd[told] / found.prior_sd[told])]
-    return EstimatedTolerances(tuple(found.names[k] for k in order), *(part[order] for part in found[1:]))
+    estimates = estimated(known, plain, misfit, model.moved(fitted.p, solved))
+    told = np.flatnonzero(estimates.sd < settings.told_share * estimates.prior_sd)
+    order = told[np.argsort(estimates.sd[told] / estimates.prior_sd[told])]
+    return EstimatedTolerances(tuple(estimates.names[k] for k in order), *(part[order] for part in estimates[1:]))

@@ -48,11 +48,11 @@ def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
 def clues(calibrated: Fit) -> list[Clue]:
     """The constants of every part that tells them."""
     varied = calibrated.model.varied
-    own = [k for k, name in enumerate(varied) if name.startswith("log_")]
+    factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
     count = calibrated.model.predict.recording.readings.count
-    found = []
+    constants = []
     for by, part, mask in parts(calibrated.model.predict.recording):
-        columns, residual = calibrated.jacobian[:count][mask][:, own], calibrated.residual[:count][mask]
+        columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
         normal = columns.T @ columns
         if mask.sum() < 3 or np.linalg.cond(normal) > 1e8:
             continue
@@ -61,8 +61,8 @@ def clues(calibrated: Fit) -> list[Clue]:
         sd = np.sqrt(np.diag(covariance))
         if sd.max() > calibrated.model.settings.part_sd:
             continue
-        friction = len(own) > 1
-        found.append(
+        friction = len(factors) > 1
+        constants.append(
             Clue(
                 by,
                 part,
@@ -72,4 +72,4 @@ def clues(calibrated: Fit) -> list[Clue]:
                 float(np.exp(step[1]) * sd[1]) if friction else None,
             )
         )
-    return found
+    return constants

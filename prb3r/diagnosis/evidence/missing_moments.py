@@ -57,22 +57,22 @@ def mechanism(fitted: Fit) -> Mechanism:
 def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
     """The dictionary: laws of the whole arm, of each plate, of each sequence, and frames that moved."""
     recording = fitted.model.predict.recording
-    found = [MomentPattern(of, WHOLE, values) for of, values in mechanics.influences.items()]
+    patterns = [MomentPattern(of, WHOLE, values) for of, values in mechanics.influences.items()]
     n = mechanics.pull.shape[1]
     for plate in range(n):
         only = np.arange(n) == plate
         for of in ("constant", "bend", "tension", "direction"):
-            found.append(MomentPattern(of, f"plate {plate + 1}", mechanics.influences[of] * only, plate + 1))
-    found.append(MomentPattern("time", WHOLE, mechanics.pull * recording.of_sequence[:, None]))
-    found.append(MomentPattern("time", WHOLE, mechanics.pull * mechanics.influences["time"]))
+            patterns.append(MomentPattern(of, f"plate {plate + 1}", mechanics.influences[of] * only, plate + 1))
+    patterns.append(MomentPattern("time", WHOLE, mechanics.pull * recording.of_sequence[:, None]))
+    patterns.append(MomentPattern("time", WHOLE, mechanics.pull * mechanics.influences["time"]))
     for k, name in enumerate(recording.sequences):
-        own = (recording.of_sequence == k)[:, None]
-        found.append(MomentPattern("sequence", f"sequence {name}", mechanics.pull * own))
+        in_sequence = (recording.of_sequence == k)[:, None]
+        patterns.append(MomentPattern("sequence", f"sequence {name}", mechanics.pull * in_sequence))
         for kind in (Kind.X, Kind.Y, Kind.ANGLE):
-            shifted = (recording.readings.kind == kind) & own[recording.readings.step, 0]
+            shifted = (recording.readings.kind == kind) & in_sequence[recording.readings.step, 0]
             if shifted.any():
-                found.append(MomentPattern("frame", f"sequence {name}", shifted.astype(float)))
-    return found
+                patterns.append(MomentPattern("frame", f"sequence {name}", shifted.astype(float)))
+    return patterns
 
 
 def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
@@ -108,9 +108,9 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
     shape = settings.own_share * np.eye(n) + (1 - settings.own_share) * alike
     normal, along = np.zeros((s, n, n)), np.zeros((s, n))
     for k in range(s):
-        own = np.flatnonzero(recording.readings.step == k)
+        at_step = np.flatnonzero(recording.readings.step == k)
         whole = np.zeros((count, n))
-        whole[own] = mechanics.moment[own]
+        whole[at_step] = mechanics.moment[at_step]
         columns = fitted.model.noise.whiten(whole)
         normal[k], along[k] = columns.T @ columns, columns.T @ fitted.residual[:count]
     largest = float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0

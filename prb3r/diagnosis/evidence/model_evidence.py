@@ -25,11 +25,11 @@ def left_out_deviance(fitted: Fit) -> np.ndarray:
     basis, residual = fitted.basis[: len(of_reading)], fitted.residual[: len(of_reading)]
     deviance = np.zeros(len(recording.sequences))
     for k in range(len(deviance)):
-        own = of_reading == k
-        part = basis[own]
+        in_sequence = of_reading == k
+        part = basis[in_sequence]
         inner = np.eye(part.shape[1]) - part.T @ part + UNKNOWN * np.eye(part.shape[1])
-        along = part.T @ residual[own]
-        deviance[k] = residual[own] @ residual[own] + along @ np.linalg.solve(inner, along)
+        along = part.T @ residual[in_sequence]
+        deviance[k] = residual[in_sequence] @ residual[in_sequence] + along @ np.linalg.solve(inner, along)
         deviance[k] -= np.linalg.slogdet(inner)[1]
     return deviance
 

@@ -101,7 +101,7 @@ def noise_level(
         curves = {shape: float(deviance.min())}
         for common in settings.common_shares:
             more = {(common, reach): seen(common, reach) for reach in settings.common_reaches}
-            curves |= {key: float(along_scales(each, likely).min()) for key, each in more.items()}
+            curves |= {key: float(along_scales(level, likely).min()) for key, level in more.items()}
             best = min(curves, key=lambda key: curves[key])
             if best[0] < common:
                 break  # a larger share is not likelier than a smaller one

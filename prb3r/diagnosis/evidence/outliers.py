@@ -28,21 +28,21 @@ def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
     those on one side.
     """
     length = values.shape[1]
-    found = np.full((6, *values.shape), np.nan)
+    distances = np.full((6, *values.shape), np.nan)
     for row, shifts in enumerate([(-1, 1), (-2, -1, 1), (-1, -2), (1, 2), (-1, -2, -3), (1, 2, 3)]):
         first, last = max(0, -min(shifts)), length - max(0, *shifts)
         if last <= first:
             continue
-        own = np.arange(first, last)
-        near = [own + shift for shift in shifts]
-        weights = np.ones((len(near), len(values), len(own)))
+        middle = np.arange(first, last)
+        near = [middle + shift for shift in shifts]
+        weights = np.ones((len(near), len(values), len(middle)))
         for a in range(len(near)):
             for b in range(len(near)):
                 if a != b:
-                    weights[a] *= (place[:, own] - place[:, near[b]]) / (place[:, near[a]] - place[:, near[b]])
+                    weights[a] *= (place[:, middle] - place[:, near[b]]) / (place[:, near[a]] - place[:, near[b]])
         guess = sum(weight * values[:, there] for weight, there in zip(weights, near, strict=True))
-        found[row][:, own] = np.abs(values[:, own] - guess) / np.sqrt(1 + (weights**2).sum(0))
-    return found
+        distances[row][:, middle] = np.abs(values[:, middle] - guess) / np.sqrt(1 + (weights**2).sum(0))
+    return distances
 
 
 def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray, settings: Settings) -> np.ndarray:
@@ -70,7 +70,7 @@ def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray,
 
 def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray) -> np.ndarray:
     """(12, r) of :func:`surprises` along the disks of a step and along the steps of a sequence."""
-    found = np.full((2, 6, readings.count), np.nan)
+    distances = np.full((2, 6, readings.count), np.nan)
     sequence = of_sequence[readings.step]
     for side, (line, place) in enumerate([(readings.step, readings.disk), (readings.disk, readings.step)]):
         order = np.lexsort((place, line, sequence, readings.kind))
@@ -78,10 +78,10 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
         ends = np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1
         starts, lengths = np.concatenate([[0], ends]), np.diff([0, *ends, len(order)])
         for length in np.unique(lengths):  # lines of a length at once
-            own = order[starts[lengths == length, None] + np.arange(length)]
-            own = own[(np.diff(place[own], axis=1) != 0).all(1)]
-            found[side][:, own] = surprises(place[own].astype(float), deviation[own])
-    return found.reshape(12, -1)
+            series = order[starts[lengths == length, None] + np.arange(length)]
+            series = series[(np.diff(place[series], axis=1) != 0).all(1)]
+            distances[side][:, series] = surprises(place[series].astype(float), deviation[series])
+    return distances.reshape(12, -1)
 
 
 def usual_surprise(recording: Recording, settings: Settings) -> float:

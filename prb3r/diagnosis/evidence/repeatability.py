@@ -49,7 +49,8 @@ def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain
     level, least = AS_STATED, _deviance(recording, weights, misfit, uncertain, AS_STATED, settings)
     while True:
         more = [
-            (_deviance(recording, weights, misfit, uncertain, each, settings), each) for each in _more(level, settings)
+            (_deviance(recording, weights, misfit, uncertain, higher, settings), higher)
+            for higher in _more(level, settings)
         ]
         if not more or (best := min(more, key=lambda pair: pair[0]))[0] >= least:
             return level

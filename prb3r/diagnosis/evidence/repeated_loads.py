@@ -38,9 +38,9 @@ def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings:
     """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
     here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
     far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
-    found, highest = [], np.abs(loads[[*first, *second]]).max()
+    matches, highest = [], np.abs(loads[[*first, *second]]).max()
     tolerance = settings.same_loads * highest
-    for own, at, load in zip(first, far[1:], here[1:], strict=True):
+    for step, at, load in zip(first, far[1:], here[1:], strict=True):
         if at > along[-1] + tolerance:
             break
         k = max(min(int(np.searchsorted(along, at)), len(second)), 1)
@@ -49,7 +49,7 @@ def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings:
         if np.abs((1 - share) * there[k - 1] + share * there[k] - load).max() > tolerance:
             return []
         if share == 1.0:
-            found.append(Match(int(own), int(second[k - 1]), int(second[k - 1]), share))
+            matches.append(Match(int(step), int(second[k - 1]), int(second[k - 1]), share))
         elif k > 1 and way <= settings.closely_read * highest:  # at rest nothing is read
-            found.append(Match(int(own), int(second[k - 2]), int(second[k - 1]), share))
-    return found
+            matches.append(Match(int(step), int(second[k - 2]), int(second[k - 1]), share))
+    return matches

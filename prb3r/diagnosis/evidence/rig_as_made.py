@@ -37,9 +37,9 @@ class RigAsMade(NamedTuple):
 
         What the recording did not feel is as it was before.
         """
-        count, own = len(self.covariance) - len(self.names), {name: k for k, name in enumerate(self.names)}
-        here = [k for k, name in enumerate(names) if name in own]
-        there = [own[names[k]] for k in here]
+        count, numbers = len(self.covariance) - len(self.names), {name: k for k, name in enumerate(self.names)}
+        here = [k for k, name in enumerate(names) if name in numbers]
+        there = [numbers[names[k]] for k in here]
         mean, covariance = np.zeros(len(names)), np.eye(count + len(names))
         mean[here] = self.mean[there]
         rows, known = ([*range(count), *(count + k for k in part)] for part in (here, there))
@@ -65,6 +65,6 @@ def rig_as_made(fitted: Fit, doubts: Doubts) -> RigAsMade:
     mean = moved.T @ model.noise.whiten(predict.misfit(model.readings(solved)))
     together = -moved.T @ model.noise.whiten(model.moved(fitted.p, solved))  # G^T J
     mixed = together @ fitted.covariance
-    own = np.eye(len(felt)) - moved.T @ moved + mixed @ together.T
-    covariance = np.block([[fitted.covariance, mixed.T], [mixed, (own + own.T) / 2]])
+    unshared = np.eye(len(felt)) - moved.T @ moved + mixed @ together.T
+    covariance = np.block([[fitted.covariance, mixed.T], [mixed, (unshared + unshared.T) / 2]])
     return RigAsMade(tuple(known.names[k] for k in felt), known.sd[felt], mean, covariance)

@@ -167,8 +167,8 @@ def lasting_scatter(change: np.ndarray, share: float) -> np.ndarray:
     change : (r, s, m) by one standard deviation of the tension of every step and cable.
     share : of its variance that lasts: times the symmetric root of (1 - share) I + share 1 1^T over the steps.
     """
-    own, all_steps = np.sqrt(1 - share), np.sqrt(1 - share + share * change.shape[1])
-    return own * change + (all_steps - own) * change.mean(1, keepdims=True)
+    passing, all_steps = np.sqrt(1 - share), np.sqrt(1 - share + share * change.shape[1])
+    return passing * change + (all_steps - passing) * change.mean(1, keepdims=True)
 
 
 def correlation_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) -> csr_array:

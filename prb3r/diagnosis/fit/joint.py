@@ -41,7 +41,10 @@ class JointModel:
     def members(self) -> tuple[Model, ...]:
         """The model of every rig with its effects."""
         return tuple(
-            replace(rig, hypotheses=tuple(part for each in self.hypotheses if (part := each.parts[k]) is not None))
+            replace(
+                rig,
+                hypotheses=tuple(part for hypothesis in self.hypotheses if (part := hypothesis.parts[k]) is not None),
+            )
             for k, rig in enumerate(self.rigs)
         )
 
@@ -49,10 +52,10 @@ class JointModel:
     def varied(self) -> tuple[Constant, ...]:
         """The constants: the shared ones, then those of each rig."""
         shared = [(name, rigs) for name, rigs in self.shared.items()]
-        own = [
+        unshared = [
             (name, (k,)) for k, rig in enumerate(self.rigs) for name in rig.varied if k not in self.shared.get(name, ())
         ]
-        return (*shared, *own)
+        return (*shared, *unshared)
 
     @property
     def count(self) -> int:
@@ -116,16 +119,16 @@ class JointModel:
     def residuals(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
         """(R + P,) whitened misfits of all recordings, then the priors."""
         parts = [
-            member.residuals(whole @ p, each)[: member.predict.recording.readings.count]
-            for member, whole, each in zip(self.members, self.maps, solved, strict=True)
+            member.residuals(whole @ p, solution)[: member.predict.recording.readings.count]
+            for member, whole, solution in zip(self.members, self.maps, solved, strict=True)
         ]
         return np.concatenate([*parts, -p / self.deviations])
 
     def jacobian(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
         """(R + P, P) derivatives of the residuals."""
         parts = [
-            -member.noise.whiten(member.moved(whole @ p, each)) @ whole
-            for member, whole, each in zip(self.members, self.maps, solved, strict=True)
+            -member.noise.whiten(member.moved(whole @ p, solution)) @ whole
+            for member, whole, solution in zip(self.members, self.maps, solved, strict=True)
         ]
         return np.vstack([*parts, -np.diag(1 / self.deviations)])
 
@@ -195,10 +198,10 @@ class JointFit:
         """
         whole, names = self.model.maps[rig], self.model.members[rig].names
         parted = whole.sum(1) > 1
-        own = np.zeros(len(self.residual), bool)
-        own[self.rows[rig]] = True
-        own[self.rows[-1].stop + np.flatnonzero(whole.any(0))] = True  # its priors
-        others, left = self.jacobian[~own], self.residual[~own]
+        of_rig = np.zeros(len(self.residual), bool)
+        of_rig[self.rows[rig]] = True
+        of_rig[self.rows[-1].stop + np.flatnonzero(whole.any(0))] = True  # its priors
+        others, left = self.jacobian[~of_rig], self.residual[~of_rig]
         kept = whole[~parted].any(0) & others.any(0)
         if not kept.any():
             return None

@@ -60,30 +60,32 @@ def response(predict: Predictor, solved: Solution, directions: Sequence[Directio
         return np.zeros((count, 0))
     if solved.path is None:
         begins = predict.recording.begins
-        found = sensitivities_under_law(solved.chain, solved.loads, directions, from_rest=begins, number=predict.number)
+        sensitivities = sensitivities_under_law(
+            solved.chain, solved.loads, directions, from_rest=begins, number=predict.number
+        )
     else:
-        found = derivatives(solved.path, directions)
-    return np.nan_to_num(seen_change(predict, solved, found))
+        sensitivities = derivatives(solved.path, directions)
+    return np.nan_to_num(seen_change(predict, solved, sensitivities))
 
 
-def seen_change(predict: Predictor, solved: Solution, found: Sensitivities) -> np.ndarray:
+def seen_change(predict: Predictor, solved: Solution, sensitivities: Sensitivities) -> np.ndarray:
     """(r, p) change of the readings as the states change."""
     step, disk, kind, _ = predict.recording.readings
     states = solved.states
     points = np.stack([states.x[step, disk], states.y[step, disk]], -1)
-    out = np.array(found.dangle[step, disk])
+    out = np.array(sensitivities.dangle[step, disk])
     bends = kind == Kind.BEND
-    out[bends] -= found.dangle[step[bends], np.maximum(disk[bends] - 1, 0)]
+    out[bends] -= sensitivities.dangle[step[bends], np.maximum(disk[bends] - 1, 0)]
     for axis in (0, 1):
         away = PIXEL * np.eye(2)[axis]
         ahead = predict.seen(points + away, step, solved.constants, solved.effects)
         behind = predict.seen(points - away, step, solved.constants, solved.effects)
         gradient = (ahead - behind) / (2 * PIXEL)
-        moved = (found.dx, found.dy)[axis][step, disk]
+        moved = (sensitivities.dx, sensitivities.dy)[axis][step, disk]
         for reads, column in ((Kind.X, 0), (Kind.Y, 1)):
-            own = kind == reads
-            before = out[own] if axis else 0.0
-            out[own] = before + gradient[own, column, None] * moved[own]
+            of_kind = kind == reads
+            before = out[of_kind] if axis else 0.0
+            out[of_kind] = before + gradient[of_kind, column, None] * moved[of_kind]
     return out
 
 

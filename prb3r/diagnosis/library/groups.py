@@ -34,11 +34,13 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
     remarks = []
     stated = [recordings[k].manipulator for k in material]
     if len({manipulator.youngs_modulus_pa for manipulator in stated}) > 1:
-        values = " and ".join(f"{each:.4g}" for each in sorted({other.youngs_modulus_pa / GIGA for other in stated}))
+        values = " and ".join(
+            f"{modulus:.4g}" for modulus in sorted({other.youngs_modulus_pa / GIGA for other in stated})
+        )
         remarks.append(f"material is not shared: the files state {values} GPa; state one modulus for one material")
         material = ()
     rubbing = [recordings[k].manipulator.friction for k in friction]
-    if len({(each.coefficient, each.wrap) for each in rubbing}) > 1:
+    if len({(friction.coefficient, friction.wrap) for friction in rubbing}) > 1:
         remarks.append("friction is not shared: the files state different coefficients or different turns (wrap)")
         friction = ()
     if len(material) > 1:

@@ -72,14 +72,14 @@ class JointHypothesis:
             return (Slot(self.parted, self.parting),)
         first = self.first
         shared = [Slot(None, free) for free in first.free if free.name in self.common] if first else []
-        own = [
+        unshared = [
             Slot(k, free)
             for k, part in enumerate(self.parts)
             if part is not None
             for free in part.free
             if free.name not in self.common
         ]
-        return (*shared, *own)
+        return (*shared, *unshared)
 
     @cached_property
     def free(self) -> tuple[Free, ...]:
@@ -142,9 +142,9 @@ class JointHypothesis:
         return out
 
 
-def _alike(one: Hypothesis, other: Hypothesis) -> bool:
+def _alike(first: Hypothesis, other: Hypothesis) -> bool:
     """Whether two are the same effect at the same place, with other bounds."""
-    return (one.kind, one.place) == (other.kind, other.place)
+    return (first.kind, first.place) == (other.kind, other.place)
 
 
 def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
@@ -168,11 +168,11 @@ def in_common(
             if hypothesis.kind != kind:
                 continue
             keys = {free.name for free in hypothesis.free}
-            found = [_counterpart(hypothesis, libraries[rig]) for rig in rigs]
+            counterparts = [_counterpart(hypothesis, libraries[rig]) for rig in rigs]
             cut = keys & IN_CURVATURE and not same_sections
-            if "cables" in dict(hypothesis.place) or cut or None in found:
+            if "cables" in dict(hypothesis.place) or cut or None in counterparts:
                 continue
-            parts = _merged([part for part in found if part], names)
+            parts = _merged([part for part in counterparts if part], names)
             by_rig = dict(zip(rigs, parts, strict=True))
             common = tuple(free.name for free in hypothesis.free if names is None or free.name in names)
             yield JointHypothesis(kind, tuple(by_rig.get(k) for k in range(len(libraries))), common)
@@ -192,13 +192,14 @@ def _merged(parts: Sequence[Hypothesis], names: Sequence[str] | None) -> list[Hy
     """
     free = []
     for alike in zip(*(part.free for part in parts), strict=True):
-        widest = max(alike, key=lambda each: each.high)
-        low, high = min(each.low for each in alike), widest.high
+        widest = max(alike, key=lambda bounded: bounded.high)
+        low, high = min(bounded.low for bounded in alike), widest.high
         free.append(widest._replace(low=low, high=high) if names is None or widest.name in names else None)
     if names is None:
         probes = tuple(dict.fromkeys(probe for part in parts for probe in part.probes))
-        whole = tuple(each for each in free if each is not None)
+        whole = tuple(slot for slot in free if slot is not None)
         return [replace(part, free=whole, probes=probes, structural=parts[0].structural) for part in parts]
     return [
-        replace(part, free=tuple(shared or own for shared, own in zip(free, part.free, strict=True))) for part in parts
+        replace(part, free=tuple(shared or unshared for shared, unshared in zip(free, part.free, strict=True)))
+        for part in parts
     ]

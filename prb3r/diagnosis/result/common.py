@@ -58,17 +58,17 @@ class SharedParameter:
         """Whether the recordings agree on it, with the numbers."""
         stem = name_in_words(self.parameter)
         plain = (f"the {stem.lower()}", 1.0, f" {describe(self.parameter).unit}".removesuffix(" 1"))
-        what, factor, unit = IN_WORDS.get(self.parameter, plain)
+        quantity, factor, unit = IN_WORDS.get(self.parameter, plain)
         if self.effect:
-            what += f" of {self.effect.replace('_', ' ')}"
+            quantity += f" of {self.effect.replace('_', ' ')}"
         said = [
-            f"{each.times(factor)}{unit} on {name}" if each.low is not None else f"not told by {name} alone"
-            for name, each in zip(self.recordings, self.alone, strict=True)
+            f"{estimate.times(factor)}{unit} on {name}" if estimate.low is not None else f"not told by {name} alone"
+            for name, estimate in zip(self.recordings, self.alone, strict=True)
         ]
         if not self.agrees:
-            told = f"The recordings, each by itself, do not agree on {what}: {' against '.join(said)}."
+            told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
             return told + (f" {self._shared_all_the_same}" if self.probability > IMITATED else "")
-        return f"The recordings agree on {what}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
+        return f"The recordings agree on {quantity}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
     @property
     def _shared_all_the_same(self) -> str:
@@ -121,7 +121,7 @@ class Common:
                 asdict(parameter)
                 | {
                     "together": parameter.together._asdict(),
-                    "alone": [each._asdict() for each in parameter.alone],
+                    "alone": [estimate._asdict() for estimate in parameter.alone],
                     "statement": parameter.statement,
                 }
                 for parameter in self.shared
@@ -137,7 +137,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
     model = together.fitted.model
     return Common(
         recordings=tuple(names),
-        shared=tuple(_shared(each, together, names) for each in shared_parameters(together)),
+        shared=tuple(_shared(compared, together, names) for compared in shared_parameters(together)),
         own={name: tuple(_own(model, rig)) for rig, name in enumerate(names)},
         unshared=_unshared(together, names),
         log_bayes_factor=float(log_bayes_factor(together)),
@@ -154,44 +154,44 @@ def _own(model: JointModel, rig: int) -> Iterator[str]:
 
 def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Effects of single rigs that stand among what could be in common, and whose they are."""
-    common = [each for each in together.search.library if len(each.rigs) > 1]
+    common = [joint for joint in together.search.library if len(joint.rigs) > 1]
     owners = dict[str, tuple[str, ...]]()
     for hypothesis in together.fitted.model.hypotheses:
-        own, rig = hypothesis.first, hypothesis.rigs[0]
-        could = [part for each in common if (part := each.parts[rig]) is not None]
+        effect, rig = hypothesis.first, hypothesis.rigs[0]
+        could = [part for joint in common if (part := joint.parts[rig]) is not None]
         if (
-            own
+            effect
             and len(hypothesis.rigs) == 1
-            and any((part.kind, part.place) == (own.kind, own.place) for part in could)
+            and any((part.kind, part.place) == (effect.kind, effect.place) for part in could)
         ):
-            owners[own.name] = (*owners.get(own.name, ()), names[rig])
+            owners[effect.name] = (*owners.get(effect.name, ()), names[rig])
     return owners
 
 
-def _shared(each: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
+def _shared(compared: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
     settings = together.fitted.model.settings
-    file_name = CONSTANT_FILES.get(each.name, each.name)
+    file_name = CONSTANT_FILES.get(compared.name, compared.name)
 
     def estimate(told: Told) -> Estimate:
         ends = [told.u + side * NORMAL_REACH * told.sd for side in (0.0, -1.0, 1.0)]
-        if each.free is None:
-            nominal = together.fitted.model.rigs[each.rigs[0]].predict.recording.manipulator
-            value = nominal.youngs_modulus_pa if each.name == "log_stiffness" else nominal.friction.coefficient
+        if compared.free is None:
+            nominal = together.fitted.model.rigs[compared.rigs[0]].predict.recording.manipulator
+            value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
             values = [float(value * np.exp(end)) for end in ends]
         else:
-            values = [each.free.value(end) for end in ends]
+            values = [compared.free.value(end) for end in ends]
         return Estimate(values[0], *sorted(values[1:])) if np.isfinite(told.sd) else Estimate(values[0])
 
     return SharedParameter(
-        effect=each.effect,
+        effect=compared.effect,
         parameter=file_name,
-        recordings=tuple(names[rig] for rig in each.rigs),
-        together=estimate(each.joint),
-        alone=tuple(estimate(told) for told in each.alone),
-        p=each.p,
-        agrees=not each.parted and each.p >= settings.alarm_rate,
-        probability=together.shared_probability(each.effect, each.name),
-        own=tuple(names[rig] for rig in each.parted),
+        recordings=tuple(names[rig] for rig in compared.rigs),
+        together=estimate(compared.joint),
+        alone=tuple(estimate(told) for told in compared.alone),
+        p=compared.p,
+        agrees=not compared.parted and compared.p >= settings.alarm_rate,
+        probability=together.shared_probability(compared.effect, compared.name),
+        own=tuple(names[rig] for rig in compared.parted),
     )
 
 

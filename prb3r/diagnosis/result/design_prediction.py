@@ -114,19 +114,19 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         record = json.loads(path.read_text(encoding="utf-8"))
         return Posterior.model_validate(record["posterior"]), record["verdict"]
     except FileNotFoundError:
-        what = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
+        reason = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
     except OSError as error:
-        what = f"cannot be read: {str(error.strerror).lower()}"
+        reason = f"cannot be read: {str(error.strerror).lower()}"
     except UnicodeDecodeError:
-        what = "is not UTF-8 text"
+        reason = "is not UTF-8 text"
     except json.JSONDecodeError as error:
-        what = f"line {error.lineno}: not valid JSON: {error.msg}"
+        reason = f"line {error.lineno}: not valid JSON: {error.msg}"
     except (KeyError, TypeError):
-        what = "holds no posterior: diagnose the recording again with this version"
+        reason = "holds no posterior: diagnose the recording again with this version"
     except ValidationError as error:
         first = error.errors()[0]
-        what = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
-    raise SpecError(Problem(str(path), what))
+        reason = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
+    raise SpecError(Problem(str(path), reason))
 
 
 def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:

@@ -37,8 +37,8 @@ def learnt_study(diagnosis: str | Path, study: str | Path, into: str | Path, cou
     """
     spec, path = load_study(study), Path(study)
     if spec.search is not None:
-        what = "a study that searches draws no rigs; take the design that it finds into a study with [sampling]"
-        raise SpecError(Problem(f"{path} search", what))
+        reason = "a study that searches draws no rigs; take the design that it finds into a study with [sampling]"
+        raise SpecError(Problem(f"{path} search", reason))
     if any(factor.name == LEARNT for factor in spec.factor):
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = load_manipulator(path.parent / spec.manipulator)
@@ -63,10 +63,10 @@ def _checked(text: str, path: Path) -> str:
     try:
         tomllib.loads(text)
     except tomllib.TOMLDecodeError:
-        what = (
+        reason = (
             "cannot be added to as it is written; give its factors as [[factor]] and [sampling] as tables of their own"
         )
-        raise SpecError(Problem(str(path), what)) from None
+        raise SpecError(Problem(str(path), reason)) from None
     return text
 
 
@@ -82,7 +82,7 @@ def _changes(before: Any, after: Any, path: str = "") -> Iterator[tuple[str, Any
         for key in after:
             yield from _changes(before[key], after[key], f"{path}.{key}".lstrip("."))
     elif path == "segment":
-        for number, (one, other) in enumerate(zip(before, after, strict=True), 1):
-            yield from _changes(one, other, f"{path}.{number}")
+        for number, (old, new) in enumerate(zip(before, after, strict=True), 1):
+            yield from _changes(old, new, f"{path}.{number}")
     else:
         yield path, after

@@ -175,8 +175,10 @@ def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPo
         for k, name in enumerate(model.varied)
         if name in FILE_NAMES
     }
-    own = [(n, free) for n, hypothesis in enumerate(model.hypotheses, 1) for free in hypothesis.free]
-    frees |= {k: free._replace(name=f"effect.{n}.{free.name}") for k, (n, free) in enumerate(own, len(model.varied))}
+    of_effects = [(n, free) for n, hypothesis in enumerate(model.hypotheses, 1) for free in hypothesis.free]
+    frees |= {
+        k: free._replace(name=f"effect.{n}.{free.name}") for k, (n, free) in enumerate(of_effects, len(model.varied))
+    }
     kept = list(frees)
     return ModelPosterior(
         probability=survivor.probability,

@@ -35,7 +35,7 @@ def scattered(repeated: Scatter | None) -> list[str]:
 def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     """What is found of the noise where it is not as stated."""
     level, remarks = estimate.level, []
-    for name, scale, what in [
+    for name, scale, disturbed in [
         ("reading noise", estimate.reading, "the readings"),
         ("scatter of the tensions", estimate.tension, "the tensions"),
     ]:
@@ -43,17 +43,17 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
             far = abs(np.log(scale.value)) > settings.far_noise
             remarks.append(
                 f"the {name} is {scale.value:.2g} times the stated one ({scale.low:.2g} to {scale.high:.2g})"
-                + (f": state it so, or look for what disturbs {what}" if far else "")
+                + (f": state it so, or look for what disturbs {disturbed}" if far else "")
             )
     if level.common:
         where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
         remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
-    for share, what in [
+    for share, differing in [
         (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
         (level.serial, f"noise of a disk's readings lasts over some {level.span:.0f} steps"),
     ]:
         if share:
-            remarks.append(f"what was pulled again differs: about {100 * share:.0f} % of the {what}")
+            remarks.append(f"what was pulled again differs: about {100 * share:.0f} % of the {differing}")
     return remarks
 
 

@@ -62,15 +62,17 @@ def ends_over_models(
     chosen = choice.fitted
     value, effects = chosen.p[number], frozenset(chosen.model.hypotheses)
     others = [survivor for survivor in choice.survivors if survivor.effects != effects]
-    own = sum(survivor.probability for survivor in choice.survivors) - sum(each.probability for each in others)
+    probability = sum(survivor.probability for survivor in choice.survivors) - sum(
+        survivor.probability for survivor in others
+    )
     sides = [max(abs(end - value) / NORMAL_REACH, LEAST_DEVIATION) for end in ends]
-    told = [SaidOfParameter(own, value, *sides)]
+    told = [SaidOfParameter(probability, value, *sides)]
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
             wrong = sd > STRAIGHT * min(sides) and linear_interval(fitted, there) is None
             told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
-    if len(told) == 1 or own <= 0:
+    if len(told) == 1 or probability <= 0:
         return ends
     low, high = (bound[number] for bound in chosen.model.bounds(chosen.p))
     wide = quantile_over_models(told, TAIL), quantile_over_models(told, 1 - TAIL)

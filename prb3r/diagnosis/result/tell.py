@@ -136,13 +136,20 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
 
 def _noise(investigation: Investigation) -> NoiseFound:
-    level, reading, tension = (found := investigation.choice.level).level, found.reading, found.tension
+    level, reading, tension = (levels := investigation.choice.level).level, levels.reading, levels.tension
     return NoiseFound(*reading, level.common, level.reach, *tension, level.lasting, level.serial, level.span)
 
 
-def _tolerances(found: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
-    ends = NORMAL_REACH * found.sd
-    rows = zip(found.names, found.value, found.value - ends, found.value + ends, found.prior_sd, strict=True)
+def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
+    ends = NORMAL_REACH * estimates.sd
+    rows = zip(
+        estimates.names,
+        estimates.value,
+        estimates.value - ends,
+        estimates.value + ends,
+        estimates.prior_sd,
+        strict=True,
+    )
     return tuple(ToleranceFound(name, *(float(number) for number in numbers)) for name, *numbers in rows)
 
 

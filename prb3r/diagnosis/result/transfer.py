@@ -42,28 +42,28 @@ class Carried:
     """Effects that could not be carried over, each with the reason."""
 
 
-def same_geometry(one: Manipulator, other: Manipulator) -> bool:
+def same_geometry(first: Manipulator, other: Manipulator) -> bool:
     """Whether two nominal manipulators are the same but for constants and names."""
-    return one.segment == other.segment and one.cable == other.cable and one.disk == other.disk
+    return first.segment == other.segment and first.cable == other.cable and first.disk == other.disk
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found, by the mean over its surviving models; before and after,
     as on held-out sequences."""
-    one, other = diagnosis.nominal, recording.manipulator
-    carried, left = carried_effects(diagnosis.explained.effects, one, other)
+    nominal, other = diagnosis.nominal, recording.manipulator
+    carried, left = carried_effects(diagnosis.explained.effects, nominal, other)
     predict, settings = predictor(recording), Settings(**diagnosis.settings)
     named = diagnosis.explained
-    after = predict.solve(carried_constants(named.constants, one, other, named.effects), carried)
+    after = predict.solve(carried_constants(named.constants, nominal, other, named.effects), carried)
     noise = noise_under(predict, after, settings)
-    calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, one, other), [])
+    calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, nominal, other), [])
 
     def seen(centre: Drawn) -> np.ndarray:
-        constants = carried_constants(centre.constants, one, other, centre.effects)
-        return _in_frame(predict, noise, constants, carried_effects(centre.effects, one, other)[0])
+        constants = carried_constants(centre.constants, nominal, other, centre.effects)
+        return _in_frame(predict, noise, constants, carried_effects(centre.effects, nominal, other)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
-    return Carried(compared(predict, noise, calibrated, explained), same_geometry(one, other), carried, left)
+    return Carried(compared(predict, noise, calibrated, explained), same_geometry(nominal, other), carried, left)
 
 
 def carried_effects(

@@ -56,31 +56,31 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
     model, covariance = fitted.model, fitted.covariance
     parts = [fitted.part(k) for k in range(len(model.rigs))]
     alone = [fit(part.model, part.p) or part for part in parts]
-    own = [np.sqrt(np.diag(each.covariance)) for each in alone]
+    deviations = [np.sqrt(np.diag(fitted.covariance)) for fitted in alone]
 
     def told(rig: int, row: int) -> Told:
-        untold = own[rig][row] > UNTOLD * alone[rig].model.deviations[row]
-        return Told(float(alone[rig].p[row]), np.inf if untold else float(own[rig][row]))
+        untold = deviations[rig][row] > UNTOLD * alone[rig].model.deviations[row]
+        return Told(float(alone[rig].p[row]), np.inf if untold else float(deviations[rig][row]))
 
     def joint(column: int) -> Told:
         return Told(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))
 
     for column, (name, rigs) in enumerate(model.varied):
         if len(rigs) > 1:
-            each = tuple(told(rig, parts[rig].model.varied.index(name)) for rig in rigs)
+            singly = tuple(told(rig, parts[rig].model.varied.index(name)) for rig in rigs)
             parted = tuple(
                 hypothesis.parted
                 for hypothesis in model.hypotheses
                 if hypothesis.parted is not None and hypothesis.parting and hypothesis.parting.name == name
             )
-            yield Compared("", name, rigs, joint(column), each, None, parted)
+            yield Compared("", name, rigs, joint(column), singly, None, parted)
     for hypothesis, span in zip(model.hypotheses, model.spans, strict=True):
         for place, slot in enumerate(hypothesis.slots):
             if slot.rig is None and len(hypothesis.rigs) > 1:
                 rows = [int(np.flatnonzero(model.maps[rig][:, span.start + place])[0]) for rig in hypothesis.rigs]
-                each = tuple(told(rig, row) for rig, row in zip(hypothesis.rigs, rows, strict=True))
+                singly = tuple(told(rig, row) for rig, row in zip(hypothesis.rigs, rows, strict=True))
                 yield Compared(
-                    hypothesis.name, slot.free.name, hypothesis.rigs, joint(span.start + place), each, slot.free, ()
+                    hypothesis.name, slot.free.name, hypothesis.rigs, joint(span.start + place), singly, slot.free, ()
                 )
 
 
@@ -89,20 +89,20 @@ def log_bayes_factor(together: Together) -> float:
     were found taken for the only ones."""
     joint = whole_evidence(together.fitted, together.search.log_odds)
     apart = 0.0
-    for alone, each in zip(together.alone, together.each, strict=True):
-        odds = {**each.search.log_odds, **alone.search.log_odds}
-        worth = [whole_evidence(fitted, odds) for fitted in _by_itself(alone, each)]
+    for alone, joined in zip(together.alone, together.joined, strict=True):
+        odds = {**joined.search.log_odds, **alone.search.log_odds}
+        worth = [whole_evidence(fitted, odds) for fitted in _by_itself(alone, joined)]
         apart += max(worth)
     return joint - apart
 
 
-def _by_itself(alone: Alone, each: Alone) -> Iterator[Any]:
+def _by_itself(alone: Alone, joined: Alone) -> Iterator[Any]:
     """Models of a recording without what the others say, under the noise that was found with them."""
-    noise, settings = each.choice.fitted.model.noise, each.choice.fitted.model.settings
-    chosen = [each.choice.fitted, alone.choice.fitted, *(known.fitted for known in alone.choice.survivors)]
+    noise, settings = joined.choice.fitted.model.noise, joined.choice.fitted.model.settings
+    chosen = [joined.choice.fitted, alone.choice.fitted, *(known.fitted for known in alone.choice.survivors)]
     seen = set()
     for fitted in chosen[: settings.later_expansions]:
-        effects = frozenset((own.kind, own.place) for own in fitted.model.hypotheses)
+        effects = frozenset((hypothesis.kind, hypothesis.place) for hypothesis in fitted.model.hypotheses)
         if effects not in seen:
             seen.add(effects)
             again = fit(replace(fitted.model, noise=noise, belief=None), fitted.p)

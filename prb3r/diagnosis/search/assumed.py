@@ -38,11 +38,11 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
 
     Effects that the `nominal` manipulator has as well stay as they are there.
     """
-    own = list(nominal.effect)
+    stated = list(nominal.effect)
     values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
     for effect in known.effect:
-        if effect in own:
-            own.remove(effect)
+        if effect in stated:
+            stated.remove(effect)
             continue
         hypothesis = hypothesis_at(effect, library)
         rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)

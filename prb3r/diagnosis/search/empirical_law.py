@@ -37,9 +37,9 @@ class EmpiricalLaw(Hypothesis):
 
     def effect(self, u: np.ndarray, friction: float) -> Effect:
         terms = []
-        for free, each, (of, plate) in zip(self.free, u, self.place, strict=True):
+        for free, size, (of, plate) in zip(self.free, u, self.place, strict=True):
             plates = [plate] if plate else None
-            terms.append(MomentTerm(of=of, coefficient=free.value(each), plates=plates))  # type: ignore[arg-type]
+            terms.append(MomentTerm(of=of, coefficient=free.value(size), plates=plates))  # type: ignore[arg-type]
         return EmpiricalMoment(kind="empirical_moment", terms=terms)
 
     @property
@@ -100,8 +100,8 @@ def _key(law: MomentPattern) -> tuple[str, int | None]:
 def _is_term(law: MomentPattern, mechanics: Mechanism) -> bool:
     """Whether a term of an `empirical_moment` says the same."""
     values = mechanics.influences[law.of]
-    own = np.ones(values.shape[1], bool) if law.plate is None else np.arange(values.shape[1]) + 1 == law.plate
-    return bool(np.array_equal(law.values, values * own))
+    plates = np.ones(values.shape[1], bool) if law.plate is None else np.arange(values.shape[1]) + 1 == law.plate
+    return bool(np.array_equal(law.values, values * plates))
 
 
 def statement(law: EmpiricalMoment) -> str:

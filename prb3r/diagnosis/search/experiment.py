@@ -92,10 +92,10 @@ def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
     )
 
 
-def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
+def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
     """Squared whitened distance of two fitted models, the second refitted, on recorded and proposed steps together."""
-    predict = predictor(imagined(one.model.predict.recording, steps))
-    here = predict.solve(one.constants, one.effects)
+    predict = predictor(imagined(fitted.model.predict.recording, steps))
+    here = predict.solve(fitted.constants, fitted.effects)
     noise = noise_of(predict.recording, tension_response(predict, here))
     model = replace(other.model, predict=predict, noise=noise)
     there = model.solve(other.p)
@@ -103,20 +103,20 @@ def separation(one: Fit, other: Fit, steps: pd.DataFrame) -> float:
     if not np.isfinite(apart).all():
         return 0.0
     jacobian = model.jacobian(other.p, there)[: len(apart)]
-    whole = np.concatenate([other.apart(one), apart])
+    whole = np.concatenate([other.apart(fitted), apart])
     basis = basis_of(np.vstack([other.jacobian, jacobian]))
     whole = whole - basis @ (basis.T @ whole)
     return float(whole @ whole)
 
 
-def best_experiments(one: Fit, others: Sequence[Fit]) -> list[Experiment]:
+def best_experiments(fitted: Fit, others: Sequence[Fit]) -> list[Experiment]:
     """For each of `others` a program that separates it from `one`: the same for all where one does for all.
 
     The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
     """
-    settings, trials = one.model.settings, []
-    for title, steps in programs(one.model.predict.recording, settings.harder):
-        apart = [separation(one, other, steps) for other in others]
+    settings, trials = fitted.model.settings, []
+    for title, steps in programs(fitted.model.predict.recording, settings.harder):
+        apart = [separation(fitted, other, steps) for other in others]
         trials.append([Experiment(title, steps, distance, settings.resolved) for distance in apart])
     common = max(trials, key=lambda row: min(trial.separation for trial in row))
     best = [max(column, key=lambda trial: trial.separation) for column in zip(*trials, strict=True)]

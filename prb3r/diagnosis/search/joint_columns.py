@@ -71,11 +71,11 @@ def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.nd
             column = model.varied.index((hypothesis.parting.name, model.shared[hypothesis.parting.name]))
             out[number][rows, 0] = -fitted.jacobian[rows, column] * hypothesis.parting.prior_sd
     for rig, rows in enumerate(fitted.rows):
-        own = [(n, part) for n, (hypothesis, _) in enumerate(probes) if (part := hypothesis.parts[rig]) is not None]
-        asked = [(part, probes[n][1][probes[n][0].places(rig)]) for n, part in own]
-        found = _moved_once(fitted.part(rig), asked)
+        probed = [(n, part) for n, (hypothesis, _) in enumerate(probes) if (part := hypothesis.parts[rig]) is not None]
+        asked = [(part, probes[n][1][probes[n][0].places(rig)]) for n, part in probed]
+        columns = _moved_once(fitted.part(rig), asked)
         whiten = model.members[rig].noise.whiten
-        for (n, part), moved in zip(own, found, strict=True):
+        for (n, part), moved in zip(probed, columns, strict=True):
             hypothesis = probes[n][0]
             if hypothesis.by_degrees:
                 places = [0] if hypothesis.kinked else hypothesis.places(rig)
@@ -95,8 +95,8 @@ def _moved_once(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
             first[key] = len(asked)
             asked.append((part, u))
         order.append(first[key])
-    found = moved_readings(fitted, asked)
-    return [found[k] for k in order]
+    columns = moved_readings(fitted, asked)
+    return [columns[k] for k in order]
 
 
 def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:

@@ -46,13 +46,20 @@ def joint_search(
     for joint in common:
         places = sum(other.kind == joint.kind for other in common)
         odds[joint] = float(logit(SUSPECTS[joint.kind].presence) - np.log(places))
-        known = [search.log_odds[own] for search in alone for own in search.assumed.values if _same(own, joint)]
+        known = [
+            search.log_odds[hypothesis]
+            for search in alone
+            for hypothesis in search.assumed.values
+            if _same(hypothesis, joint)
+        ]
         odds[joint] = max([odds[joint], *known])
     for rig, search in enumerate(alone):
-        could = {(each.kind, part.place): len(each.rigs) for each in common if (part := each.parts[rig]) is not None}
-        for own in search.library:
-            rigs = could.get((own.kind, own.place))  # all of them together are less likely by that much
-            odds[alone_on(rig, own, count)] = search.log_odds[own] + (parting / rigs if rigs else 0.0)
+        could = {
+            (shared.kind, part.place): len(shared.rigs) for shared in common if (part := shared.parts[rig]) is not None
+        }
+        for hypothesis in search.library:
+            rigs = could.get((hypothesis.kind, hypothesis.place))  # all of them together are less likely by that much
+            odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + (parting / rigs if rigs else 0.0)
     for name, sharing in shared.items():
         sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
         for rig in sharing if len(sharing) > 2 else sharing[1:]:  # of two it is the same whose the other value is
@@ -61,14 +68,16 @@ def joint_search(
     return JointSearch(tuple(odds), odds, alone[0].apply)
 
 
-def _same(own: Hypothesis, joint: JointHypothesis) -> bool:
-    return any(part is not None and (part.kind, part.place) == (own.kind, own.place) for part in joint.parts)
+def _same(hypothesis: Hypothesis, joint: JointHypothesis) -> bool:
+    return any(
+        part is not None and (part.kind, part.place) == (hypothesis.kind, hypothesis.place) for part in joint.parts
+    )
 
 
 def shared_constants(models: Sequence[Any], groups: Groups) -> dict[str, tuple[int, ...]]:
     """Constants that the rigs of `models` share, and which of them do: those that all of a group fit."""
-    found = {name: groups.of.get(group, ()) for name, group in CONSTANT_GROUPS.items()}
-    return {name: rigs for name, rigs in found.items() if rigs and all(name in models[k].varied for k in rigs)}
+    sharing = {name: groups.of.get(group, ()) for name, group in CONSTANT_GROUPS.items()}
+    return {name: rigs for name, rigs in sharing.items() if rigs and all(name in models[k].varied for k in rigs)}
 
 
 class JointPool(Pool):
@@ -117,13 +126,13 @@ def start_set(
     for rig in (first, *(k for k in range(len(chosen)) if k != first)):
         fitted = chosen[rig]
         friction, shares = fitted.model.friction(fitted.p), fitted.model.shares(fitted.p)
-        for own, u in zip(fitted.model.hypotheses, shares, strict=True):
-            joint = _in_library(own, rig, library, apart)
+        for hypothesis, u in zip(fitted.model.hypotheses, shares, strict=True):
+            joint = _in_library(hypothesis, rig, library, apart)
             part = joint.parts[rig] if joint else None
             if joint is None or part is None or (rig != first and joint not in effects and len(joint.rigs) > 1):
                 continue
             at = effects.setdefault(joint, np.zeros(len(joint.slots)))
-            values = [free.value(size, friction) for free, size in zip(own.free, u, strict=True)]
+            values = [free.value(size, friction) for free, size in zip(hypothesis.free, u, strict=True)]
             for place, free, value in zip(joint.places(rig), part.free, values, strict=True):
                 if rig == first or joint.slots[place].rig == rig:
                     at[place] = free.at(value, friction)
@@ -140,15 +149,15 @@ def start_set(
 
 
 def _in_library(
-    own: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str]
+    hypothesis: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str]
 ) -> JointHypothesis | None:
     """What an effect of one rig is among joint ones: in common if it can be and is not kept `apart`, else its own."""
     alike = [
         joint
         for joint in library
         if (part := joint.parts[rig]) is not None
-        and (part.kind, part.place) == (own.kind, own.place)
-        and [free.name for free in part.free] == [free.name for free in own.free]
+        and (part.kind, part.place) == (hypothesis.kind, hypothesis.place)
+        and [free.name for free in part.free] == [free.name for free in hypothesis.free]
         and (len(joint.rigs) == 1 or joint.kind not in apart)
     ]
     return max(alike, key=lambda joint: len(joint.rigs), default=None)

@@ -154,7 +154,7 @@ class LinearModel:
         """(columns, columns) whether two cannot stand beside each other: probes of the same hypothesis, a kind that
         occurs once."""
         numbered = list(enumerate(column.hypothesis for column in self.columns))
-        barred = [j != k and excludes(one, other) for k, one in numbered for j, other in numbered]
+        barred = [j != k and excludes(first, other) for k, first in numbered for j, other in numbered]
         return np.array(barred, bool).reshape(len(numbered), len(numbered))
 
 

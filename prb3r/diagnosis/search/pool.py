@@ -105,7 +105,11 @@ class Pool:
         linear, present = self.linearised(fitted)
         most = min(len(present) + settings.most_new, settings.most_effects)
         kept = frozenset(k for k in present if linear.columns[k].hypothesis in keeping)
-        sets = [each for each in best_sets(linear, [frozenset(), present], settings.beam, most) if kept <= each.chosen]
+        sets = [
+            proposal
+            for proposal in best_sets(linear, [frozenset(), present], settings.beam, most)
+            if kept <= proposal.chosen
+        ]
         base, tasks = linear.evidence(present), []
         count = settings.costly_proposals if fitted.costly else settings.proposals
         for proposal in worth_fitting(sets, len(present), count):

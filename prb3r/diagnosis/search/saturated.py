@@ -42,7 +42,7 @@ def common_of_whole_rig(library: Sequence[Hypothesis], presence: float) -> tuple
     """Of every kind that is as common as `presence` or more, the form with the most parameters, if it concerns the
     whole rig and can stand beside those before."""
     chosen = dict[str, Hypothesis]()
-    for hypothesis in sorted(library, key=lambda each: -len(each.free)):
+    for hypothesis in sorted(library, key=lambda suspected: -len(suspected.free)):
         whole = hypothesis.free and not hypothesis.costly and {name for name, _ in hypothesis.place} <= FORMS
         alone = hypothesis.kind not in chosen and not any(excludes(hypothesis, other) for other in chosen.values())
         if whole and alone and SUSPECTS[hypothesis.kind].presence >= presence:

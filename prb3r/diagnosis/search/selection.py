@@ -120,18 +120,18 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
     return Explored(pool, doubts, estimate)
 
 
-def exchange_effects(found: Explored, search: Search) -> Explored:
+def exchange_effects(explored: Explored, search: Search) -> Explored:
     """Exchange every chosen effect for others, and search on from there as long as one of them makes a better model."""
-    for _ in range(found.pool.settings.exchanges):
-        if not found.pool.exchange(found.chosen()):
+    for _ in range(explored.pool.settings.exchanges):
+        if not explored.pool.exchange(explored.chosen()):
             break
-        found = explore_until_settled(found.pool, search, found.doubts)
-    return found
+        explored = explore_until_settled(explored.pool, search, explored.doubts)
+    return explored
 
 
-def choose(found: Explored, search: Search) -> Choice:
+def choose(explored: Explored, search: Search) -> Choice:
     """What has been found, with what the chosen model leaves."""
-    pool, chosen = found.pool, found.chosen()
+    pool, chosen = explored.pool, explored.chosen()
     survivors = pool.survivors()
     scores, best = examine(chosen, search), survivors[0]
     same = best.effects == frozenset(chosen.model.hypotheses)
@@ -144,8 +144,8 @@ def choose(found: Explored, search: Search) -> Choice:
         scores_of_best=scores if same else examine(best.fitted, search),
         smooth_moments=chance_of_smooth_moments(best.fitted, search.seed),
         chi2_threshold=chi2_threshold(chosen),
-        doubts=found.doubts,
-        level=found.level,
+        doubts=explored.doubts,
+        level=explored.level,
         exchanged=frozenset(pool.exchanged),
     )
 

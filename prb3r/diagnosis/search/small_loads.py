@@ -27,8 +27,8 @@ def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | N
         if small is not None:
             pool = Pool(search, settings, [small])
             pool.explore(settings.later_expansions)
-            found = pool.best
-            known = fit(replace(whole, hypotheses=found.model.hypotheses), found.p)
+            best = pool.best
+            known = fit(replace(whole, hypotheses=best.model.hypotheses), best.p)
     return known
 
 

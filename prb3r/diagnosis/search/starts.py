@@ -24,13 +24,13 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     settings, known = calibrated.model.settings, [calibrated, fit_assumed(calibrated, search.assumed)]
     gross = calibrated.reduced > settings.gross
     first = from_small_loads(calibrated, search, doubts) if gross else None
-    found = explore_until_settled(Pool(search, settings, [*known, first]), search, doubts)
-    if gross and choose(found, search).structured:
+    explored = explore_until_settled(Pool(search, settings, [*known, first]), search, doubts)
+    if gross and choose(explored, search).structured:
         second = saturated(calibrated, search, doubts)
         other = explore_until_settled(Pool(search, settings, [*known, second]), search, doubts)
-        first_best, other_best = (each.pool.survivors()[0].fitted for each in (found, other))
-        found = other if lead(other_best, first_best, search) > 0 else found
-    return choose(exchange_effects(found, search), search)
+        first_best, other_best = (start.pool.survivors()[0].fitted for start in (explored, other))
+        explored = other if lead(other_best, first_best, search) > 0 else explored
+    return choose(exchange_effects(explored, search), search)
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:
@@ -40,6 +40,6 @@ def lead(model: Fit, other: Fit, search: Search) -> float:
     """
     total, rivals = 0.0, (model, other)
     for noise in [rival.model.noise for rival in rivals]:
-        own, its = (fit(replace(rival.model, noise=noise), rival.p) or rival for rival in rivals)
-        total += log_evidence(own, search.log_odds) - log_evidence(its, search.log_odds)
+        ours, theirs = (fit(replace(rival.model, noise=noise), rival.p) or rival for rival in rivals)
+        total += log_evidence(ours, search.log_odds) - log_evidence(theirs, search.log_odds)
     return total / 2

@@ -50,7 +50,7 @@ class Together:
     search: JointSearch
     fitted: JointFit
     """The smallest joint model that is not much less probable than the best that contains it."""
-    each: tuple[Alone, ...]
+    joined: tuple[Alone, ...]
     """Every recording with what the others say of what they share."""
     survivors: tuple[Survivor, ...]
     """Joint models, most probable first; their `fitted` are joint fits."""
@@ -60,8 +60,8 @@ class Together:
 
         def holds(hypotheses: frozenset[Any]) -> bool:
             if effect:
-                return any(each.name == effect for each in hypotheses)
-            return not any(each.parting and each.parting.name == constant for each in hypotheses)
+                return any(hypothesis.name == effect for hypothesis in hypotheses)
+            return not any(hypothesis.parting and hypothesis.parting.name == constant for hypothesis in hypotheses)
 
         return float(sum(survivor.probability for survivor in self.survivors if holds(survivor.effects)))
 
@@ -77,18 +77,18 @@ class _Explored(NamedTuple):
 def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     """The joint models that survive, under the noise that the best of them leaves."""
     settings = alone[0].choice.fitted.model.settings
-    rigs = tuple(replace(each.choice.fitted.model, hypotheses=()) for each in alone)
+    rigs = tuple(replace(part.choice.fitted.model, hypotheses=()) for part in alone)
     model = JointModel(rigs, shared_constants(rigs, groups))
-    search = joint_search([each.search for each in alone], model.shared, groups, settings)
-    own = [each._replace(search=_own_search(each.search, k, search)) for k, each in enumerate(alone)]
-    explored = _explore(model, search, own)
+    search = joint_search([part.search for part in alone], model.shared, groups, settings)
+    known_apart = [part._replace(search=_own_search(part.search, k, search)) for k, part in enumerate(alone)]
+    explored = _explore(model, search, known_apart)
     survivors = explored.pool.survivors()
     fitted: Any = polished(simplest(survivors, settings.simpler_reach))
-    each = _on_each(own, explored, fitted, survivors)
-    if any(rig.choice.structured for rig in each):
-        fitted, survivors = _standing(explored.pool, fitted, each)
-        each = _on_each(own, explored, fitted, survivors)
-    return Together(tuple(alone), groups, search, fitted, each, survivors)
+    joined = _on_each(known_apart, explored, fitted, survivors)
+    if any(rig.choice.structured for rig in joined):
+        fitted, survivors = _standing(explored.pool, fitted, joined)
+        joined = _on_each(known_apart, explored, fitted, survivors)
+    return Together(tuple(alone), groups, search, fitted, joined, survivors)
 
 
 def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> _Explored:
@@ -96,14 +96,14 @@ def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> 
     settings = model.settings
     wide: Any = replace(settings, most_effects=settings.most_effects * len(alone))
     pool = JointPool(search, wide, search.apply(fit_joint, _starts(model, search, alone)))  # type: ignore[arg-type]
-    doubts, around = [each.choice.doubts for each in alone], Effects()
+    doubts, around = [single.choice.doubts for single in alone], Effects()
     for _ in range(settings.renewals):
         pool.explore(settings.later_expansions)
         best: Any = pool.best
         parts = [best.part(k) for k in range(len(alone))]
         levels = [
-            level_under(part, doubted, each.search.library)
-            for part, doubted, each in zip(parts, doubts, alone, strict=True)
+            level_under(part, doubted, single.search.library)
+            for part, doubted, single in zip(parts, doubts, alone, strict=True)
         ]
         near = all(level.level.near(doubted.level) for level, doubted in zip(levels, doubts, strict=True))
         if near and around == frozenset(best.model.hypotheses):
@@ -120,25 +120,28 @@ def _on_each(
 ) -> tuple[Alone, ...]:
     """Every recording with what the others say."""
     out = []
-    for rig, (each, noise) in enumerate(zip(alone, explored.noise, strict=True)):
-        search = _knowing(each.search, fitted.model.members[rig].hypotheses)
-        choice = _with_others(rig, each.choice.calibrated, search, (fitted, survivors), noise)
+    for rig, (single, noise) in enumerate(zip(alone, explored.noise, strict=True)):
+        search = _knowing(single.search, fitted.model.members[rig].hypotheses)
+        choice = _with_others(rig, single.choice.calibrated, search, (fitted, survivors), noise)
         out.append(Alone(choice, search, choice.survivors[0].fitted))
     return tuple(out)
 
 
 def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
     """The same search with every chosen effect as it was fitted: in common, or with the bounds of one rig alone."""
-    by_place = {(own.kind, own.place): own for own in chosen}
-    return replace(search, library=tuple(by_place.get((own.kind, own.place), own) for own in search.library))
+    by_place = {(hypothesis.kind, hypothesis.place): hypothesis for hypothesis in chosen}
+    return replace(
+        search,
+        library=tuple(by_place.get((hypothesis.kind, hypothesis.place), hypothesis) for hypothesis in search.library),
+    )
 
 
-def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
+def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
     """What stands where some recordings are not explained, under a coarser likelihood of these; as in `coarser`."""
     settings, noises = fitted.model.settings, []
-    for rig, own in enumerate(each):
-        part, doubts = fitted.part(rig), own.choice.doubts
-        if own.choice.structured:
+    for rig, single in enumerate(joined):
+        part, doubts = fitted.part(rig), single.choice.doubts
+        if single.choice.structured:
             scale = doubts.level.scale / np.sqrt(told_share(part))
             coarser = replace(doubts, level=doubts.level._replace(scale=float(scale)))
             noises.append(coarser.noise(part.model.predict, part.solved, settings))
@@ -154,13 +157,13 @@ def _standing(pool: JointPool, fitted: JointFit, each: Sequence[Alone]) -> tuple
 
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
     """Where joint fits begin: without effects, and from what each recording shows alone."""
-    plain = [each.choice.calibrated for each in alone]
+    plain = [single.choice.calibrated for single in alone]
     starts, sets = (
         [start_set(model, (), plain, first=0)],
         [
-            [each.choice.fitted for each in alone],
-            [each.choice.survivors[0].fitted for each in alone],
-            [each.best for each in alone],
+            [single.choice.fitted for single in alone],
+            [single.choice.survivors[0].fitted for single in alone],
+            [single.best for single in alone],
         ],
     )
     for chosen in sets:
@@ -192,22 +195,22 @@ def _with_others(
     doubts, level = noise
     chosen = polished(at_minimum(fitted, rig))
     calibrated = replace(plain.model, noise=chosen.model.noise)
-    found = {frozenset(chosen.model.hypotheses): chosen}
+    fits = {frozenset(chosen.model.hypotheses): chosen}
     shares, worth = dict[Effects, float](), dict[Effects, float]()
     for survivor in survivors:
         whole: Any = survivor.fitted
         effects = frozenset(whole.model.members[rig].hypotheses)
-        if effects not in found:
-            found[effects] = at_minimum(whole, rig)
+        if effects not in fits:
+            fits[effects] = at_minimum(whole, rig)
         shares[effects] = shares.get(effects, 0.0) + survivor.probability
         worth[effects] = max(worth.get(effects, -np.inf), survivor.log_evidence)
     ranked = sorted(shares, key=lambda effects: -shares[effects])
-    scores, best = examine(chosen, search), found[ranked[0]]
+    scores, best = examine(chosen, search), fits[ranked[0]]
     return Choice(
         calibrated=fit(calibrated, plain.p) or plain,
         fitted=chosen,
-        tried=tuple(found.values()),
-        survivors=tuple(Survivor(found[effects], worth[effects], shares[effects]) for effects in ranked),
+        tried=tuple(fits.values()),
+        survivors=tuple(Survivor(fits[effects], worth[effects], shares[effects]) for effects in ranked),
         scores=scores,
         scores_of_best=scores if best is chosen else examine(best, search),
         smooth_moments=chance_of_smooth_moments(best, search.seed),
@@ -215,7 +218,9 @@ def _with_others(
         doubts=doubts,
         level=level,
         settled=frozenset(
-            part for each in fitted.model.hypotheses if len(each.rigs) > 1 and (part := each.parts[rig]) is not None
+            part
+            for hypothesis in fitted.model.hypotheses
+            if len(hypothesis.rigs) > 1 and (part := hypothesis.parts[rig]) is not None
         ),
     )
 
@@ -227,17 +232,19 @@ def at_minimum(fitted: JointFit, rig: int) -> Fit:
     nothing.
     """
     part = fitted.believed(rig)
-    parted = any(each.parted == rig for each in fitted.model.hypotheses)
+    parted = any(hypothesis.parted == rig for hypothesis in fitted.model.hypotheses)
     return (fit(part.model, part.p) or part) if parted else part
 
 
 def _own_search(search: Search, rig: int, joint: JointSearch) -> Search:
     """What is searched on one rig: what is in common with the bounds that it has there."""
-    common = [part for each in joint.library if len(each.rigs) > 1 and (part := each.parts[rig]) is not None]
+    common = [
+        part for hypothesis in joint.library if len(hypothesis.rigs) > 1 and (part := hypothesis.parts[rig]) is not None
+    ]
     by_place = {(part.kind, part.place): part for part in common}
 
-    def moved(own: Hypothesis) -> Hypothesis:
-        return by_place.get((own.kind, own.place), own)
+    def moved(part: Hypothesis) -> Hypothesis:
+        return by_place.get((part.kind, part.place), part)
 
-    assumed = replace(search.assumed, values={moved(own): size for own, size in search.assumed.values.items()})
-    return replace(search, library=tuple(moved(own) for own in search.library), assumed=assumed)
+    assumed = replace(search.assumed, values={moved(known): size for known, size in search.assumed.values.items()})
+    return replace(search, library=tuple(moved(known) for known in search.library), assumed=assumed)

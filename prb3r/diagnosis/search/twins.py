@@ -28,22 +28,22 @@ def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fi
         return
     present, shares = model.hypotheses, model.shares(fitted.p)
     number = model.varied.index("log_stiffness")
-    others = [each for each in library if each.kind == OF_SEGMENTS and each not in present]
-    for k, own in enumerate(present):
-        for other in others if own.kind == OF_SEGMENTS else ():
+    others = [suspected for suspected in library if suspected.kind == OF_SEGMENTS and suspected not in present]
+    for k, replaced in enumerate(present):
+        for other in others if replaced.kind == OF_SEGMENTS else ():
             twin = replace(model, hypotheses=(*present[:k], other, *present[k + 1 :]))
             constants = fitted.p[: len(model.varied)].copy()
             constants[number] += shares[k][0]  # the logarithm of a factor, as the constant is
             start = np.concatenate([constants, *shares[:k], -shares[k], *shares[k + 1 :]])
-            if (found := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
-                yield found
+            if (ended := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
+                yield ended
 
 
 def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """The fitted model with plates that follow a plateau in the place of plates that soften beyond a knee in strain."""
     model = fitted.model
     present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
-    plateau = next((each for each in library if each.kind == OF_PLATEAUS), None)
+    plateau = next((suspected for suspected in library if suspected.kind == OF_PLATEAUS), None)
     for k, effect in enumerate(fitted.effects):
         if plateau is None or not isinstance(effect, NonlinearPlate) or effect.knee_strain is None:
             continue
@@ -53,5 +53,5 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
         start[0] = plateau.free[0].at(effect.knee_strain / KNEE_OF_PLATEAU)
         twin = replace(model, hypotheses=(*present[:k], plateau, *present[k + 1 :]))
         whole = np.concatenate([constants, *shares[:k], start, *shares[k + 1 :]])
-        if (found := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:
-            yield found
+        if (ended := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:
+            yield ended

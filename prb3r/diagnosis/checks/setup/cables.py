@@ -59,8 +59,8 @@ def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) ->
         if not any(name in steps for name in names):
             continue
         values = [steps[name].to_numpy() if name in steps else np.full(len(steps), absent) for name in names]
-        for name, own, other in zip(names, values, reversed(values), strict=True):
-            steps[name] = np.where(rows, other, own)
+        for name, here, other in zip(names, values, reversed(values), strict=True):
+            steps[name] = np.where(rows, other, here)
     return with_steps(recording, steps)
 
 

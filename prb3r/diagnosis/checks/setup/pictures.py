@@ -62,9 +62,12 @@ def _counts(recording: Recording) -> Iterator[Remedy]:
         "markers",
         lambda known: _relabelled(known, last - known.readings.disk),
     )
-    for shift, what in ((1, "the first disk after the base is counted as 0"), (-1, "the base disk is counted as 1")):
+    for shift, miscount in (
+        (1, "the first disk after the base is counted as 0"),
+        (-1, "the base disk is counted as 1"),
+    ):
         if len(_shifted(recording, shift).rows) == recording.readings.count:
-            blunder = f"the disks are counted one off: {what}"
+            blunder = f"the disks are counted one off: {miscount}"
             yield Remedy("disks counted", blunder, "markers", partial(_shifted, by=shift))
 
 
