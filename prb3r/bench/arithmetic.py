@@ -99,8 +99,8 @@ def _operations(plate: PlateModel, mu: float) -> dict[str, float]:
     chain = prototype(plate, mu)
     once, again = (count_solve(chain, table_2(chain, times))[1] for times in (1, 3))
     again.subtract(once)
-    each = {kind: again[kind] / 40 for kind in OPERATION_WEIGHTS}
-    return each | {"operations": weighted(again) / 40}
+    per_call = {kind: again[kind] / 40 for kind in OPERATION_WEIGHTS}
+    return per_call | {"operations": weighted(again) / 40}
 
 
 def arithmetic_table(

@@ -165,12 +165,12 @@ def _ratios(measured: pd.DataFrame, kernel: pd.Series) -> pd.DataFrame:
             for workers in measured.loc[measured["command"] == name, "workers"].unique()
         }
         two = (more[1]["clock_s"] / more[2]["clock_s"]).median() if 2 in more else float("nan")
-        each = more[1]["cpu_s"]
+        step_s = more[1]["cpu_s"]
         rows.append(
             {
                 "path": name,
-                "times_kernel": float((each / kernel).median()),
-                "time_each_s": float(each.median()),
+                "times_kernel": float((step_s / kernel).median()),
+                "time_each_s": float(step_s.median()),
                 "two_workers": float(two),
             }
         )

@@ -151,8 +151,10 @@ def _jacobians(jacobians: pd.DataFrame) -> list[str]:
 def _paths(paths: pd.DataFrame) -> list[str]:
     two = paths.get("two_workers", pd.Series(float("nan"), paths.index))
     rows = [
-        [path, f"{ratio:.2f}", f"{1e6 * each:.3g}", f"{1 / each:,.0f}", f"{fast:.2f}" if fast == fast else ""]
-        for path, ratio, each, fast in zip(paths["path"], paths["times_kernel"], paths["time_each_s"], two, strict=True)
+        [path, f"{ratio:.2f}", f"{1e6 * seconds:.3g}", f"{1 / seconds:,.0f}", f"{fast:.2f}" if fast == fast else ""]
+        for path, ratio, seconds, fast in zip(
+            paths["path"], paths["times_kernel"], paths["time_each_s"], two, strict=True
+        )
     ]
     return markdown_table(["way", "times the kernel", "one, us", "a second", "two workers, times one"], rows)
 
@@ -163,8 +165,8 @@ def _growth(growth: pd.DataFrame) -> list[str]:
 
 
 def _peaks(peaks: pd.DataFrame) -> str:
-    each = (f"{row.operations_per_s / 1e9:.3g} ({row.peak})" for row in peaks.itertuples())
-    return ", ".join(each) + " x 10^9 operations a second"
+    rates = (f"{row.operations_per_s / 1e9:.3g} ({row.peak})" for row in peaks.itertuples())
+    return ", ".join(rates) + " x 10^9 operations a second"
 
 
 def _weights() -> str:

@@ -73,14 +73,14 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     folder = Path(output) if output else default_folder("together-" + "-".join(names))
     ensure_writable(folder)
     with stages("together", (*joint_steps(names), "write")) as report:
-        found = diagnosed(loaded, together=True, report=report, **asked)
+        joint = diagnosed(loaded, together=True, report=report, **asked)
         report("write")
-        files = found.report(folder)
-    for diagnosis in found.diagnoses:
+        files = joint.report(folder)
+    for diagnosis in joint.diagnoses:
         click.echo("\n".join([*summary_lines(diagnosis), ""]))
-    click.echo("\n".join(["together:", *(f"- {sentence}" for sentence in found.common.sentences)]))
+    click.echo("\n".join(["together:", *(f"- {sentence}" for sentence in joint.common.sentences)]))
     click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
-    return [diagnosis.verdict for diagnosis in found.diagnoses]
+    return [diagnosis.verdict for diagnosis in joint.diagnoses]
 
 
 @click.command("predict")

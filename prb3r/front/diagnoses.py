@@ -78,11 +78,13 @@ class JointReport(JointDiagnosis):
         """`effect` (empty: constants), `parameter`, `recording` (`together`: all), `value, low, high` and `agrees`."""
         return pd.DataFrame(
             [
-                {"effect": each.effect, "parameter": each.parameter, "recording": name}
+                {"effect": shared.effect, "parameter": shared.parameter, "recording": name}
                 | estimate._asdict()
-                | {"agrees": each.agrees}
-                for each in self.common.shared
-                for name, estimate in zip(("together", *each.recordings), (each.together, *each.alone), strict=True)
+                | {"agrees": shared.agrees}
+                for shared in self.common.shared
+                for name, estimate in zip(
+                    ("together", *shared.recordings), (shared.together, *shared.alone), strict=True
+                )
             ]
         )
 
@@ -119,7 +121,9 @@ class JointReport(JointDiagnosis):
             If the disk is full.
         """
         inner = {diagnosis.name: default_folder(diagnosis.name).name for diagnosis in self.diagnoses}
-        files = [path for each in self.diagnoses for path in each.report(Path(folder) / inner[each.name])]
+        files = [
+            path for diagnosis in self.diagnoses for path in diagnosis.report(Path(folder) / inner[diagnosis.name])
+        ]
         pages = {name: quote(f"{place}/report.html") for name, place in inner.items()}
         whole = publish_together(self.diagnoses, self.common, folder, pages)
         return [write_common(self.common, folder), *whole, *files]
@@ -195,8 +199,9 @@ def diagnose(
     >>> recording = ['name = "bench"', 'manipulator = "manipulator.toml"', "[measurement]", "position_sd_m = 3e-5"]
     >>> for name, text in {"recording": "\\n".join(recording), "manipulator": arm.to_toml()}.items():
     ...     _ = (bench / f"{name}.toml").write_text(text)
-    >>> found = prb3r.diagnose(bench)
-    >>> found.verdict, found.effects[0].name, round(found.effects[0].parameters["factor"].value, 1)
+    >>> diagnosis = prb3r.diagnose(bench)
+    >>> effect = diagnosis.effects[0]
+    >>> diagnosis.verdict, effect.name, round(effect.parameters["factor"].value, 1)
     ('explained', 'weakened_plate (plate 2)', 0.7)
     """
     if together != (not isinstance(recording, Recording | str | Path)):
@@ -204,5 +209,5 @@ def diagnose(
     if isinstance(recording, Recording | str | Path):
         diagnosis = diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
         return DiagnosisReport(**vars(diagnosis))
-    found = joint_diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
-    return JointReport(tuple(DiagnosisReport(**vars(diagnosis)) for diagnosis in found.diagnoses), found.common)
+    joint = joint_diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
+    return JointReport(tuple(DiagnosisReport(**vars(diagnosis)) for diagnosis in joint.diagnoses), joint.common)

@@ -111,5 +111,5 @@ def reach(
     [0.4, 0.15]
     """
     manipulator = manipulator_of(manipulator)
-    found = pulls_to(manipulator, path=path, most_n=most_n, broken=broken, least=least, **wanted)
-    return Reach(**vars(found), manipulator=manipulator)
+    reached = pulls_to(manipulator, path=path, most_n=most_n, broken=broken, least=least, **wanted)
+    return Reach(**vars(reached), manipulator=manipulator)

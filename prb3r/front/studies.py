@@ -37,8 +37,8 @@ class StudyResult(Result):
     def tables(self) -> dict[str, pd.DataFrame]:
         """All tables by name: `cases`, and as far as the study has them `states`, `quantiles`, `shares`, `indices`."""
         states, rigs = self.states(), self.rigs
-        found = {"cases": self.cases} | ({} if states is None else {"states": states})
-        return found | ({} if rigs is None else {name: table for name, table in vars(rigs).items() if len(table)})
+        tables = {"cases": self.cases} | ({} if states is None else {"states": states})
+        return tables | ({} if rigs is None else {name: table for name, table in vars(rigs).items() if len(table)})
 
     def plot(self, name: str | None = None, *, axes: Panels = None) -> Figure:
         """The plot of that name in the study file; without a name the first one.

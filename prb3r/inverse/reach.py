@@ -56,8 +56,8 @@ def pulls_to(
     chain = manipulator.chain(broken)
     targets = targets_of(chain, disk, place, path)
     most = limits(chain, most_n)
-    found = pulls_along(chain, targets, most, aim_of(manipulator, least))
-    return Reached(_steps(manipulator, found), _table(targets, found, most, manipulator))
+    pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
+    return Reached(_steps(manipulator, pulls), _table(targets, pulls, most, manipulator))
 
 
 def _problems(
@@ -111,21 +111,21 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim)
     before: Loads = no_loads(chain)
     length = lengths(chain, equilibria_of(chain, before))[-1]
     before = Loads(*(field[:0] for field in before))
-    found: list[Found | None] = []
+    pulls: list[Found | None] = []
     near = None
     for target in targets:
         pull = Pull(chain, before, -np.ones(len(most)), target, aim)
         best = best_pull(pull, most, length, near)
-        found.append(best)
+        pulls.append(best)
         if best is not None:
             length, near = best.lengths, best.tension
             step = loads(chain, best.tension[None], best.slip[None])
             before = Loads(*(np.concatenate(pair) for pair in zip(before, step, strict=True)))
-    return found
+    return pulls
 
 
-def _steps(manipulator: Manipulator, found: list[Found | None]) -> pd.DataFrame:
-    pulled = [(number, pull) for number, pull in enumerate(found, 1) if pull is not None]
+def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:
+    pulled = [(number, pull) for number, pull in enumerate(pulls, 1) if pull is not None]
     names = manipulator.cable_names
     columns = {"sequence": ["reach"] * len(pulled), "step": [number for number, _ in pulled]}
     columns |= {f"cable_{name}_n": [float(pull.tension[j]) for _, pull in pulled] for j, name in enumerate(names)}
@@ -135,10 +135,10 @@ def _steps(manipulator: Manipulator, found: list[Found | None]) -> pd.DataFrame:
 
 
 def _table(
-    targets: list[Target], found: list[Found | None], most: np.ndarray, manipulator: Manipulator
+    targets: list[Target], pulls: list[Found | None], most: np.ndarray, manipulator: Manipulator
 ) -> pd.DataFrame:
     rows, names = [], manipulator.cable_names
-    for number, (target, best) in enumerate(zip(targets, found, strict=True), 1):
+    for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
         reached = best is not None and best.steady and target.reached(place)

@@ -89,11 +89,11 @@ def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarr
     seen, last = set(), pull.slip
     while pull.slip.tobytes() not in seen:
         seen.add(pull.slip.tobytes())
-        slip, found = pull.slip, pull_with_slip(pull, start, most)
+        slip, ended = pull.slip, pull_with_slip(pull, start, most)
         travelled = last  # where nothing stands still, the cables that have been turned stick
-        if found is not None:
-            travelled, start = travel_slip(pull, found.tension, found.lengths - before), found.tension
-            yield replace(found, steady=bool(np.all((travelled == slip) | (slip == 0))))
+        if ended is not None:
+            travelled, start = travel_slip(pull, ended.tension, ended.lengths - before), ended.tension
+            yield replace(ended, steady=bool(np.all((travelled == slip) | (slip == 0))))
         if travelled.tobytes() in seen:
             travelled = np.where(travelled == slip, slip, 0.0)
         pull, last = replace(pull, slip=np.where(slip == 0, 0.0, travelled), known={}), slip
@@ -133,9 +133,9 @@ def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray
     """
     if near is not None:
         parts = LET_OFF if pull.chain.presliding > 0 else LET_OFF[:1]
-        ways = [found for part in parts for found in pulls_from(pull, part * near, most, before)]
-        followed = min(ways, key=lambda found: found.rank, default=None)
+        ways = [candidate for part in parts for candidate in pulls_from(pull, part * near, most, before)]
+        followed = min(ways, key=lambda candidate: candidate.rank, default=None)
         if followed is not None and followed.steady and followed.distance <= ARRIVED:
             return followed
-    candidates = [found for start in starts(pull, most) for found in pulls_from(pull, start, most, before)]
-    return min(candidates, key=lambda found: found.rank, default=None)
+    candidates = [candidate for start in starts(pull, most) for candidate in pulls_from(pull, start, most, before)]
+    return min(candidates, key=lambda candidate: candidate.rank, default=None)

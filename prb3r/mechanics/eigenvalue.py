@@ -61,8 +61,8 @@ def _lowest_by_products(packed: Packed, loads: Loads, q: np.ndarray) -> float:
     tangent = LinearOperator((q.size, q.size), matvec=times, dtype=float)
     for shapes, restarts, exact in SEARCHES:
         with contextlib.suppress(ArpackError):  # among them that it has not ended
-            found = eigs(
+            values = eigs(
                 tangent, 1, which="SR", v0=begin, ncv=shapes, tol=exact, maxiter=restarts, return_eigenvectors=False
             )
-            return float(found.real.min())
+            return float(values.real.min())
     return np.nan

@@ -61,14 +61,14 @@ def limit_load(
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
         return solve_chain(chain, steps, eigenvalue=True).outcome
 
-    found = outcomes(trial)
-    if (found[: before.steps] != Outcome.CONVERGED).any():
-        return Limit(np.nan, Outcome(found[: before.steps].max()))
-    found = found[before.steps :]
-    if (found == Outcome.CONVERGED).all():
+    ended = outcomes(trial)
+    if (ended[: before.steps] != Outcome.CONVERGED).any():
+        return Limit(np.nan, Outcome(ended[: before.steps].max()))
+    ended = ended[before.steps :]
+    if (ended == Outcome.CONVERGED).all():
         return Limit(np.inf, Outcome.CONVERGED)
-    first = int(np.argmax(found != Outcome.CONVERGED))
-    low, high, beyond = (trial[first - 1] if first else start), trial[first], Outcome(found[first])
+    first = int(np.argmax(ended != Outcome.CONVERGED))
+    low, high, beyond = (trial[first - 1] if first else start), trial[first], Outcome(ended[first])
     while high - low > tolerance * high:
         middle = (low + high) / 2
         outcome = Outcome(outcomes([*trial[:first], low, middle])[-1])

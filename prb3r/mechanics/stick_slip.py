@@ -54,16 +54,16 @@ class StickSlip(NamedTuple):
 def stick_slip_space(packed: Packed) -> StickSlip:
     """Working space for a chain."""
     holes = packed.span.size
-    columns, each = np.zeros(2 + holes), np.zeros(holes)
+    columns, of_holes = np.zeros(2 + holes), np.zeros(holes)
     return StickSlip(
         work=scratch(packed, 2 + holes),
         guess=columns,
         travel=columns.copy(),
-        value=each,
-        rate=each.copy(),
-        side=each.copy(),
+        value=of_holes,
+        rate=of_holes.copy(),
+        side=of_holes.copy(),
         free=np.zeros(holes, bool),
-        now=each.copy(),
+        now=of_holes.copy(),
     )
 
 

@@ -34,9 +34,9 @@ def turning_points(travel, start, end):
     if inside < 0.0:
         return 1.0, 1.0
     root = -0.5 * (b + copysign(sqrt(inside), b))
-    one = root / a if a != 0.0 else -1.0
+    near = root / a if a != 0.0 else -1.0
     other = start / root if root != 0.0 else -1.0
-    first, last = min(one, other), max(one, other)
+    first, last = min(near, other), max(near, other)
     if not 0.0 < first < 1.0:
         first = last
     if not 0.0 < last < 1.0:

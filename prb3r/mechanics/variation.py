@@ -55,8 +55,10 @@ class Scratch(NamedTuple):
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
     """Working space for `columns` independent variables beside the node angles of one plate."""
     (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
-    each = np.zeros((cables, columns))
-    change = Variation(each, each.copy(), np.zeros((3, columns)), np.zeros(columns), each.copy(), each.copy())
+    of_cables = np.zeros((cables, columns))
+    change = Variation(
+        of_cables, of_cables.copy(), np.zeros((3, columns)), np.zeros(columns), of_cables.copy(), of_cables.copy()
+    )
     return Scratch(
         variation=change,
         handed=np.zeros(1 + cables),

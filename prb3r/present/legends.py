@@ -40,11 +40,11 @@ def without_repeats(names: Sequence[str]) -> list[str]:
     >>> without_repeats(["cable 3 first", "cable 1 first"])
     ['cable 3 first', 'cable 1 first']
     """
-    found = [[VALUE.fullmatch(part) for part in name.split(", ")] for name in names]
-    words = {tuple(part[1] if part else "" for part in parts) for parts in found}
+    matches = [[VALUE.fullmatch(part) for part in name.split(", ")] for name in names]
+    words = {tuple(part[1] if part else "" for part in parts) for parts in matches}
     if len(words) != 1 or "" in next(iter(words)):
         return list(names)
-    return [*names[:1], *(", ".join(part[2] for part in parts if part) for parts in found[1:])]
+    return [*names[:1], *(", ".join(part[2] for part in parts if part) for parts in matches[1:])]
 
 
 def legend_shape(entries: Sequence[str], width: float) -> tuple[int, float]:

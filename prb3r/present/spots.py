@@ -53,18 +53,20 @@ def spots_of(figure: Figure) -> dict[str, Any] | None:
     points: list[np.ndarray] = []
     scales: list[list[float] | None] = []
     for axes in figure.axes:
-        found = [artist for artist in axes.get_children() if isinstance(artist, Spots)]
+        artists = [artist for artist in axes.get_children() if isinstance(artist, Spots)]
         shares = axes.transData - figure.transFigure
-        corner, one = shares.transform([(0.0, 0.0), (1.0, 1.0)]) if found and found[0].to_scale else ((0, 0), (0, 0))
-        for spots in found:
+        corner, far = (
+            shares.transform([(0.0, 0.0), (1.0, 1.0)]) if artists and artists[0].to_scale else ((0, 0), (0, 0))
+        )
+        for spots in artists:
             place = shares.transform(spots.at) if len(spots.at) else spots.at
             low, high = axes.get_position().get_points()
             inside = ((place >= low - BEYOND_PANEL) & (place <= high + BEYOND_PANEL)).all(1)
             panel = np.full(inside.sum(), len(scales))
             points.append(np.column_stack([place[inside, 0], 1 - place[inside, 1], panel, spots.keys[inside]]))
-        if found:
-            scale = [corner[0], 1 - corner[1], one[0] - corner[0], one[1] - corner[1]]
-            scales.append([round(float(part), 7) for part in scale] if found[0].to_scale else None)
+        if artists:
+            scale = [corner[0], 1 - corner[1], far[0] - corner[0], far[1] - corner[1]]
+            scales.append([round(float(part), 7) for part in scale] if artists[0].to_scale else None)
     rows = np.concatenate(points) if points else np.zeros((0, 5))
     if not len(rows):
         return None

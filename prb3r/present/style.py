@@ -71,8 +71,8 @@ class Shown:
 def palette() -> Sequence[str]:
     """Colours of groups: those of the user's own style, or `PALETTE`."""
     cycle = matplotlib.rcParams["axes.prop_cycle"]
-    own = cycle.by_key().get("color") if cycle != matplotlib.rcParamsDefault["axes.prop_cycle"] else None
-    return own or PALETTE
+    chosen = cycle.by_key().get("color") if cycle != matplotlib.rcParamsDefault["axes.prop_cycle"] else None
+    return chosen or PALETTE
 
 
 def looks(values: Sequence[Any]) -> dict[Any, Look]:

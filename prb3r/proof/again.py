@@ -17,7 +17,7 @@ def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collecti
     """Write recording `case` of a run of so many recordings of some classes, and the truth beside it."""
     kinds = flavours(cases, classes)
     designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(kinds)]
-    request = next(each for each in requests(seed, cases, designs, classes) if each.case == case)
+    request = next(candidate for candidate in requests(seed, cases, designs, classes) if candidate.case == case)
     label = real_label(request, designs[request.design])
     write_real_recording(designs[request.design], label, folder)
     truth = folder.with_name(folder.name + ".truth.json")

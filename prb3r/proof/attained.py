@@ -35,7 +35,7 @@ BARE_MENTION = 1.0
 class Attained(NamedTuple):
     """What a search has found beside what was there to be found."""
 
-    found: float
+    chosen: float
     """ln evidence of the most probable model of the search."""
     possible: float
     """The largest of the concealed effects and of parts of them; -inf where none can be fitted."""
@@ -45,7 +45,7 @@ class Attained(NamedTuple):
     @property
     def missed(self) -> bool:
         """Whether the search has passed by a more probable part of the truth."""
-        return self.possible > self.found + BARE_MENTION
+        return self.possible > self.chosen + BARE_MENTION
 
 
 def attained(searched: Searched, concealed: Sequence[Mapping[str, Any]]) -> Attained:
@@ -65,7 +65,9 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
     constants, friction = best.p[: len(best.model.varied)], best.model.friction(best.p)
     starts: dict[Hypothesis, np.ndarray] = {}
     for effect in concealed:
-        alike = [each for each in library if each.kind == effect["kind"] and _placed(each, effect)]
+        alike = [
+            hypothesis for hypothesis in library if hypothesis.kind == effect["kind"] and _placed(hypothesis, effect)
+        ]
         if not any(hypothesis.excludes(other) for hypothesis in alike[:1] for other in starts):
             starts |= {hypothesis: _size(hypothesis, effect, friction) for hypothesis in alike[:1]}
     model = replace(best.model, hypotheses=tuple(starts))
@@ -93,7 +95,7 @@ def _parts(best: Fit, whole: Fit | None) -> Iterator[Fit]:
         yield whole
         model, p = whole.model, whole.p
         fewer = [fit(model.without(k), model.without_share(p, k)) for k in range(len(model.hypotheses))]
-        whole = min((each for each in fewer if each), key=lambda each: each.chi2, default=None)
+        whole = min((fitted for fitted in fewer if fitted), key=lambda fitted: fitted.chi2, default=None)
 
 
 def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator[tuple[int, Attained]]:
@@ -110,8 +112,8 @@ def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator
 
 
 if __name__ == "__main__":
-    for case, each in attained_in_run(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:] or ("several",)):
-        lead, effects = each.possible - each.found, ", ".join(each.effects) or "nothing"
-        said = "missed" if each.missed else "attained"
+    for case, outcome in attained_in_run(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:] or ("several",)):
+        lead, effects = outcome.possible - outcome.chosen, ", ".join(outcome.effects) or "nothing"
+        said = "missed" if outcome.missed else "attained"
         sys.stdout.write(f"{case}: {said}; {effects} {lead:+.1f} in ln evidence against what was found\n")
         sys.stdout.flush()

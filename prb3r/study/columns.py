@@ -48,7 +48,11 @@ def _comparison(comparison: CaseComparison) -> Quantity:
 
 def known_columns(study: Study, cables: Iterable[str]) -> set[str]:
     """All columns of cases and states of a study that plots, comparisons and wishes may name."""
-    names = {*FIXED_COLUMNS, *(factor.name for factor in study.factor), *(each.name for each in study.comparison)}
+    names = {
+        *FIXED_COLUMNS,
+        *(factor.name for factor in study.factor),
+        *(comparison.name for comparison in study.comparison),
+    }
     names |= {quantity.name for metric in study.metric for quantity in metric.quantities()}
     return names | ({f"cable_{name}_n" for name in cables} | {"step"} if study.states != "none" else set())
 

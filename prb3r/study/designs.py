@@ -92,8 +92,8 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
         prefix = f"{study.name}: " if len(folders) > 1 else ""
         frames.append(_with_designs(table.to_pandas(), factors, rests[-1], prefix))
         known = frames[-1].drop_duplicates("design")
-        found = zip(known["design"], known["case_id"].tolist(), strict=True)
-        firsts = {name: (folder, case) for name, case in found} | firsts
+        pairs = zip(known["design"], known["case_id"].tolist(), strict=True)
+        firsts = {name: (folder, case) for name, case in pairs} | firsts
     where = ", ".join(map(str, folders))
     if any(rest != rests[0] for rest in rests):
         raise SpecError(Problem(where, "vary different factors, so they share no cases"))

@@ -32,8 +32,8 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fre
         scores = wanted * [preference.sign for preference in study.preference]
         return Judged(np.array(margins, float).reshape(bounded.shape), np.nan_to_num(scores, nan=-np.inf))
 
-    each = plan.loads() // len(first_designs(study))
-    progress.begin(study.name, study.search.designs * each, 0)
+    loads = plan.loads() // len(first_designs(study))
+    progress.begin(study.name, study.search.designs * loads, 0)
     try:
         designs = searched_designs(study, judged)
     finally:

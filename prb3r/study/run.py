@@ -178,5 +178,5 @@ def forecast(plan: Plan) -> tuple[float, int]:
     begin = time.perf_counter()
     for task in tried:
         solve_task(task)
-    each = (time.perf_counter() - begin) / sum(task.loads for task in tried)
-    return each * plan.loads(waiting), int((~waiting).sum())
+    seconds = (time.perf_counter() - begin) / sum(task.loads for task in tried)
+    return seconds * plan.loads(waiting), int((~waiting).sum())

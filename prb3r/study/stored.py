@@ -41,13 +41,13 @@ class Storage:
 @contextlib.contextmanager
 def storage(home: Path) -> Iterator[Storage]:
     """Let workers know the folder `home`, which exists, as long as the context lasts."""
-    found = Storage(home.resolve(), MARK.format(secrets.token_hex(8)))
-    (found.home / found.mark).touch()
+    place = Storage(home.resolve(), MARK.format(secrets.token_hex(8)))
+    (place.home / place.mark).touch()
     try:
-        yield found
+        yield place
     finally:
         with contextlib.suppress(OSError):
-            (found.home / found.mark).unlink()
+            (place.home / place.mark).unlink()
 
 
 @dataclass(frozen=True)

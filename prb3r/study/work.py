@@ -30,8 +30,8 @@ def tasks_of(chunk: Chunk) -> list[StudyTask]:
     """The tasks of a chunk: itself, or the blocks of clouds that have several of them, cloud after cloud."""
     if not any(family.settings["cloud"] for family in chunk.families):
         return [chunk]
-    found = [blocks(case) if case.families[0].settings["cloud"] else [case] for case in chunk.single()]
-    return [task for tasks in found for task in tasks] if any(len(tasks) > 1 for tasks in found) else [chunk]
+    parts = [blocks(case) if case.families[0].settings["cloud"] else [case] for case in chunk.single()]
+    return [task for tasks in parts for task in tasks] if any(len(tasks) > 1 for tasks in parts) else [chunk]
 
 
 def solve_task(task: StudyTask) -> tuple[Columns, Columns] | SolvedCloudBlock:
@@ -81,10 +81,8 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     cables = len(manipulator.cable)
     tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
     most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])
-    for step, found in enumerate(pulls_along(chain, targets, most, aim)):
-        tension[step], slip[step] = (
-            (tension[step - 1], slip[step - 1]) if found is None else (found.tension, found.slip)
-        )
+    for step, pull in enumerate(pulls_along(chain, targets, most, aim)):
+        tension[step], slip[step] = (tension[step - 1], slip[step - 1]) if pull is None else (pull.tension, pull.slip)
     steps = loads(chain, tension, slip)
     begins = np.arange(len(targets)) == 0
     steps = steps._replace(travel=tension_travel(tension, slip, begins))

@@ -27,14 +27,14 @@ def test_a_search_that_finds_the_weak_plate_misses_nothing(found):
     what = attained(found, [WEAK])
     assert what.effects == ("weakened_plate (plate 4)",)
     assert not what.missed
-    assert what.possible == pytest.approx(what.found, abs=0.01)
+    assert what.possible == pytest.approx(what.chosen, abs=0.01)
 
 
 def test_a_search_that_fits_no_set_misses_it():
     blind = searched(most_expansions=0, later_expansions=0, exchanges=0)
     what = attained(blind, [WEAK])
     assert what.missed
-    assert what.possible > what.found + 10
+    assert what.possible > what.chosen + 10
 
 
 def test_what_the_readings_do_not_tell_is_not_missed(found):
@@ -44,4 +44,4 @@ def test_what_the_readings_do_not_tell_is_not_missed(found):
 
 
 def test_of_what_the_library_lacks_nothing_is_asked(found):
-    assert attained(found, [{"kind": "weakened_plate", "plate": 99, "factor": 0.5}]).found > -np.inf
+    assert attained(found, [{"kind": "weakened_plate", "plate": 99, "factor": 0.5}]).chosen > -np.inf

@@ -50,8 +50,8 @@ class Room(NamedTuple):
 
 def no_variation(cables: int, columns: int) -> Variation:
     """No variation."""
-    each = [np.zeros((cables, columns)) for _ in range(4)]
-    return Variation(each[0], each[1], np.zeros((3, columns)), np.zeros(columns), each[2], each[3])
+    arrays = [np.zeros((cables, columns)) for _ in range(4)]
+    return Variation(arrays[0], arrays[1], np.zeros((3, columns)), np.zeros(columns), arrays[2], arrays[3])
 
 
 def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:

@@ -95,11 +95,11 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     pose[0, :, 0] = [(along.behind[0].disk - along.ahead[0].disk) / (2 * along.apart) for along in directions]
     for first in range(0, len(directions), TOGETHER):
         part = slice(first, first + TOGETHER)
-        found = _derivatives((chain, loads), rows, directions[part], steps)
+        changes = _derivatives((chain, loads), rows, directions[part], steps)
         for row in range(3):
-            pose[row, :, 1:, part] = found[:, :, n + row]
-        tension[..., part] = found[:, :, n + 3 : n + 3 + cables]
-        slip[..., part] = found[:, :, n + 3 + 2 * cables :]
+            pose[row, :, 1:, part] = changes[:, :, n + row]
+        tension[..., part] = changes[:, :, n + 3 : n + 3 + cables]
+        slip[..., part] = changes[:, :, n + 3 + 2 * cables :]
     failed = np.isnan(equilibria.angle[:, -1])
     pose[:, failed], tension[failed], slip[failed] = np.nan, np.nan, np.nan
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
@@ -185,7 +185,7 @@ def _same_shape(side: Chain, chain: Chain) -> bool:
     names = ("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp")
     pairs = [(getattr(side, name), getattr(chain, name)) for name in names]
     pairs += zip(side.plate, chain.plate, strict=True)
-    return all(one is other or np.array_equal(one, other) for one, other in pairs)
+    return all(first is other or np.array_equal(first, other) for first, other in pairs)
 
 
 def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:

@@ -32,9 +32,9 @@ EFFECT_KINDS: dict[str, type[Effect]] = dict(_kinds())
 
 
 @cache
-def in_place_of(one: str, other: str) -> bool:
+def in_place_of(first: str, other: str) -> bool:
     """Whether one of two kinds stands in the place of the other, so that a manipulator cannot have both."""
-    return other in EFFECT_KINDS[one].instead_of or one in EFFECT_KINDS[other].instead_of
+    return other in EFFECT_KINDS[first].instead_of or first in EFFECT_KINDS[other].instead_of
 
 
 if TYPE_CHECKING:

@@ -46,7 +46,7 @@ class LoadCell(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         read_by = columns(self.cables, manipulator)
-        gain, quadratic = (np.ones(len(chain.reach)) * each for each in (chain.gain, chain.quadratic))
+        gain, quadratic = (np.ones(len(chain.reach)) * factor for factor in (chain.gain, chain.quadratic))
         gain[read_by] *= self.gain
         quadratic[read_by] += self.quadratic_per_n
         return chain._replace(gain=gain, quadratic=quadratic)

@@ -95,5 +95,5 @@ class SuperelasticPlate(Effect):
             )
         if self.tube_outer_m is None and np.isnan(manipulator.outer_fibre).any():
             yield f"effect {self.kind} needs outer_fibre_m (or thickness_m) of every segment, or a tube"
-        if self.tube_outer_m is not None and any(each.thickness_m is not None for each in manipulator.segment):
+        if self.tube_outer_m is not None and any(segment.thickness_m is not None for segment in manipulator.segment):
             yield f"effect {self.kind}: a tube goes with bending_stiffness_n_m2, not with width_m and thickness_m"

@@ -81,7 +81,7 @@ def bending(
     Curvatures from the first above none to the last, the curvatures that an elastic section would have under the same
     moments, and the slopes of these; all (LAW_ROWS - 1,).
     """
-    y, area = (each[0] for each in quadrature(tube, np.zeros((1, 2))))
+    y, area = (part[0] for part in quadrature(tube, np.zeros((1, 2))))
     centre = float(np.average(y, weights=area))
     count = LAW_ROWS - 1
     low, high = (np.full(count, end) for end in ends(tube))
@@ -116,7 +116,7 @@ def bending(
 def section_law(tube: Tube | None, compression: float, slope: float) -> SectionLaw:
     """The law of a section on both sides, within 2e-4 of its moments between the rows of the table."""
     sides = [bending(tube, compression, slope, side) for side in ((-1, 1) if tube else (1,))]
-    end, rows = float(sides[0][0][-1]), [_rows(*each) for each in sides]
+    end, rows = float(sides[0][0][-1]), [_rows(*side) for side in sides]
     return SectionLaw(end, np.array(rows if tube else rows * 2))  # a rectangle bends alike to both sides
 
 

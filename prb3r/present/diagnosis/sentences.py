@@ -204,7 +204,9 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
     """A rival by name and size; the same effect of all cables, or of some alone, as just that."""
-    rest, other = ({key: value for key, value in each.place.items() if key != "cables"} for each in (effect, rival))
+    rest, other = (
+        {key: value for key, value in occurrence.place.items() if key != "cables"} for occurrence in (effect, rival)
+    )
     sizes = [f"{parameter_title(name)} {value_text(name, value)}" for name, value in rival.parameters.items()]
     sized = f" with {' and '.join(sizes)}" if sizes else ""
     if effect.kind != rival.kind or rest != other:

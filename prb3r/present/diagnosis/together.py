@@ -34,19 +34,19 @@ def shared_figure(common: Common) -> Figure | None:
         names, columns = ["together", *common.recordings], min(len(common.shared), 3)
         rows = -(-len(common.shared) // columns)
         handles = [Line2D([], [], **OF_ALL, label="together"), Line2D([], [], **OF_ONE, label="from each by itself")]
-        if any(each.own for each in common.shared):
+        if any(shared.own for shared in common.shared):
             handles.append(Line2D([], [], **PARTED, label="the same, with a value of its own"))
         width, height = style.SINGLE if columns == 1 else style.DOUBLE, rows * (16 + ROW_MM * len(names))
         figure, grid = panel_grid(rows, columns, height, handles, width, sharey=True, count=len(common.shared))
-        for axes, each in zip(grid.ravel(), common.shared, strict=False):
-            _values(axes, each, names)
+        for axes, shared in zip(grid.ravel(), common.shared, strict=False):
+            _values(axes, shared, names)
     return figure
 
 
-def _values(axes, each: SharedParameter, names: Sequence[str]) -> None:
-    known, (words, factor, unit) = [each.together, *each.alone], _in_words(each)
-    looks = {name: PARTED if name in each.own else OF_ONE for name in each.recordings}
-    for name, estimate in zip(["together", *each.recordings], known, strict=True):
+def _values(axes, shared: SharedParameter, names: Sequence[str]) -> None:
+    known, (words, factor, unit) = [shared.together, *shared.alone], _in_words(shared)
+    looks = {name: PARTED if name in shared.own else OF_ONE for name in shared.recordings}
+    for name, estimate in zip(["together", *shared.recordings], known, strict=True):
         row = names.index(name)
         if estimate.low is None or estimate.high is None:
             axes.text(0.5, row, "not told", transform=axes.get_yaxis_transform(), ha="center", va="center")
@@ -59,40 +59,40 @@ def _values(axes, each: SharedParameter, names: Sequence[str]) -> None:
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(False, axis="y")
     axes.set_xlabel(f"{words} ({unit})" if unit else words)
-    axes.set_title(say.spaced(each.effect) if each.effect else "constants", pad=3)
+    axes.set_title(say.spaced(shared.effect) if shared.effect else "constants", pad=3)
 
 
-def _in_words(each: SharedParameter) -> tuple[str, float, str]:
+def _in_words(shared: SharedParameter) -> tuple[str, float, str]:
     """What a parameter is called in figures and tables, and the factor and the unit that people read it in."""
-    if each.parameter in IN_WORDS:
-        words, factor, unit = IN_WORDS[each.parameter]
+    if shared.parameter in IN_WORDS:
+        words, factor, unit = IN_WORDS[shared.parameter]
         words = words.removeprefix("the ")
         return words[0].upper() + words[1:], factor, unit.strip()
-    ends = [end for estimate in (each.together, *each.alone) for end in estimate if end is not None]
-    shown = style.shown(describe(each.parameter), ends)
-    return say.parameter_title(each.parameter).capitalize(), shown.factor, shown.unit
+    ends = [end for estimate in (shared.together, *shared.alone) for end in estimate if end is not None]
+    shown = style.shown(describe(shared.parameter), ends)
+    return say.parameter_title(shared.parameter).capitalize(), shown.factor, shown.unit
 
 
 def shared_table(common: Common) -> Table | None:
     """What is shared in numbers, a row for each parameter; None where nothing is."""
     rows = []
-    for each in common.shared:
-        alone = dict(zip(each.recordings, each.alone, strict=True))
-        cells = [_cell(each, alone.get(name), name in each.own) for name in common.recordings]
-        about = [say.spaced(each.effect) or "constant", _in_words(each)[0]]
-        rows.append([*about, _cell(each, each.together), *cells, "yes" if each.agrees else "**no**"])
+    for shared in common.shared:
+        alone = dict(zip(shared.recordings, shared.alone, strict=True))
+        cells = [_cell(shared, alone.get(name), name in shared.own) for name in common.recordings]
+        about = [say.spaced(shared.effect) or "constant", _in_words(shared)[0]]
+        rows.append([*about, _cell(shared, shared.together), *cells, "yes" if shared.agrees else "**no**"])
     head = ["Of", "Parameter", "Together", *common.recordings, "Agree"]
     return Table(head, rows, (0, 1, len(head) - 1)) if rows else None
 
 
-def _cell(each: SharedParameter, estimate, own: bool = False) -> str:
+def _cell(shared: SharedParameter, estimate, parted: bool = False) -> str:
     if estimate is None:
         return "–"
     if estimate.low is None:
         return "not told"
-    _, factor, unit = _in_words(each)
+    _, factor, unit = _in_words(shared)
     value, low, high = (style.digits(factor * end) for end in estimate)
-    return f"{value} ({low} to {high}){f' {unit}' if unit else ''}{', its own' if own else ''}"
+    return f"{value} ({low} to {high}){f' {unit}' if unit else ''}{', its own' if parted else ''}"
 
 
 def publish_together(
@@ -117,7 +117,7 @@ def publish_together(
     if figure is not None:
         files = save_figure(figure, folder, SHARED_FIGURE)
         shown = picture(folder, SHARED_FIGURE, SHARED_CAPTION)
-    each = [(diagnosis.name, pages[diagnosis.name], say.headlines(diagnosis)) for diagnosis in diagnoses]
+    rows = [(diagnosis.name, pages[diagnosis.name], say.headlines(diagnosis)) for diagnosis in diagnoses]
     content = {"names": common.recordings, "sentences": list(common.sentences), "table_of_shared": shared_table(common)}
-    page = templates().get_template("together.html.j2").render(content, figure=shown, each=each)
+    page = templates().get_template("together.html.j2").render(content, figure=shown, diagnoses=rows)
     return [*files, write_whole(folder / "report.html", page.encode())]

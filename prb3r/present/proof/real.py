@@ -35,8 +35,8 @@ def _by_kind(cases: Sequence[OpenedCase]) -> list[str]:
     for kind in sorted({kind for case in cases for kind in case.label.kinds}):
         hits, small, instead = list[bool](), 0, Counter[str]()
         for case in cases:
-            found = zip(case.label.kinds, named_of(case), case.label.worth, strict=True)
-            for hit, value in ((hit, value) for true, hit, value in found if true == kind):
+            effects = zip(case.label.kinds, named_of(case), case.label.worth, strict=True)
+            for hit, value in ((hit, value) for true, hit, value in effects if true == kind):
                 small += value < worth
                 hits += [hit] if value >= worth else []
                 if value >= worth and not hit:

@@ -188,9 +188,9 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
     In the folder of a study or a diagnosis, which has such a page, it is named as the other files are.
     """
     captions = {key.replace("decision", name): text for key, text in DECISION_CAPTIONS.items()}
-    found = {key: part for key, part in spots.items() if part is not None}
+    pointed = {key: part for key, part in spots.items() if part is not None}
     told = dict(enumerate(designs_told(counsel.decision)))
-    states, half = designs_standing(counsel.firsts, counsel.decision.designs) if found else ({}, 0.0)
+    states, half = designs_standing(counsel.firsts, counsel.decision.designs) if pointed else ({}, 0.0)
     page = templates().get_template("comparison.html.j2")
     text = page.render(
         counsel=counsel,
@@ -200,7 +200,7 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
         title=f"{len(counsel.decision.designs)} designs compared",
         answer=counsel.recommendation.replace("**", ""),
         figures=[picture(folder, key, captions[key], "", spots[key]) for key in spots],
-        pointed={"figures": found, "cases": told, "states": states, "half": half, "paths": []} if found else None,
+        pointed={"figures": pointed, "cases": told, "states": states, "half": half, "paths": []} if pointed else None,
     )
     taken = any((folder / other).exists() for other in ("manifest.json", "diagnosis.json"))
     return write_whole(folder / (f"{name}.html" if taken else "report.html"), text.encode())

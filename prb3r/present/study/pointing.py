@@ -123,11 +123,11 @@ def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tu
     chain = manipulator.chain(case.settings["broken"])
     cloud = Cloud.model_validate(case.settings["cloud"])
     tension = cloud_tension(manipulator, limits_of(cloud, manipulator, chain), int(steps.max()))[steps - 1]
-    found = equilibria_of(chain, loads(chain, tension), from_rest=True)
+    solved = equilibria_of(chain, loads(chain, tension), from_rest=True)
     tips = kept[kept["disk"] == kept["disk"].max()].set_index("step").loc[steps, ["x_m", "y_m"]].to_numpy(float)
     states = {}
     for row, step in enumerate(steps):
-        places = np.stack([found.x[row], found.y[row], found.angle[row]], -1)
+        places = np.stack([solved.x[row], solved.y[row], solved.angle[row]], -1)
         if np.isfinite(places).all() and np.abs(places[-1, :2] - tips[row]).max() < SAME_TIP_M:
             pulls = dict(zip(manipulator.cable_names, tension[row].tolist(), strict=True))
             states[f"{case.number}:{step}"] = packed_state(places), tensions_in_words(pulls)

@@ -60,7 +60,7 @@ def publish(result: Result) -> list[Path]:
         counsel = advice_on(read_designs([result.folder]))
         drawn = decision_pictures(counsel.decision, result.folder, "decision")
         files += [path for paths, _ in drawn.values() for path in paths]
-        spots |= {name: about_designs(found, len(plan.cases)) for name, (_, found) in drawn.items()}
+        spots |= {name: about_designs(about, len(plan.cases)) for name, (_, about) in drawn.items()}
         figures = [(name, DECISION_CAPTIONS[name]) for name in drawn] + figures
     sections = []
     if counsel is not None and plan.study.search is not None:
@@ -80,7 +80,7 @@ def publish(result: Result) -> list[Path]:
         warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
         sections += [Section("Convergence", [warning], [])] if warning else []
     source = Source(plan.study, result.cases, plan.quantities, result.manifest)
-    shown = {name: found for name, found in spots.items() if found is not None}
+    shown = {name: about for name, about in spots.items() if about is not None}
     known = pointed(source, result, states, shown, counsel.decision if counsel else None) if shown else None
     files += write_report(result.folder, source, figures, Answers(counsel, sections, known))
     if problems:

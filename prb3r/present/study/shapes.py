@@ -123,12 +123,12 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
     return figure
 
 
-def _coincide(one: Body, other: Body) -> bool:
+def _coincide(first: Body, other: Body) -> bool:
     """Whether a manipulator hides another one that is drawn before it."""
-    if one.plates.shape != other.plates.shape:
+    if first.plates.shape != other.plates.shape:
         return False
-    length = np.linalg.norm(np.diff(one.plates.reshape(-1, 2), axis=0), axis=1).sum()
-    return bool(np.abs(one.plates - other.plates).max() < HIDDEN * length)
+    length = np.linalg.norm(np.diff(first.plates.reshape(-1, 2), axis=0), axis=1).sum()
+    return bool(np.abs(first.plates - other.plates).max() < HIDDEN * length)
 
 
 def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]:

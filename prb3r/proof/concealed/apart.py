@@ -48,14 +48,14 @@ def squared_distances(
         raise ValueError("the rig has no equilibrium at some step")
     columns, priors = nuisances(design, lambda p, at: seen(effects, p, at), whole, constants, frame)
     bare = [seen([*effects[:k], *effects[k + 1 :]], constants, frame) for k in range(len(effects))]
-    own = [None if each is None else whole[0] - each[0] for each in bare]
+    changes = [None if read is None else whole[0] - read[0] for read in bare]
     rivals = _rival_columns(design, effects, lambda acting: seen(acting, constants, frame), whole[0])
     out = []
-    for k, change in enumerate(own):
+    for k, change in enumerate(changes):
         if change is None:
             out.append(np.inf)
             continue
-        others = [column for j, column in enumerate(own) if j != k and column is not None]
+        others = [column for j, column in enumerate(changes) if j != k and column is not None]
         fixed = np.column_stack([columns[0], *others]) if others else columns[0]
         rows = np.vstack([fixed, np.diag([*priors, *[0.0] * len(others)])])
         basis = np.linalg.qr(rows)[0]

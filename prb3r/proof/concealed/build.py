@@ -80,7 +80,7 @@ def rig_as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]
         reach = int(ends[cable["ends_at_segment"] - 1])
         holes = [cable["offset_m"] * (1 + build.offset[i][j]) for i in range(reach)]
         cables.append({**cable, "offset_m": holes, "ends_at_segment": reach})
-    effects = [own for effect in manipulator["effect"] for own in _by_plate(effect, counts)]
+    effects = [part for effect in manipulator["effect"] for part in _by_plate(effect, counts)]
     return {**manipulator, "segment": segments, "cable": cables, "effect": effects}
 
 
@@ -107,8 +107,8 @@ def reading_noise(rng: np.random.Generator, build: Build, shape: tuple[int, int,
     """(steps, disks, kinds) reading noise in stated deviations: heavy tails, a part common to neighbouring disks."""
     chosen = SETTINGS.real
     nu = chosen.noise_freedom
-    own = rng.standard_t(nu, shape) / np.sqrt(nu / (nu - 2))
+    single = rng.standard_t(nu, shape) / np.sqrt(nu / (nu - 2))
     disk = np.arange(shape[1])
     alike = np.exp(-np.abs(disk[:, None] - disk) / chosen.common_reach)
     common = np.einsum("ij,sjk->sik", np.linalg.cholesky(alike), rng.standard_normal(shape))
-    return build.noise * (np.sqrt(1 - chosen.common) * own + np.sqrt(chosen.common) * common)
+    return build.noise * (np.sqrt(1 - chosen.common) * single + np.sqrt(chosen.common) * common)

@@ -69,12 +69,12 @@ def requests(seed: int, cases: int, designs: Sequence[Design], classes: Collecti
     bench = [design for design in designs if not design.flavour.is_real]
     rng, shows = np.random.default_rng([seed, 0]), [kinds(design) for design in bench]
     asked = [(cls, *_asked(cls, i)) for cls, count in counts(cases, classes).items() for i in range(count)]
-    load, own = np.zeros(len(bench)), len(bench)
+    load, real = np.zeros(len(bench)), len(bench)
     out = []
     for case, (cls, kind, multiple) in enumerate(asked):
         if cls in REAL_CLASSES:
-            out.append(Request(case, seed, cls, own, kind, multiple))
-            own += 1
+            out.append(Request(case, seed, cls, real, kind, multiple))
+            real += 1
             continue
         able = [k for k, design in enumerate(bench) if _able(design, shows[k], cls, kind, case)]
         able = able or [k for k, design in enumerate(bench) if design.flavour == Flavour.PLAIN]

@@ -79,7 +79,7 @@ def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]
     rare = _sized(rng, design, of_kind[kind], whole=False)
     others = several_effects(rng, design, SETTINGS.real.beside_rare)
     barred = RECORDS[kind].excludes | (STOPS if kind == OF_NITINOL else frozenset())
-    return [rare, *(each for each in others if each.effect["kind"] not in barred)]
+    return [rare, *(planted for planted in others if planted.effect["kind"] not in barred)]
 
 
 def _by_kind(design: Design, rare: bool = False) -> dict[str, list[Candidate]]:
@@ -134,7 +134,7 @@ def _held(
     constants = tuple((np.array(deviations) * drawn[:2]).tolist())
     rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
     frame = tuple((np.array([rotation, shift, shift]) * drawn[2:]).tolist())
-    build, effects = drawn_build(rng, design), [each.effect for each in planted]
+    build, effects = drawn_build(rng, design), [effect.effect for effect in planted]
     states = followed(rig_as_built(truth(design, effects, *constants), build), design.program)
     if states is None or largest_bend(states) > SETTINGS.real.most_bend_rad:
         return None
@@ -151,7 +151,7 @@ def _held(
         request.design,
         noise_seed,
         effects=tuple(effects),
-        sizes=tuple(each.size for each in planted),
+        sizes=tuple(effect.size for effect in planted),
         worth=tuple(worths(design, effects, constants, frame, build, loads)),
         apart=tuple(squared_distances(design, effects, constants, frame, build)),
         constants=constants,

@@ -33,11 +33,13 @@ def worths(
     def seen(acting: Sequence[Mapping[str, Any]], p: Sequence[float], at: Sequence[float]) -> list[np.ndarray] | None:
         manipulator = rig_as_built(truth(design, acting, *p), build)
         states = [followed(manipulator, program) for program in programs]
-        if any(each is None for each in states):
+        if any(solved is None for solved in states):
             return None
         sd = np.array([design.deviation(kind) for kind in design.kinds])
-        read = [exact_readings(design, manipulator, each, [at] * len(each)) for each in states if each is not None]
-        return [(each / sd).reshape(-1) for each in read]
+        read = [
+            exact_readings(design, manipulator, solved, [at] * len(solved)) for solved in states if solved is not None
+        ]
+        return [(solved / sd).reshape(-1) for solved in read]
 
     whole = seen(effects, constants, frame)
     if whole is None:

@@ -32,14 +32,14 @@ class Forecast:
     high: np.ndarray
 
 
-def forecasts(found: Diagnosis, targets: Sequence[Mapping[str, Any]]) -> tuple[Forecast, ...]:
+def forecasts(diagnosis: Diagnosis, targets: Sequence[Mapping[str, Any]]) -> tuple[Forecast, ...]:
     """Predictions at targets, each a `name`, the contents of a `manipulator` file and a `program`."""
     with TemporaryDirectory() as folder:
-        write_record(found, folder)
-        return tuple(_forecast(found, Path(folder), target) for target in targets)
+        write_record(diagnosis, folder)
+        return tuple(_forecast(diagnosis, Path(folder), target) for target in targets)
 
 
-def _forecast(found: Diagnosis, folder: Path, target: Mapping[str, Any]) -> Forecast:
+def _forecast(diagnosis: Diagnosis, folder: Path, target: Mapping[str, Any]) -> Forecast:
     steps = pd.DataFrame(
         [
             {"sequence": f"t{q}", "step": k, **step}
@@ -51,7 +51,7 @@ def _forecast(found: Diagnosis, folder: Path, target: Mapping[str, Any]) -> Fore
     shape = (len(steps), design.plates + 1, len(PREDICTED))
     table = predict_design(folder, design, steps).positions
     assert table is not None
-    constants = carried_constants(found.calibrated.constants, found.nominal, design)
+    constants = carried_constants(diagnosis.calibrated.constants, diagnosis.nominal, design)
     alone = solve(adjusted(design, constants, ()), steps)
     ends = [
         [f"{name.rsplit('_', 1)[0]}_{end}_{name.rsplit('_', 1)[1]}" for name in PREDICTED] for end in ("low", "high")

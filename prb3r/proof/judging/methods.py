@@ -59,11 +59,11 @@ def verdict_of(task: MethodTask) -> Verdict:
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
     settings = replace(task.settings, **ablation)
-    found = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
+    diagnosis = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
     begin = time.process_time()
-    elsewhere = forecasts(found, task.targets) if task.targets else ()
+    elsewhere = forecasts(diagnosis, task.targets) if task.targets else ()
     spent = time.process_time() - begin
-    return replace(_verdict(task, found), elsewhere=elsewhere, forecasting=spent)
+    return replace(_verdict(task, diagnosis), elsewhere=elsewhere, forecasting=spent)
 
 
 def without_covariance(task: MethodTask) -> Verdict:
@@ -143,28 +143,28 @@ def _constants(fitted: Fit | FittedModel) -> tuple[float, float]:
     return float(fitted.constants.log_stiffness), float(fitted.constants.log_friction)
 
 
-def _verdict(task: MethodTask, found: Diagnosis) -> Verdict:
-    held = found.heldout
+def _verdict(task: MethodTask, diagnosis: Diagnosis) -> Verdict:
+    held = diagnosis.heldout
     return Verdict(
         task.case,
         task.method,
-        found.verdict,
-        named=tuple(map(_named, found.effects)),
-        reduced=(found.chi2.calibrated, found.chi2.explained),
-        largest=(*found.score_calibrated, *found.score_explained),
-        chi2=(found.chi2.total, found.chi2.threshold),
+        diagnosis.verdict,
+        named=tuple(map(_named, diagnosis.effects)),
+        reduced=(diagnosis.chi2.calibrated, diagnosis.chi2.explained),
+        largest=(*diagnosis.score_calibrated, *diagnosis.score_explained),
+        chi2=(diagnosis.chi2.total, diagnosis.chi2.threshold),
         heldout=(held.chi2_calibrated, held.chi2_explained, held.readings) if held else None,
-        calibrated=_constants(found.calibrated),
-        explained=_constants(found.explained),
+        calibrated=_constants(diagnosis.calibrated),
+        explained=_constants(diagnosis.explained),
         loading=None if task.targets else _loading(task.recording),
-        models=tuple(model.effects for model in found.models),
-        setup=tuple((blunder.blunder, *blunder.alike) for blunder in found.setup),
-        noise=found.noise.scale,
+        models=tuple(model.effects for model in diagnosis.models),
+        setup=tuple((blunder.blunder, *blunder.alike) for blunder in diagnosis.setup),
+        noise=diagnosis.noise.scale,
         proposals=tuple(
             ExperimentClaim((pair.first, pair.second), float(pair.experiment.separation), _rows(pair.experiment.steps))
-            for pair in found.experiments
+            for pair in diagnosis.experiments
         ),
-        remarks=found.remarks,
+        remarks=diagnosis.remarks,
     )
 
 
@@ -196,8 +196,8 @@ def _rows(steps: Any) -> tuple[Mapping[str, float], ...]:
 
 def _loading(recording: Recording) -> tuple[float, float, float] | None:
     """Calibration on the sequences in which no tension falls, where there are others too."""
-    tension, own = recording.loads.tension, recording.of_sequence
-    rising = [k for k in range(len(recording.sequences)) if (np.diff(tension[own == k], axis=0) >= 0).all()]
+    tension, of_sequence = recording.loads.tension, recording.of_sequence
+    rising = [k for k in range(len(recording.sequences)) if (np.diff(tension[of_sequence == k], axis=0) >= 0).all()]
     if len(rising) < 2 or len(rising) == len(recording.sequences):
         return None
     predict = predictor(recording.only(rising))

@@ -45,7 +45,7 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
         return tuple(Missed(target["name"], np.inf, np.inf, 0.0, np.nan, np.nan) for target in label.targets)
     out = []
     for forecast in verdict.elsewhere:
-        target = next(each for each in label.targets if each["name"] == forecast.name)
+        target = next(target for target in label.targets if target["name"] == forecast.name)
         build = build_of(label) if label.build else None
         states = target_states(design, target, label.effects, label.constants, build, label.foreign)
         assert states is not None
@@ -59,8 +59,12 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
             return np.where(np.isfinite(away), away, lost)
 
         inside = (forecast.low[:, 1:] <= true) & (true <= forecast.high[:, 1:])
-        before, after = (float(np.mean((off(each) / unit) ** 2)) for each in (forecast.calibrated, forecast.explained))
-        before_m, after_m = (_distance(each[:, 1:] - true) for each in (forecast.calibrated, forecast.explained))
+        before, after = (
+            float(np.mean((off(predicted) / unit) ** 2)) for predicted in (forecast.calibrated, forecast.explained)
+        )
+        before_m, after_m = (
+            _distance(predicted[:, 1:] - true) for predicted in (forecast.calibrated, forecast.explained)
+        )
         out.append(Missed(forecast.name, before, after, float(inside.mean()), before_m, after_m))
     return tuple(out)
 

@@ -42,7 +42,7 @@ def wrong_of(case: OpenedCase) -> list[bool]:
 def misplaced(case: OpenedCase) -> list[bool]:
     """Of every name, whether its kind is there but at another place."""
     true = case.label.effects
-    return [c.kind in case.label.kinds and not any(is_hit(c, each) for each in true) for c in case.verdict.named]
+    return [c.kind in case.label.kinds and not any(is_hit(c, effect) for effect in true) for c in case.verdict.named]
 
 
 def whole_set(case: OpenedCase) -> bool:

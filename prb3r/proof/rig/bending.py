@@ -82,21 +82,21 @@ def bent_on(moment, rigidity, loop, before, after):
     goes on alone.  Writes the state `after`; both (2 + springs,): see `Bent`.
     """
     share, slips_at, springs = loop
-    own, left = share * rigidity / springs, moment - before[0]
+    spring, left = share * rigidity / springs, moment - before[0]
     way, stiffness = 1.0 if left >= 0 else -1.0, rigidity
     for e in range(2 + springs):
         after[e] = before[e]
     for _ in range(springs + 1):
         stiffness, room = (1 - share) * rigidity, np.inf
         for e in range(springs):
-            limit = own * slips_at * (2 * e + 1) / springs
+            limit = spring * slips_at * (2 * e + 1) / springs
             if way * after[2 + e] < limit:
-                stiffness += own
-                room = min(room, (limit - way * after[2 + e]) / own)
+                stiffness += spring
+                room = min(room, (limit - way * after[2 + e]) / spring)
         move = min(abs(left) / stiffness, room)
         for e in range(springs):
-            limit = own * slips_at * (2 * e + 1) / springs
-            grown = way * after[2 + e] + own * move
+            limit = spring * slips_at * (2 * e + 1) / springs
+            grown = way * after[2 + e] + spring * move
             after[2 + e] = way * (limit if grown > limit * (1 - 1e-14) else grown)
         after[1] += way * move
         left -= way * move * stiffness

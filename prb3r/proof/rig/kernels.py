@@ -116,11 +116,11 @@ def lengths_beyond(rig, ends):
 
 
 @njit(cache=True)
-def add_rows(to, first, end, factor, what):
+def add_rows(to, first, end, factor, rows):
     """Add `factor` times the rows `first` to `end` of `what` (n, 3) to those of `to`."""
     for i in range(first, end):
         for q in range(3):
-            to[i, q] += factor * what[i, q]
+            to[i, q] += factor * rows[i, q]
 
 
 @njit(cache=True)
