@@ -8,6 +8,14 @@ import numpy as np
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
+MOST_SEGMENTS = 8
+"""Segments, from the base, whose constants are told.  Choice, for the reader."""
+FEWEST_READINGS = 3
+"""Readings that tell the two constants of a part with one to spare."""
+SINGULAR = 1e8
+"""Condition number of normal equations from which on a part does not tell its constants apart: of their derivatives it
+is the square, 1e4."""
+
 
 @dataclass(frozen=True)
 class Clue:
@@ -35,7 +43,7 @@ def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
     for number, end in enumerate(recording.manipulator.segment_ends, 1):
         yield "segment", f"disks {first} to {end}", (disk >= first) & (disk <= end)
         first = end + 1
-        if number >= 8:
+        if number >= MOST_SEGMENTS:
             break
     pull = tension.max(1, initial=0.0)
     ends = np.quantile(pull[pull > 0], [0, 1 / 3, 2 / 3, 1]) if (pull > 0).any() else np.zeros(4)
@@ -54,7 +62,7 @@ def clues(calibrated: Fit) -> list[Clue]:
     for by, part, mask in parts(calibrated.model.predict.recording):
         columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
         normal = columns.T @ columns
-        if mask.sum() < 3 or np.linalg.cond(normal) > 1e8:
+        if mask.sum() < FEWEST_READINGS or np.linalg.cond(normal) > SINGULAR:
             continue
         covariance = np.linalg.inv(normal)
         step = -covariance @ (columns.T @ residual)

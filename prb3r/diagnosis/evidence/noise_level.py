@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
+from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, correlation_root, reading_sd
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
@@ -126,7 +127,7 @@ def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
     """Mean and 95 % interval of a factor from the density of its logarithm on an even grid."""
     weight = np.exp(log_density - log_density.max())
     share = np.cumsum(weight) / weight.sum()
-    low, high = (float(np.exp(np.interp(part, share, logs))) for part in (0.025, 0.975))
+    low, high = (float(np.exp(np.interp(part, share, logs))) for part in (TAIL, 1 - TAIL))
     best = float(np.exp(np.sum(weight * logs) / weight.sum()))
     return EstimatedScale(best, min(low, best), max(high, best))
 

@@ -19,6 +19,11 @@ from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
 
+FOR_FIRST, FOR_SECOND = 2, 4
+"""Expectations of a reading, of at most twelve, from which on the nearest of them counts, and the second nearest."""
+LEAST_SURPRISE = 0.1
+"""Of the median surprise of noise, sd, so that it can be divided by where most readings have no neighbours.  Choice."""
+
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
     """(6, l, k) by how many sd each of `k` values along each of `l` lines misses what its neighbours lead to expect;
@@ -60,7 +65,7 @@ def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray,
     for _ in range(settings.outlier_rounds):
         away = np.sort(_surprises(readings.where(kept), deviation[kept], of_sequence), axis=0)  # NaN last
         known = np.isfinite(away).sum(0)
-        off[kept] = np.where(known >= 4, away[1], np.where(known >= 2, away[0], 0.0))
+        off[kept] = np.where(known >= FOR_SECOND, away[1], np.where(known >= FOR_FIRST, away[0], 0.0))
         gross = off[kept] > settings.gross_sd
         kept = kept[~gross]
         if not gross.any():
@@ -87,7 +92,7 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
 def usual_surprise(recording: Recording, settings: Settings) -> float:
     """The median surprise of a recording that holds nothing but noise as stated, from one draw."""
     drawn = np.random.default_rng(0).standard_normal(recording.readings.count)
-    return max(float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings))), 0.1)
+    return max(float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings))), LEAST_SURPRISE)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:

@@ -37,6 +37,9 @@ class Fittable(Protocol[S, F_co]):
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e8
 """Of the normal equations, relative to their diagonal: at first, and where a step is as good as undamped or nothing."""
+HARDER, EASIER = 4.0, 10.0
+"""Times by which the damping grows after a step that leads uphill, doubled with every further one, and shrinks after
+one that leads downhill: by ten as Marquardt's (J. SIAM 11 (1963) 431), doubled as Nielsen's (IMM-REP-1999-05)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +96,14 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
                 before, idle, damping = here.chi2, 0, FIRST_DAMPING
                 continue
         there = at(downhill.step(damping))
-        harder = 4.0
+        harder = HARDER
         while exact and there.chi2 > here.chi2 and damping < MOST_DAMPING:
             damping, harder = damping * harder, harder * 2
             there = at(downhill.step(damping))
         gain, tried = here.chi2 - there.chi2, exact
         if gain > 0:
             jacobian, here = _secant(jacobian, here, there), there
-            damping = max(damping / 10, LEAST_DAMPING)
+            damping = max(damping / EASIER, LEAST_DAMPING)
         exact = gain < settings.idle_gain
         if exact:
             if gain > 0 or not tried:

@@ -12,6 +12,9 @@ SHORTEST, LONGEST = 0.3, 3.0
 """Change of a profile's reach from one trial to the next, at most."""
 STRAIGHT = 2.0
 """Factor that the reach of a linearised interval may be wrong by.  Choice."""
+LEAST_RISE = 0.05
+"""Rise of chi-square from which the place of the interval's end is extrapolated at the least, as the square that a
+smaller one would promise lies far beyond what `LONGEST` lets the reach grow by."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ def profile(fitted: Fit, number: int) -> Profile:
                 break
             guess = (inside + away) / 2
             if np.isfinite(risen):
-                guess = away * np.sqrt(INTERVAL_RISE / max(risen, 0.05))
+                guess = away * np.sqrt(INTERVAL_RISE / max(risen, LEAST_RISE))
             if risen < INTERVAL_RISE:
                 inside = away
             reach, crossing = float(np.clip(guess, max(SHORTEST * away, inside), LONGEST * away)), guess

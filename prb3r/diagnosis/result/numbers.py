@@ -5,6 +5,9 @@ from typing import NamedTuple
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.model.effects.base import Effect
 
+BEYOND_TOLERANCE = 3.0
+"""Prior standard deviations from which on a tolerance is remarked upon: by chance once in 370."""
+
 
 class FittedModel(NamedTuple):
     """A fitted model without the means to fit it again."""
@@ -78,7 +81,7 @@ class ToleranceFound(NamedTuple):
     @property
     def beyond(self) -> bool:
         """Whether it is farther off than tolerances are: three of their standard deviations."""
-        return abs(self.value) > 3 * self.prior_sd
+        return abs(self.value) > BEYOND_TOLERANCE * self.prior_sd
 
 
 class LargestScore(NamedTuple):

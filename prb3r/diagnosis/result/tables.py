@@ -17,6 +17,9 @@ from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.quantities import Quantity
 from prb3r.recording.recording import Kind, Readings, Recording
 
+WITHIN_BOUNDS = 0.999
+"""Share of the way to a bound up to which a detectable size lies within: one at its bound has been cut off there."""
+
 _EITHER = "m or rad, as kind says"
 QUANTITIES = (
     Quantity("sequence", "", "", "load sequence; each starts from rest"),
@@ -185,7 +188,7 @@ def detectable_table(investigation: Investigation) -> pd.DataFrame:
         row = {"effect": hypothesis.kind, "place": _place(hypothesis), "parameter": "", "size": np.nan, "shown": shown}
         if size is not None:
             free = hypothesis.free[0]
-            within = size < 0.999 * max(free.high - free.null, free.null - free.low)
+            within = size < WITHIN_BOUNDS * max(free.high - free.null, free.null - free.low)
             row |= {"parameter": free.name, "size": size if within else np.nan, "shown": shown and within}
         rows.append(row)
     return pd.DataFrame(rows, columns=["effect", "place", "parameter", "size", "shown"])
