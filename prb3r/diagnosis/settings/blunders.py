@@ -16,11 +16,11 @@ class BlundersSettings:
     friction_sd: float = float(np.log(3.0))
     """Of ln mu: a handbook's coefficient is right within a factor of three.  Choice."""
     coarse_factors: tuple[float, ...] = (0.6, 1.0, 1.6)
-    """Stiffnesses at which a blunder is tried before constants are fitted."""
+    """Factors on stiffness at which a blunder is tried before constants are fitted.  Choice, for time."""
     blunders_fitted: int = 12
     """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
     robust_rounds: int = 3
-    """Reweighted fits, in which readings count less the further they are off."""
+    """Reweighted fits, in which readings count less the further they are off.  Choice, for time."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     blunder_fall: float = 10.0

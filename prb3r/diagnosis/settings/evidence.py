@@ -33,11 +33,13 @@ class EvidenceSettings:
     refuted_rise: float = 10.0
     """Rise of chi-square on held-out readings at which what was named is taken back.  The same scale."""
     likelihood_ratio: float = 20.0
-    """A rival is listed while it is at most so much less likely than what is named.  "Strong" on the same scale."""
+    """A rival is listed while it is at most so much less likely than what is named.  "Strong" on the scale of Kass and
+    Raftery."""
     hopeless_rise: float = 40.0
     """A rival that fits worse by so much in chi-square is none, whatever its linearised distance.  Choice: a likelihood
     ratio of 5e8."""
     exchange_fall: float = 2.0
-    """Fall of cost for which an effect is exchanged for another one.  Akaike's price of a parameter."""
+    """Fall of cost for which an effect is exchanged for another one.  The price of a parameter by
+    Akaike, IEEE Trans. Autom. Control 19 (1974) 716."""
     far_from_one: float = 1.5
     """Reduced chi-square from which on no interval is printed.  Choice: the error bars would be a fifth too small."""

@@ -8,41 +8,43 @@ class NoiseSettings:
     """What may be found of the noise."""
 
     noise_log_sd: float = 0.35
-    """Prior standard deviation of the ln of the factor on the stated noise: within a factor of two, rarely beyond."""
+    """Prior standard deviation of the ln of the factor on the stated noise: within a factor of two, rarely beyond.
+    Choice."""
     noise_scales: tuple[float, float, int] = (-2.5, 2.5, 201)
-    """Logarithms of the factors that are considered: from, to, how many."""
+    """Logarithms of the factors that are considered, from, to, how many: seven prior deviations either way.  Choice."""
     tension_log_sd: float = 0.35
-    """The same for the stated scatter of the tensions: nobody knows that of a spring balance better."""
+    """The same for the stated scatter of the tensions: nobody knows that of a spring balance better.
+    Choice."""
     tension_scales: tuple[float, float, int] = (-1.05, 1.4, 8)
-    """The same for these; what lies between is interpolated."""
+    """The same for these; what lies between is interpolated.  Choice, for time."""
     far_noise: float = 0.7
     """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
     common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
-    """Shares of the noise that a photograph may have in common."""
+    """Shares of the noise that a photograph may have in common.  Choice."""
     common_reaches: tuple[float, ...] = (2.0, 1e3)
-    """Disks over which: neighbours, or the whole photograph, which has fewer."""
+    """Disks over which: neighbours, or the whole photograph, which has fewer.  Choice."""
     common_sd: float = 0.3
-    """Prior standard deviation of the share."""
+    """Prior standard deviation of the share.  Choice."""
     lasting_shares: tuple[float, ...] = (0.25, 0.5, 0.9)
     """Shares of the variance of the tensions that may last through a sequence.  Choice: less is not seen among few
     sequences, and with more no step would have any scatter of its own."""
     lasting_sd: float = 0.3
     """Prior standard deviation of the share: as of what a photograph has in common."""
     serial_shares: tuple[float, ...] = (0.25, 0.5, 0.75)
-    """Shares of the noise that the readings of a disk may have in common along a sequence."""
+    """Shares of the noise that the readings of a disk may have in common along a sequence.  Choice."""
     serial_spans: tuple[float, ...] = (2.0, 10.0)
     """Steps over which: neighbours, or most of a sequence.  What is alike over all of it is no noise but something that
     was moved."""
     most_in_sequence: int = 1500
     """Readings of a kind in a sequence up to which a share is sought that goes on along it: their correlation is
-    dense."""
+    dense.  Choice, for time."""
     most_differences: int = 600
     """Differences of repeated sequences that are held against one another: their covariance is dense.  Choice, for
     time."""
     coarser: int = 10
-    """Points of the scales of the noise for each that is tried there."""
+    """Points of the scales of the noise for each that is tried there.  Choice, for time."""
     fewest_in_photograph: float = 4.0
-    """Readings a photograph from which on a common share is sought."""
+    """Readings a photograph from which on a common share is sought.  Choice: fewer hardly tell it."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +63,9 @@ class DoubtSettings:
     most_gross: float = 0.1
     """A larger share of the readings than this is not outliers.  Choice."""
     outlier_rounds: int = 4
-    """How often outliers are looked for among what is left."""
+    """How often outliers are looked for among what is left, at most.  Choice."""
     doubt_rounds: int = 2
-    """How often readings are weighed and the model fitted again."""
+    """How often readings are weighed and the model fitted again, at most.  Choice, for time."""
     most_wrong_weights: int = 3
     """Weights that may be doubted before it is no slip any more.  Choice."""
     disbelief: float = 1e3

@@ -19,7 +19,7 @@ class SearchSettings:
     fewest_small_loads: float = 5.0
     """Readings a parameter that small loads must have to be explained first.  Choice."""
     load_shares: tuple[float, ...] = (0.4, 0.7)
-    """Shares of the largest loads up to which readings are explained first, in this order."""
+    """Shares of the largest loads up to which readings are explained first, in this order.  Choice."""
     common_presence: float = 0.1
     """Prior probability from which on an effect is common: all such are fitted at once as one of the beginnings."""
     saturated_shares: tuple[float, ...] = (0.25, 0.4, 0.55, 0.7, 0.85)
@@ -31,7 +31,7 @@ class SearchSettings:
     proposal_reach: float = 3.0
     """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
     costly_proposals: int = 1
-    """The same where a prediction is slow."""
+    """The same where a prediction is slow.  Choice, for time."""
     costly_price: float = 2.0
     """Expansions that one counts for where a prediction is slow.  Choice, for time."""
     costly_kept: int = 4

@@ -12,7 +12,8 @@ class LocationSettings:
     own_share: float = 0.1
     """But for this share of their variance.  Choice."""
     moment_sizes: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-    """Sizes of missing moments that are considered, in shares of the largest cable moment."""
+    """Sizes of missing moments that are considered, in shares of the largest cable moment: half decades up to
+    a third.  Choice."""
     alike_loads: float = 0.3
     """Of the largest load: missing moments are alike under loads that differ by less.  Choice."""
     alike_steps: float = 2.0
@@ -20,9 +21,10 @@ class LocationSettings:
     field_directions: tuple[int, ...] = (10, 100)
     """How many directions of a field of missing moments stand out of the noise, by its size.  Choice."""
     field_share: float = 0.99
-    """Modes of a field are followed up to this share of its variance, along the arm and over the loads each."""
+    """Modes of a field are followed up to this share of its variance, along the arm and over the loads each.
+    Choice: what is left of a field is a tenth of its deviation."""
     most_field_modes: int = 60
-    """But no more of them over the loads."""
+    """But no more of them over the loads.  Choice, for time."""
     near_largest: float = 0.7
     """Laws whose score is at least this share of the largest are said to be what the mismatch goes with.  Choice."""
     loud_sd: float = 3.0
@@ -38,8 +40,8 @@ class LawsSettings:
     most_terms: int = 3
     """Terms of an empirical law.  Choice, for the reader."""
     term_share: float = 0.1
-    """Scale of a term: the moment that is this share of the largest cable moment."""
+    """Scale of a term: the moment that is this share of the largest cable moment.  Choice."""
     farthest_term: float = 30.0
-    """Bound of a term in that scale: three times the largest cable moment."""
+    """Bound of a term in that scale: three times the largest cable moment.  Choice."""
     harder: float = 1.25
     """Proposed programs pull up to so many times the largest recorded tension.  Choice."""

@@ -40,10 +40,13 @@ class Population:
     plain_designs: int = 24
     """In a full run, fewer in proportion in a smaller one: fifty recordings a design."""
     fewest_plain: int = 4
+    """Of them, in the smallest run.  A choice."""
     special_designs: int = 4
     """Of those that load only and of poor ones, each."""
     fewest_special: int = 1
+    """Of either, in the smallest run.  A choice."""
     history_designs: int = 2
+    """Designs with friction along the load path: few, for their cost."""
     history_from: int = 300
     """Cases from which on there are designs with friction along the path."""
     awkward_every: int = 2
@@ -71,6 +74,7 @@ class Labels:
     deleted_multiples: tuple[float, ...] = (5.0, 5.0, 8.0, 8.0, 12.0, 12.0, 20.0, 20.0)
     """Sizes at which an effect that is taken out of the library is tried until it is far outside what is left."""
     pair_tries: int = 10
+    """Pairs that are drawn for one that keeps its norms.  A choice, for cost."""
     pair_least: float = 2.0
     """Norm, in detectable ones, that each of a pair keeps once the other is refitted."""
     cancelling: float = 0.4
@@ -78,9 +82,11 @@ class Labels:
     wrong_weights: tuple[float, ...] = (0.5, 0.75, 1.25, 1.5)
     """Factors on one noted weight: one weight of a stack left out, or put on twice."""
     wrong_weight_tries: int = 25
+    """Weights and factors that are drawn for one that shows.  A choice, for cost."""
     wrong_weight_least: float = 3.0
     """Norm that a wrong weight has, in detectable ones."""
     confusable_tries: int = 20
+    """Effects that are drawn for one with a rival as near.  A choice, for cost."""
     confusable_near: float = 4.0
     """Times `same`, within which the linear rule may see a rival for a refit to be worth its cost."""
     hidden_tries: int = 30
@@ -106,6 +112,7 @@ class Foreign:
     first_dead_zone: tuple[float, float] = (0.25, 0.6)
     """Share tried first of a law that comes in jumps."""
     tries: int = 6
+    """Sizes that are tried for one at about the distance asked for.  A choice, for cost."""
     accepted: tuple[float, float] = (1.0, 6.0)
     """Ratio to the distance asked for at which a size is taken."""
     too_near: float = 100.0

@@ -13,8 +13,11 @@ class Typical(NamedTuple):
     """How large an effect mostly is, in parts of the largest that its record allows, and how common it is."""
 
     least: float
+    """Smallest size, in parts of the largest."""
     most: float
+    """Largest size, in parts of the largest."""
     common: float = 1.0
+    """How often it is drawn, relative to the others."""
 
 
 TYPICAL: Mapping[str, Typical] = {
@@ -96,8 +99,9 @@ class RealRigs:
     gaps_every: int = 3
     """One of so many recordings lacks readings, and one of so many has gross outliers."""
     gaps: float = 0.05
+    """Share of their readings that is missing.  A choice."""
     gross: float = 0.01
-    """Their shares."""
+    """Share of their readings that are gross outliers.  A choice."""
 
     most_bend_rad: float = 0.7
     """Of a plate of a recorded rig: beyond, its owner would have taken smaller weights."""
@@ -110,6 +114,7 @@ class RealRigs:
     more_plates: tuple[int, int] = (-2, 3)
     """Plates that each of its segments has more."""
     fewest_plates: int = 2
+    """Of each of its segments.  A choice: a segment is more than a plate."""
     history_plates: int = 3
     """Most of a segment where friction follows the path, for its cost."""
     largest_bend_rad: float = 0.5

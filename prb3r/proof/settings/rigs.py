@@ -23,6 +23,7 @@ class Manipulators:
     plates_per_segment: int = 2
     """At least, so that a segment is more than a plate."""
     history_segments: tuple[int, ...] = (1, 2)
+    """Numbers of segments with friction along the path, each as often as it stands here: few, for cost."""
     history_plates: tuple[int, int] = (4, 5)
     """With friction along the path, for its cost."""
     length_m: tuple[float, float] = (0.026, 0.034)
@@ -58,6 +59,7 @@ class Manipulators:
     nitinol_thickness_m: tuple[float, float] = (1.2e-3, 1.8e-3)
     """Of their plates, so that strains go beyond a per cent."""
     gravity_m_s2: float = 9.81
+    """Standard gravity, rounded as manipulator files have it."""
     disk_thickness_m: tuple[float, float] = (0.003, 0.006)
     """Prototype 0.004."""
     disk_mass_kg: tuple[float, float] = (0.04, 0.1)
@@ -75,11 +77,13 @@ class Programs:
     loading_sequences: int = 6
     """Of designs on which calibration hides an effect: four that load, and then as many as follow that unload too."""
     unloading_last: int = 2
+    """Of these designs, the last sequences, which unload too."""
     uses: int = 3
     """Sequences in which each cable is pulled: no cable hangs on one sequence that is set aside."""
     steps: tuple[int, int] = (4, 6)
     """Fewest and most of a sequence."""
     few_steps: int = 4
+    """Of a sequence of designs with few sequences."""
     bend_rad: float = 0.33
     """Of a plate under the strongest cable alone, by which its largest tension is chosen: a third of a radian, where
     geometry is far from linear."""
@@ -127,7 +131,9 @@ class Cameras:
     )
     """Of plain designs, each as often as it stands here: half read all that a marker shows."""
     read_of_others: tuple[Kind, ...] = (Kind.X, Kind.Y, Kind.ANGLE)
+    """Of the other designs: all that a marker shows."""
     read_of_poor: tuple[tuple[Kind, ...], ...] = ((Kind.X, Kind.Y), (Kind.ANGLE, Kind.BEND))
+    """Of poor designs, one of these: places alone, or turns alone."""
     tension_sd_relative: tuple[float, float] = (0.002, 0.005)
     """Weights are known to a few grams in a kilogram."""
     position_sd_m: tuple[float, float] = (2e-4, 5e-4)
@@ -137,6 +143,7 @@ class Cameras:
     frame_rotation_sd_rad: tuple[float, float] = (0.002, 0.006)
     """A tripod set up by eye along the arm."""
     frame_position_sd_m: tuple[float, float] = (0.0005, 0.0025)
+    """The same for its place: half a millimetre to a few, as a ruler tells."""
     no_prior: float = 0.4
     """Share of designs of which nothing is known beforehand, and all poor ones."""
     prior: Mapping[str, float] = field(default_factory=lambda: {"youngs_modulus": 0.1, "friction_coefficient": 0.3})
