@@ -49,7 +49,7 @@ Report = Callable[[str], None]
 
 
 def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
-    """What a recording tells; see :func:`investigate`."""
+    """The diagnosis of the recording of a task, all stages done; parameters and errors as of :func:`investigate`."""
     investigation = investigate(task, report, apply)
     report("tell")
     return tell(investigation)

@@ -86,7 +86,7 @@ class Unseen:
     """By fit, what was computed already."""
 
     def solved(self, fitted: Fit) -> Solution:
-        """States and readings that `fitted` predicts."""
+        """States (s, n) and readings (r,) that `fitted` predicts for the sequences set aside."""
         return self.predict.solve(fitted.constants, fitted.effects)
 
     def noise(self, fitted: Fit) -> Noise:
@@ -139,7 +139,8 @@ class Unseen:
         return float(np.mean(-(noise.whiten(misfit) ** 2) / 2)) - float(np.mean(np.log(noise.total_sd / noise.sd)))
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
-        """Every sequence, as `fitted` predicts it."""
+        """Every sequence set aside with the chance of a misfit that large, if `fitted` is right, in the order of the
+        recording."""
         recording, (readings, noise) = self.predict.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []

@@ -76,7 +76,8 @@ def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
 
 
 def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
-    """The alternative of every law to `fitted`."""
+    """The alternative of every law to `fitted`: its moments, or shifts of the readings, as one whitened direction (r +
+    c,)."""
     basis, step = fitted.basis, fitted.model.predict.recording.readings.step
     moved = [law.values if law.values.ndim == 1 else (mechanics.moment * law.values[step]).sum(1) for law in dictionary]
     return [alternative(fitted, law, shift[:, None], basis) for law, shift in zip(dictionary, moved, strict=True)]

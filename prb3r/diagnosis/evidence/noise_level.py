@@ -118,7 +118,7 @@ def noise_level(
 
 
 def _finer(logs: np.ndarray, log_density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same density on a finer grid."""
+    """The same logarithms and log density, `POINTS_BETWEEN` times as many, by a cubic spline."""
     fine = np.linspace(logs[0], logs[-1], POINTS_BETWEEN * len(logs))
     return fine, CubicSpline(logs, log_density)(fine)
 

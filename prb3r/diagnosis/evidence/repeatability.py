@@ -109,7 +109,7 @@ def _of_next(recording: Recording, settings: Settings) -> Iterator[Match]:
 
 
 def _more(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
-    """Levels of which a little more lasts."""
+    """The levels with the next larger share that lasts: of the tensions, or of the readings over each span."""
     larger = [share for share in settings.lasting_shares if share > level.lasting]
     yield from (level._replace(lasting=share) for share in larger[:1])
     shares = [share for share in settings.serial_shares if share > level.serial]

@@ -47,7 +47,7 @@ class NoiseLevel(NamedTuple):
 
     @property
     def correlations(self) -> tuple[float, ...]:
-        """All but the two factors."""
+        """What correlates, without the factors on the scales: `common`, `reach`, `lasting`, `serial`, `span`."""
         return self.common, self.reach, self.lasting, self.serial, self.span
 
     def near(self, other: "NoiseLevel") -> bool:
@@ -177,7 +177,7 @@ def correlation_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) ->
 
 
 def noise_correlation(recording: Recording, level: NoiseLevel) -> csr_array:
-    """(r, r) correlation of the reading noise."""
+    """(r, r) correlation of the reading noise at a `level`, sparse: 1 on the diagonal, in the order of the readings."""
     return _of_blocks(recording, level, lambda block: block)
 
 

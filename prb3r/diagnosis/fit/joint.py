@@ -34,7 +34,7 @@ class JointModel:
 
     @property
     def settings(self) -> Settings:
-        """Of the first: all have the same."""
+        """The settings of the first recording: all have the same."""
         return self.rigs[0].settings
 
     @cached_property
@@ -59,12 +59,12 @@ class JointModel:
 
     @property
     def count(self) -> int:
-        """Number of parameters."""
+        """Number P of joint parameters: a shared one counts once."""
         return len(self.varied) + sum(len(hypothesis.free) for hypothesis in self.hypotheses)
 
     @cached_property
     def spans(self) -> tuple[slice, ...]:
-        """Where the parameters of every effect stand."""
+        """Where the parameters of every effect stand among all (P,), in the order of `hypotheses`."""
         ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
         return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
 
@@ -113,7 +113,7 @@ class JointModel:
         return low, high
 
     def solve(self, p: np.ndarray) -> tuple[Solution, ...]:
-        """States and readings of every recording."""
+        """States and readings of every recording, in their order, for the joint parameters `p` (P,)."""
         return tuple(member.solve(whole @ p) for member, whole in zip(self.members, self.maps, strict=True))
 
     def residuals(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
@@ -155,7 +155,7 @@ class JointFit:
 
     @property
     def chi2(self) -> float:
-        """Sum of squared residuals, priors included."""
+        """Sum of squared residuals of all recordings, priors of constants and effects included."""
         return float(self.residual @ self.residual)
 
     @property
@@ -170,7 +170,7 @@ class JointFit:
 
     @property
     def covariance(self) -> np.ndarray:
-        """(P, P) of the parameters, linearised."""
+        """(P, P) covariance of the joint parameters, linearised: the inverse of the normal equations."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
     @cached_property

@@ -175,14 +175,15 @@ class Downhill(NamedTuple):
         return cls(here, jacobian.T @ jacobian, gradient, held, bounds)
 
     def change(self, damping: float) -> np.ndarray:
-        """(p,) the damped step."""
+        """(p,) the step of the damped normal equations (Marquardt), 0 for parameters that are fixed or press on a
+        bound."""
         system = self.normal + np.diag(damping * np.diag(self.normal) + 1e-12)
         system[self.held], system[:, self.held] = 0.0, 0.0
         system[self.held, self.held] = 1.0
         return -np.linalg.solve(system, np.where(self.held, 0.0, self.gradient))
 
     def step(self, damping: float) -> np.ndarray:
-        """(p,) where it leads, within bounds."""
+        """(p,) the parameters that :meth:`change` leads to, cut off at their bounds."""
         return np.clip(self.here.p + self.change(damping), *self.bounds)
 
     @property

@@ -103,7 +103,7 @@ class Fit:
 
     @property
     def chi2(self) -> float:
-        """Sum of squared residuals, priors included."""
+        """Sum of squared residuals, priors and what other recordings say included."""
         return float(self.residual @ self.residual)
 
     @property
@@ -124,7 +124,7 @@ class Fit:
 
     @property
     def reduced(self) -> float:
-        """Chi-square per degree of freedom."""
+        """Chi-square per degree of freedom: 1 on the average where model and noise are right."""
         return self.chi2 / max(self.freedom, 1)
 
     @property
@@ -137,7 +137,8 @@ class Fit:
 
     @property
     def covariance(self) -> np.ndarray:
-        """(p, p) of the parameters, linearised."""
+        """(p, p) covariance of the parameters, linearised: the inverse of the normal equations, effects in their own
+        scale."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
     def apart(self, other: "Fit") -> np.ndarray:

@@ -38,7 +38,7 @@ class Parametrisation:
     """What other recordings say of its parameters, by `names`."""
 
     def adding(self, *more: Hypothesis) -> Self:
-        """The same with more effects."""
+        """The same with more effects, behind those that it has."""
         return replace(self, hypotheses=(*self.hypotheses, *more))
 
     def without(self, number: int) -> Self:

@@ -111,7 +111,7 @@ def mechanical_tolerances(
 
 
 def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
-    """Plates with another stiffness, by its logarithm."""
+    """A change of the chain by a number: the natural logarithm of a factor on the stiffness of the plates at `rows`."""
 
     def change(chain: Chain, by: float) -> Chain:
         stiffness = chain.stiffness.copy()

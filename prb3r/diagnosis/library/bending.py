@@ -116,7 +116,8 @@ def said_of_loops(fitted: Occurrence) -> str:
 
 
 def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """As a bending law carries over."""
+    """The effect on another design, its curvature by equal strain of the outermost fibre, or why it does not carry
+    over."""
     assert isinstance(effect, HystereticPlate)
     if _sections(here) == _sections(there):
         return effect

@@ -71,6 +71,6 @@ def said_of_closing(fitted: Occurrence) -> str:
 
 
 def gaps(manipulator: Manipulator) -> object:
-    """What stands between neighbouring disks."""
+    """What decides on the gaps between neighbouring disks, to be compared with another design: lengths and disks, m."""
     lengths = {(segment.length_m, segment.clamp_m) for segment in manipulator.segment}
     return lengths, manipulator.disk.thickness_m

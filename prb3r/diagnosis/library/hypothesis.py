@@ -96,7 +96,8 @@ class Hypothesis:
         return EFFECT_KINDS[self.kind].follows_history
 
     def excludes(self, other: "Hypothesis") -> bool:
-        """Whether both cannot hold."""
+        """Whether a model cannot have both: the same, of a kind that occurs once, or of kinds in the place of each
+        other."""
         if self.kind == other.kind:
             return self.once or self == other
         return in_place_of(self.kind, other.kind)

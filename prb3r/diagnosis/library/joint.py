@@ -101,7 +101,7 @@ class JointHypothesis:
 
     @property
     def kinked(self) -> bool:
-        """Whether a part is (`Hypothesis.kinked`)."""
+        """Whether the part of any rig is (`Hypothesis.kinked`)."""
         return any(part.kinked for part in self.parts if part)
 
     def sided(self, frictions: Sequence[float]) -> bool:
@@ -110,7 +110,7 @@ class JointHypothesis:
 
     @property
     def costly(self) -> bool:
-        """Whether a part is (`Hypothesis.costly`)."""
+        """Whether the part of any rig is (`Hypothesis.costly`)."""
         return any(part.costly for part in self.parts if part)
 
     @property
@@ -121,7 +121,7 @@ class JointHypothesis:
         return text if len(self.rigs) > 1 else f"{text} on rig {self.rigs[0] + 1}"
 
     def excludes(self, other: "JointHypothesis") -> bool:
-        """Whether both cannot hold."""
+        """Whether a joint model cannot have both: on some rig one excludes the other or is the same."""
         if self == other or (self.parting and other.parting and (self.kind, self.parted) == (other.kind, other.parted)):
             return True
         pairs = zip(self.parts, other.parts, strict=True)
@@ -148,7 +148,7 @@ def _alike(first: Hypothesis, other: Hypothesis) -> bool:
 
 
 def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
-    """An effect of one of `count` rigs."""
+    """The effect as one that rig `rig` of `count`, counted from 0, has alone."""
     parts = tuple(hypothesis if k == rig else None for k in range(count))
     return JointHypothesis(hypothesis.kind, parts)
 

@@ -83,7 +83,7 @@ def _rest_sentence(fitted: Occurrence) -> str:
 
 
 def _clamps(manipulator: Manipulator) -> object:
-    """What holds the plates' ends."""
+    """What decides on the clamps, to be compared with another design: their lengths and widths, m."""
     return {(segment.clamp_m, segment.width_m) for segment in manipulator.segment}
 
 

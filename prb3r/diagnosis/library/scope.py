@@ -93,12 +93,12 @@ class Scope(NamedTuple):
         return float(np.abs(self.chain.offset).max(initial=0.0))
 
     def arm_of(self, cable: str) -> float:
-        """Largest offset of one cable, m."""
+        """Largest distance of one cable, by name, from the axis over any plate, m."""
         return float(np.abs(self.chain.offset[:, self.manipulator.cable_names.index(cable)]).max())
 
     @property
     def moment(self) -> float:
-        """Typical largest bending moment, N m."""
+        """Typical largest bending moment, N m: the largest tension at the largest offset; 1 where nothing is pulled."""
         return self.pull * self.arm or 1.0
 
     @property
@@ -108,7 +108,7 @@ class Scope(NamedTuple):
 
     @property
     def curvature(self) -> float:
-        """Largest curvature of a plate, 1/m."""
+        """Largest curvature of a plate at any step of the nominal manipulator, 1/m; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend) / self.chain.arc)) or 1.0
 
     @property

@@ -38,7 +38,7 @@ class Estimate(NamedTuple):
         return Estimate(*(None if number is None else factor * number for number in self))  # type: ignore[arg-type]
 
     def less(self, whole: float) -> "Estimate":
-        """The estimate of whole - value."""
+        """The estimate of `whole` less the value, its ends exchanged."""
         low, high = (None if end is None else whole - end for end in (self.high, self.low))
         return Estimate(whole - self.value, low, high)
 
@@ -96,7 +96,7 @@ def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
 
 
 def effect_in_words(effect: Effect) -> str:
-    """Its kind as a sentence has it."""
+    """The kind of an effect as a sentence has it, `worn hole` of `worn_hole`."""
     return effect.kind.replace("_", " ")
 
 

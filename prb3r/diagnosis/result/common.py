@@ -112,7 +112,7 @@ class Common:
         yield from (f"note: {remark}" for remark in self.remarks)
 
     def as_json(self) -> dict[str, Any]:
-        """As plain numbers, texts, lists and mappings."""
+        """What `together.json` holds: plain numbers, texts, lists and mappings."""
         return {
             "schema": 1,
             "recordings": list(self.recordings),

@@ -52,7 +52,7 @@ class FreeParameter(Strict):
 
     @property
     def free(self) -> Free:
-        """The parameter as a fit has it."""
+        """The parameter as a fit has it, with its scale and bounds, by its name without the effect."""
         name = self.name.rpartition(".")[2]
         return Free(name, self.null, self.low, self.high, self.scale, self.log, self.above)
 

@@ -195,7 +195,7 @@ def detectable_table(investigation: Investigation) -> pd.DataFrame:
 
 
 def _place(hypothesis: Hypothesis) -> str:
-    """`plate 4` of `weakened_plate (plate 4)`."""
+    """The place of a hypothesis alone: `plate 4` of `weakened_plate (plate 4)`."""
     return hypothesis.name.removeprefix(hypothesis.kind).strip(" ()")
 
 

@@ -154,7 +154,7 @@ def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
 
 
 def _effect(named: Named, investigation: Investigation) -> NamedEffect:
-    """A named effect without its fits."""
+    """A named effect as data: numbers with intervals, sentences and rivals, without its fits."""
     explained, probability = investigation.explained, investigation.choice.presence.get(named.hypothesis.kind, 0.0)
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
     free = {free.name: free for free in hypothesis.free}

@@ -139,7 +139,7 @@ def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: S
 
 
 def given(effect: Effect) -> Hypothesis:
-    """A known effect, nothing of it free."""
+    """An effect whose numbers are known as a hypothesis of which nothing is free."""
     plain = effect.model_dump(exclude={"kind"}, exclude_none=True)
     place = {name: tuple(value) if isinstance(value, list) else value for name, value in plain.items()}
     return Hypothesis(effect.kind, tuple(place.items()))

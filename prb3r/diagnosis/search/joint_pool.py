@@ -84,11 +84,11 @@ class JointPool(Pool):
     """All joint models that were fitted in full, by their effects; as a pool of one recording."""
 
     def linearised(self, fitted: Any) -> tuple[LinearModel, frozenset[int]]:
-        """As of a pool of one recording."""
+        """The linearised model around a joint fit, and the numbers of its columns that the fit has."""
         return joint_linear_model(fitted, self.search.library, self.search.log_odds)  # type: ignore[arg-type]
 
     def beginning(self, fitted: Any, linear: LinearModel, chosen: Sequence[int]) -> Any:
-        """As of a pool of one recording."""
+        """The hypotheses of the `chosen` columns, and the joint parameters (P,) that a full fit of them begins from."""
         return joint_beginning(fitted, linear, chosen)
 
     def under_each(self, noises: Sequence[Noise]) -> "JointPool":

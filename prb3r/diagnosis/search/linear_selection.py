@@ -55,7 +55,7 @@ class LinearModel:
 
     @cached_property
     def spans(self) -> list[slice]:
-        """Where the coefficients of every column stand."""
+        """Where the coefficients of every column stand among all K, in the order of `columns`."""
         ends = np.cumsum([0, *(column.moved.shape[1] for column in self.columns)])
         return [slice(a, b) for a, b in pairwise(ends)]
 
@@ -66,7 +66,7 @@ class LinearModel:
 
     @cached_property
     def products(self) -> np.ndarray:
-        """(K, K) inner products of all columns."""
+        """(K, K) inner products of all columns, whitened and freed of the constants."""
         return self.whole.T @ self.whole
 
     @cached_property
@@ -79,7 +79,8 @@ class LinearModel:
         return np.concatenate([np.arange(self.spans[k].start, self.spans[k].stop) for k in chosen]).astype(int)
 
     def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:
-        """Most probable coefficients of each chosen column."""
+        """Most probable coefficients of each chosen column, in units of their prior deviations, in the order of
+        `chosen`."""
         rows = self.rows(chosen) if chosen else np.zeros(0, int)
         best = self._most_probable(rows)[0]
         ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
@@ -107,7 +108,7 @@ class LinearModel:
 
     @cached_property
     def alike(self) -> list["Alike"]:
-        """The columns by their number of coefficients."""
+        """The columns gathered by their number of coefficients, so that arrays hold all of one number at once."""
         widths = np.array([column.moved.shape[1] for column in self.columns], int)
         out = []
         for width in np.unique(widths):
@@ -182,7 +183,7 @@ def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def excludes(first: Hypothesis, second: Hypothesis) -> bool:
-    """Whether two hypotheses cannot both hold."""
+    """Whether a model cannot have both hypotheses (`Hypothesis.excludes`)."""
     return first.excludes(second)
 
 

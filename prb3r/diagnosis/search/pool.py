@@ -70,7 +70,7 @@ class Pool:
 
     @property
     def best(self) -> Fit:
-        """The fit with most evidence."""
+        """The fit with most evidence among those that were made in full."""
         return self.fits[self.ranked[0]]
 
     def polished_best(self) -> Fit:

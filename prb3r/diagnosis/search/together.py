@@ -118,7 +118,7 @@ def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> 
 def _on_each(
     alone: Sequence[Alone], explored: _Explored, fitted: JointFit, survivors: Sequence[Survivor]
 ) -> tuple[Alone, ...]:
-    """Every recording with what the others say."""
+    """Every recording, in their order, with what the others say of the parameters that they share."""
     out = []
     for rig, (single, noise) in enumerate(zip(alone, explored.noise, strict=True)):
         search = _knowing(single.search, fitted.model.members[rig].hypotheses)

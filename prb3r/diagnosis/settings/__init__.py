@@ -49,7 +49,7 @@ class Settings(
 
     @cached_property
     def resolved(self) -> float:
-        """The same for `resolved_rate`: 21.6."""
+        """Squared whitened distance of two predictions that are ranked wrongly with `resolved_rate`: 21.6."""
         return float(4 * norm.isf(self.resolved_rate) ** 2)
 
     @cached_property
@@ -63,5 +63,5 @@ class Settings(
         return float(np.log(self.widest_factor))
 
     def plain(self) -> dict[str, Any]:
-        """By name, for files."""
+        """All fields with their values by name, as `diagnosis.json` holds them."""
         return asdict(self)

@@ -47,7 +47,7 @@ def _parts(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.nda
 
 
 def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
-    """Whether two cables run alike."""
+    """Whether two cables, by name, run at the same nominal offset and end at the same segment."""
     a, b = (next(cable for cable in manipulator.cable if cable.name == name) for name in (first, second))
     return a.offset_m == b.offset_m and a.ends_at_segment == b.ends_at_segment
 

@@ -62,7 +62,7 @@ class Trial:
 
 
 def remedies(recording: Recording) -> list[Remedy]:
-    """Every blunder that a recording could hold."""
+    """The remedy of every blunder that a recording could hold: of pictures, cables, units and order, in this order."""
     families = (picture_blunders, cable_blunders, unit_blunders, order_blunders)
     return [remedy for family in families for remedy in family(recording)]
 
@@ -185,7 +185,7 @@ def trial(here: Standing, remedy: Remedy, mended: Mended, there: Standing) -> Tr
 
 
 def _log(values: np.ndarray) -> np.ndarray:
-    """Natural logarithm, minus infinity for zero."""
+    """Natural logarithm of every value, in the shape of `values`; minus infinity for zero, without a warning."""
     return np.log(values, out=np.full(values.shape, -np.inf), where=values > 0)
 
 

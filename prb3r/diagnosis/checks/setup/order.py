@@ -47,7 +47,8 @@ def _moved(to: np.ndarray, steps: np.ndarray, there: np.ndarray) -> np.ndarray:
 
 
 def _together(parts, whole: np.ndarray) -> np.ndarray:
-    """All changes of several parts in one."""
+    """What `whole` becomes with the changes of several `parts`, each of its shape; where several change it, the last
+    counts."""
     out = whole.copy()
     for part in parts:
         out = np.where(part != whole, part, out)

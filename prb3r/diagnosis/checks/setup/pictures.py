@@ -21,7 +21,7 @@ def picture_blunders(recording: Recording) -> Iterator[Remedy]:
 
 
 def _views(recording: Recording) -> Iterator[Remedy]:
-    """Mirrored, turned or in degrees."""
+    """Remedies of pictures that are mirrored, whose axes point the wrong way, or whose angles are in degrees."""
     kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
     across = [kind for kind in kinds if kind != Kind.X]
     if across:
