@@ -11,39 +11,17 @@ from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.design import Design, followed, largest_bend
 from prb3r.proof.concealed.designs import drawn_program, weaker_program
 from prb3r.proof.concealed.foreign import LAWS, followed_foreign
+from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.rig.simulate import RigStates
 from prb3r.proof.settings import SETTINGS
 
 OTHER_LOADS, OTHER_DESIGN = "other loads", "another design"
-OF_EVERY_HOLE = "cable_friction", "pulley_friction"
-"""Carried where all cables have them."""
-OF_THE_KIND = (
-    "slip_history",
-    "edge_wrap",
-    "nonlinear_plate",
-    "hysteretic_plate",
-    "superelastic_plate",
-    "load_dependent_friction",
-    "breakaway_friction",
-    "wrap_saturation",
-    "disk_contact",
-    "clamp_compliance",
-    "cable_bending",
-    "hole_clearance",
-    "tip_load_friction",
-)
-"""What another design of the same plates' length, disks, clamps, holes, cables and steel has as well; the other kinds
-are faults of one part, or belong to one set-up."""
 
 
 def carried(effects: Sequence[Mapping[str, Any]], here: Design, there: Design) -> list[dict[str, Any]]:
     """Those of a rig's effects that another rig of the same making has."""
-    out = []
-    for effect in effects:
-        everywhere = effect["kind"] in OF_EVERY_HOLE and "cables" not in effect
-        if effect["kind"] in OF_THE_KIND or everywhere:
-            out.append(_of_the_steel(effect, here, there))
-    return out
+    of_the_kind = [effect for effect in effects if RECORDS[effect["kind"]].of_the_kind and "cables" not in effect]
+    return [_of_the_steel(effect, here, there) for effect in of_the_kind]
 
 
 def _of_the_steel(effect: Mapping[str, Any], here: Design, there: Design) -> dict[str, Any]:

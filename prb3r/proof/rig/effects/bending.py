@@ -148,6 +148,7 @@ BENDING_RECORDS = (
         once=True,
         reshaped=_contact_anew,
         twins=_knee_there,
+        of_the_kind=True,
     ),
     Record(
         "notch_closing",  # no design that is drawn has notches: at a factor near one its plates never close
@@ -176,6 +177,7 @@ BENDING_RECORDS = (
         once=True,
         reshaped=_knee_anew,
         twins=_contact_there,
+        of_the_kind=True,
     ),
     Record(
         "hysteretic_plate",
@@ -191,5 +193,6 @@ BENDING_RECORDS = (
         once=True,
         excludes=frozenset({"nonlinear_plate"}),
         reshaped=_loops_anew,
+        of_the_kind=True,
     ),
 )

@@ -96,6 +96,6 @@ CABLE_RECORDS = (
     ),
     Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables")), _drifting, rare=True),
     Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
-    Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11),
-    Record("cable_bending", _add_stiffness, (size("stiffness_n_m2", FROM_ZERO),), _stiff, turn=10),
+    Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11, of_the_kind=True),
+    Record("cable_bending", _add_stiffness, (size("stiffness_n_m2", FROM_ZERO),), _stiff, turn=10, of_the_kind=True),
 )

@@ -133,6 +133,7 @@ FRICTION_RECORDS = (
         (size("coefficient", FROM_ZERO, Scale.EXCESS), several("cables", "cables")),
         _rubbing,
         turn=17,
+        of_the_kind=True,
     ),
     Record(
         "slip_history",
@@ -142,8 +143,9 @@ FRICTION_RECORDS = (
         turn=18,
         once=True,
         reshaped=_slipping_anew,
+        of_the_kind=True,
     ),
-    Record("edge_wrap", _count_edges, (), _counting_edges, turn=19, once=True),
+    Record("edge_wrap", _count_edges, (), _counting_edges, turn=19, once=True, of_the_kind=True),
     Record(
         "worn_hole",
         _wear,
@@ -158,6 +160,7 @@ FRICTION_RECORDS = (
         _weakening,
         rare=True,
         once=True,
+        of_the_kind=True,
     ),
     Record(
         "rate_dependent_friction",
@@ -175,6 +178,7 @@ FRICTION_RECORDS = (
         rare=True,
         once=True,
         excludes=frozenset({"slip_history"}),
+        of_the_kind=True,
     ),
     Record(
         "wrap_saturation",
@@ -183,6 +187,7 @@ FRICTION_RECORDS = (
         _saturating,
         rare=True,
         once=True,
+        of_the_kind=True,
     ),
     Record(
         "pulley_friction",
@@ -190,5 +195,6 @@ FRICTION_RECORDS = (
         (size("efficiency", FRACTION, Scale.LOGARITHM), several("cables", "cables")),
         _losing,
         turn=1,
+        of_the_kind=True,
     ),
 )

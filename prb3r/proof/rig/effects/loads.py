@@ -99,7 +99,14 @@ LOAD_RECORDS = (
         reshaped=_tip_force_anew,
     ),
     Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),), _tethered, rare=True),
-    Record("tip_load_friction", _hold_back, (size("efficiency", FRACTION, Scale.LOGARITHM),), _held_back, turn=14),
+    Record(
+        "tip_load_friction",
+        _hold_back,
+        (size("efficiency", FRACTION, Scale.LOGARITHM),),
+        _held_back,
+        turn=14,
+        of_the_kind=True,
+    ),
     Record(
         "weight_friction",
         _hold_weights,

@@ -122,5 +122,5 @@ PLATE_RECORDS = (
     ),
     Record("precurvature", _curve, (size("curvature_per_m"), several("plates", "plates")), _curved, turn=3),
     *BENDING_RECORDS,
-    Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9),
+    Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9, of_the_kind=True),
 )

@@ -61,6 +61,9 @@ class Record:
     """Whether it is concealed in recordings of a class of their own only: what few rigs show, or no suspect is."""
     once: bool = False
     """Whether a rig can have it only once."""
+    of_the_kind: bool = False
+    """Whether another design of the same plates' length, disks, clamps, holes, cables and steel has it as well, unless
+    it is one cable's; else it is a fault of one part, or belongs to one set-up."""
     excludes: frozenset[str] = frozenset()
     """Kinds that the rig does not know beside it."""
     vector: bool = False

@@ -113,5 +113,6 @@ SECTION_RECORDS = (
         once=True,
         excludes=frozenset({"nonlinear_plate", "hysteretic_plate"}),
         reshaped=_nitinol_anew,
+        of_the_kind=True,
     ),
 )
