@@ -25,6 +25,7 @@ def implausible(recording: Recording) -> Iterator[str]:
     yield from _misplaced_disks(recording)
     yield from _wrong_sides(recording)
     yield from _mixed_units(recording)
+    yield from _never_noted(recording)
     yield from _too_little(recording)
 
 
@@ -99,6 +100,21 @@ def _mixed_units(recording: Recording) -> Iterator[str]:
         if max(ratio, 1 / ratio) > ALIKE:
             stronger = f"{ratio:.2g} times as strong as" if ratio > 1 else f"{1 / ratio:.2g} times weaker than"
             yield f"cables noted in kilograms are pulled {stronger} those noted in newtons; is a unit wrong?"
+
+
+def _never_noted(recording: Recording) -> Iterator[str]:
+    """Cables whose tensions stand nowhere in the steps, and sequences in which nothing loads the arm."""
+    known = set(recording.steps.columns)
+    absent = [c for c in recording.manipulator.cable_names if not {f"cable_{c}_n", f"cable_{c}_kg"} & known]
+    if absent:
+        each = "cables" if len(absent) > 1 else "cable"
+        yield f"{each} {', '.join(absent)} without a column of tensions in the steps: taken as never pulled"
+    loads = recording.loads
+    pulled = loads.tension.any(1) | loads.tip.any(1) | loads.force.any((1, 2))
+    idle = [n for k, n in enumerate(recording.sequences) if not pulled[recording.of_sequence == k].any()]
+    if idle:
+        each = "sequences" if len(idle) > 1 else "sequence"
+        yield f"{each} {', '.join(idle)}: no load at any step; is a column missing?"
 
 
 def _too_little(recording: Recording) -> Iterator[str]:

@@ -81,7 +81,16 @@ def test_a_byte_order_mark_is_nothing(tmp_path):
         ("sequence,step,cable_1_kg\na,1,1e308\n", "cable_1_kg: row 1 is too large"),
         ("sequence,step,tip_x_n\na,1,-1e308\n", "tip_x_n: row 1 is too large"),
         (b"\xef\xbb\xbf", "is empty"),
-        (b"sequence,step,cable_1_n\n\xe9,1,3\n", "is not a readable table"),
+        (
+            b"sequence,step,cable_1_n\n\xe9,1,3\n",
+            "is not UTF-8 text: line 2 is of another encoding; save it as CSV UTF-8",
+        ),
+        ("sequence,step,cable_1_n\na,1,3\n".encode("utf-16"), "is not UTF-8 text: it is UTF-16, which spreadsheets"),
+        ("# pulled on Monday\nsequence,step,cable_1_n\na,1,3\n", "the first line, '# pulled on Monday', has to hold"),
+        (
+            ",sequence,step,cable_1_n\n7,a,1,3\n",
+            "column 1 has no name in the header, but cells that hold something (7)",
+        ),
     ],
 )
 def test_cells_that_cannot_be_computed_with_are_told(tmp_path, text, said):

@@ -74,7 +74,8 @@ def test_the_tip_alone_of_one_sequence(bench):
     recording = bench.load()
     assert recording.readings.count == 9
     assert recording.remarks == ("disks 1-13 never read",)
-    first, second = implausible(recording)
+    unread, first, second = implausible(recording)
+    assert unread.startswith("cables 2, 3, 4 without a column of tensions in the steps")
     assert first.startswith("one sequence alone: none can be set aside")
     assert second.startswith("no cable is ever let go again")
 
@@ -91,6 +92,16 @@ def test_what_is_let_go_within_a_sequence_is_a_way_back(bench):
     assert any("let go" in doubt for doubt in implausible(bench.load()))  # a new sequence begins lower, from rest
     bench.steps.loc[2, "cable_1_n"] = 5.0
     assert not any("let go" in doubt for doubt in implausible(bench.load()))
+
+
+def test_a_cable_without_a_column_and_a_sequence_without_loads_are_told(bench):
+    bench.steps[["cable_2_n", "cable_3_kg", "cable_4_n"]] = 0.0
+    assert not any("column" in doubt for doubt in implausible(bench.load()))
+    bench.steps = bench.steps.drop(columns="cable_3_kg")
+    bench.steps.loc[bench.steps["sequence"] == "b", "cable_1_n"] = 0.0
+    said = list(implausible(bench.load()))
+    assert any(doubt.startswith("cable 3 without a column of tensions") for doubt in said), said
+    assert any(doubt.startswith("sequence b: no load at any step") for doubt in said), said
 
 
 def test_positions_of_the_base_are_readings_too(bench):

@@ -19,6 +19,8 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How text begins that spreadsheets take for a formula."""
 MARKED = re.compile(r"'+[=+\-@\t\r]")
 """The mark before such text, which may itself begin with marks."""
+LONGEST_HEADER = 60
+"""Characters of a first line that are repeated in a message."""
 
 
 def _table_path(path: str | Path) -> Path:
@@ -48,9 +50,10 @@ def read_table(path: str | Path) -> pd.DataFrame:
         raise SpecError(Problem(str(path), "is a folder, not a table")) from None
     except pd.errors.EmptyDataError:
         raise SpecError(Problem(str(path), "is empty")) from None
-    except pd.errors.ParserWarning:
-        what = "rows have more cells than the header has names; commas stand between cells, and points in numbers"
-        raise SpecError(Problem(str(path), what)) from None
+    except (pd.errors.ParserWarning, pd.errors.ParserError) as error:
+        raise SpecError(Problem(str(path), _ragged(path, error))) from None
+    except UnicodeDecodeError:
+        raise SpecError(Problem(str(path), _foreign_text(path.read_bytes()))) from None
     except (ValueError, OSError, OverflowError) as error:  # pandas and pyarrow raise both for damaged files
         raise SpecError(Problem(str(path), f"is not a readable table: {str(error).partition(chr(10))[0]}")) from None
     except (TypeError, LookupError, AttributeError):
@@ -79,8 +82,44 @@ def _read(path: Path) -> pd.DataFrame:
         marked = frame[name].map(lambda cell: isinstance(cell, str) and MARKED.match(cell) is not None)
         if marked.any():
             frame.loc[marked, name] = frame.loc[marked, name].str[1:]
-    nothing = [name for name in frame if str(name).startswith("Unnamed: ") and frame[name].isna().all()]
-    return frame.drop(columns=nothing)  # commas at the end of every line
+    nameless = [name for name in frame if re.fullmatch(r"Unnamed: \d+", str(name))]
+    nothing = [name for name in nameless if frame[name].isna().all()]  # commas at the end of every line
+    if filled := [name for name in nameless if name not in nothing]:
+        place = list(frame.columns).index(filled[0]) + 1
+        holds = frame[filled[0]].dropna().iloc[0]
+        what = f"column {place} has no name in the header, but cells that hold something ({holds!s}); name or delete it"
+        raise SpecError(Problem(str(path), what))
+    return frame.drop(columns=nothing)
+
+
+def _ragged(path: Path, error: Exception) -> str:
+    """What is said of a CSV whose rows are longer than its header."""
+    if isinstance(error, pd.errors.ParserError) and not re.search(r"Expected \d+ fields", str(error)):
+        return f"is not a readable table: {str(error).partition(chr(10))[0]}"
+    with path.open(encoding="utf-8-sig", errors="replace") as lines:
+        header = next((line.strip() for line in lines if line.strip()), "")
+    begins = header if len(header) <= LONGEST_HEADER else f"{header[:LONGEST_HEADER]}..."
+    return (
+        f"rows have more cells than the header has names; the first line, {begins!r}, has to hold the names of the "
+        "columns, commas stand between cells, and points in numbers"
+    )
+
+
+def _foreign_text(data: bytes) -> str:
+    """What is said of a CSV in another encoding than UTF-8."""
+    found = "it is UTF-16, which spreadsheets call Unicode text"
+    if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        lines = data.split(b"\n")
+        found = f"line {next(n for n, line in enumerate(lines, 1) if not _is_utf8(line))} is of another encoding"
+    return f"is not UTF-8 text: {found}; save it as CSV UTF-8"
+
+
+def _is_utf8(data: bytes) -> bool:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def csv_text(frame: pd.DataFrame, header: bool = True) -> str:
