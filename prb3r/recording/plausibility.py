@@ -126,14 +126,8 @@ def _too_little(recording: Recording) -> Iterator[str]:
             f"is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
         )
     tension = recording.loads.tension
-    if len(tension) and tension.any() and not _lets_go(recording):
+    if len(tension) and tension.any() and not recording.lets_go:
         yield (
             "no cable is ever let go again: with loading alone friction and lossy pulleys look like stiffer plates; "
             "record the way back too"
         )
-
-
-def _lets_go(recording: Recording) -> bool:
-    """Whether any tension falls from one step of a sequence to the next."""
-    within = np.diff(recording.of_sequence) == 0
-    return bool((np.diff(recording.loads.tension, axis=0)[within] < 0).any())

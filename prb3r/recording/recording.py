@@ -162,6 +162,11 @@ class Recording:
         """(s,) whether a sequence begins there, from rest."""
         return np.concatenate([[True], np.diff(self.of_sequence) != 0])
 
+    @cached_property
+    def lets_go(self) -> bool:
+        """Whether any tension falls from one step of a sequence to the next."""
+        return bool((np.diff(self.loads.tension, axis=0)[~self.begins[1:]] < 0).any())
+
     def only(self, sequences: Iterable[int]) -> "Recording":
         """The recording of the sequences with these indices, in their order in the recording."""
         chosen = sorted(set(sequences))

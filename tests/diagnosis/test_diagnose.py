@@ -68,6 +68,18 @@ def test_each_effect_is_found_or_named_among_those_that_cannot_be_told_apart(hid
     assert found.heldout.chi2_explained < found.heldout.chi2_calibrated
 
 
+def test_friction_along_the_path_is_named_where_the_nominal_model_has_none():
+    hidden = effect("cable_friction", coefficient=0.3), effect("slip_history", presliding_m=3e-4)
+    found = diagnosed(case(*hidden, friction=0.0))
+    assert found.verdict in ("explained", "ambiguous")
+    sizes = {each.kind: each.parameters for each in found.effects}
+    assert sizes.keys() == {"cable_friction", "slip_history"}
+    for truth in hidden:
+        (name, value), *_ = [item for item in truth.items() if item[0] != "kind"]
+        size = sizes[truth["kind"]][name]
+        assert size.low / 1.5 <= value <= size.high * 1.5
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_right_model_raises_no_alarm(seed):
     found = diagnosed(case(seed=seed))

@@ -122,8 +122,11 @@ def _rubs(scope: Scope) -> list[Place]:
 
 
 def _declared_slip(scope: Scope) -> list[Place]:
+    """Where slip is declared and cables rub; where the nominal model has no friction, they may still be found to: then
+    where some cable is let go again, as friction that only builds up is told from none by its size alone."""
     friction = scope.manipulator.friction
-    return whole_rig_if(friction.coefficient > 0 and friction.direction == "declared")
+    rubs = friction.coefficient > 0 or scope.recording.lets_go
+    return whole_rig_if(rubs and friction.direction == "declared")
 
 
 def _slip_sentence(fitted: Occurrence) -> str:
