@@ -80,6 +80,17 @@ def test_friction_along_the_path_is_named_where_the_nominal_model_has_none():
         assert size.low / 1.5 <= value <= size.high * 1.5
 
 
+def test_another_presliding_travel_than_the_stated_one_is_named():
+    recording = recorded(case(effect("slip_history", presliding_m=3e-3)))
+    along = recording.manipulator.friction.model_copy(update={"direction": "history", "presliding_m": 3e-5})
+    known = recording.manipulator.model_copy(update={"friction": along})
+    found = run_stages(Task(replace(recording, manipulator=known)))
+    assert names(found) == ["slip_history"]
+    size = found.effects[0].parameters["presliding_m"]
+    assert size.low / 1.5 <= 3e-3 <= size.high * 1.5
+    assert size.low > 3e-4
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_right_model_raises_no_alarm(seed):
     found = diagnosed(case(seed=seed))

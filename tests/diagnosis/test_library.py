@@ -117,7 +117,12 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     pulled = falling._replace(tension=np.maximum.accumulate(falling.tension))
     assert not names(frictionless._replace(recording=replace(frictionless.recording, loads=pulled)), *rubs)
     along = scope(friction={"coefficient": MU, "direction": "history", "wrap": "edges"})
-    assert not names(along, *rubs, "rate_dependent_friction", "breakaway_friction")
+    assert names(along, *rubs, "rate_dependent_friction", "breakaway_friction") == ["slip_history"]
+    (travel,) = [h for h in hypotheses(along) if h.kind == "slip_history"]
+    nominal = along.manipulator.friction.presliding_m
+    tried = [travel.effect(start, MU).presliding_m for start in travel.starts(MU)]
+    assert min(tried) < nominal < max(tried)
+    assert nominal not in tried
     weightless = scope(disk={"thickness_m": 0.004})
     assert not names(weightless, "gravity")
     idle = rubbing.recording.loads.tension.copy()

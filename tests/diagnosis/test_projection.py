@@ -27,6 +27,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.mismatch import mismatch_of
+from prb3r.diagnosis.result.named import separations
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
@@ -204,6 +205,24 @@ def test_a_dispute_names_the_rival_and_proposes_steps_that_run(tmp_path):
     states = solve(load_manipulator(tmp_path / "explained.toml"), tmp_path / "next_experiment.csv")
     assert (states["outcome"] == "converged").all()
     assert "cannot be told apart" in "\n".join(summary_lines(found))
+
+
+def test_a_set_of_effects_that_stands_in_the_place_of_what_is_named_is_said_and_has_a_program():
+    found, other = investigated(), rival_of(investigated())
+    survivor = replace(found.choice.survivors[0], fitted=other, probability=0.4)
+    choice = replace(found.choice, survivors=(*found.choice.survivors, survivor))
+    (apart,) = separations(choice, found.named)
+    assert (apart.first, apart.second) == ("weakened_plate (plate 4)", "segment_stiffness (segment 2)")
+    best = best_experiments(found.explained, [other])[0]
+    assert (apart.experiment.title, apart.experiment.separation) == (best.title, best.separation)
+    rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
+    (once,) = separations(choice, [replace(found.named[0], rivals=(rival,))])  # as a rival, and not as a set again
+    assert (once.first, once.second) == (apart.first, apart.second)
+    none = replace(survivor, fitted=choice.calibrated)
+    (alone,) = separations(replace(choice, survivors=(*found.choice.survivors, none)), found.named)
+    assert alone.second == "constants alone"
+    lines = summary_lines(tell(replace(found, verdict="ambiguous", choice=choice, experiments=(apart,))))
+    assert "- or instead of what is named: segment_stiffness" in lines
 
 
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):

@@ -55,8 +55,21 @@ ten times as soft in its holes."""
 
 
 def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre."""
-    return (Free("presliding_m", FREE_PRESLIDING[0], 1e-6, 1e-2, log=True, limit=True),)
+    """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre; around what the
+    nominal model has where its slip follows the load path already."""
+    friction = scope.manipulator.friction
+    usual = friction.presliding_m if friction.direction == "history" else FREE_PRESLIDING[0]
+    return (Free("presliding_m", usual, min(1e-6, usual), max(1e-2, usual), log=True, limit=True),)
+
+
+def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Where the nominal model has slip along the load path, travels of other orders of magnitude than its own: derivatives
+    around one that is short against what cables travel say next to nothing of a long one."""
+    friction, (free,) = scope.manipulator.friction, _presliding(scope, place)
+    if friction.direction == "declared":
+        return tuple((travel,) for travel in FREE_PRESLIDING)
+    others = (friction.presliding_m * factor for factor in (0.1, 10.0, 100.0))
+    return tuple((travel,) for travel in others if free.low <= travel <= free.high)
 
 
 def _loaded(scope: Scope) -> list[Place]:
@@ -121,19 +134,19 @@ def _rubs(scope: Scope) -> list[Place]:
     return whole_rig_if(scope.manipulator.friction.coefficient > 0)
 
 
-def _declared_slip(scope: Scope) -> list[Place]:
-    """Where slip is declared and cables rub; where the nominal model has no friction, they may still be found to: then
-    where some cable is let go again, as friction that only builds up is told from none by its size alone."""
+def _remembered(scope: Scope) -> list[Place]:
+    """Where cables rub; where the nominal model has no friction, they may still be found to: then where some cable is
+    let go again, as friction that only builds up is told from none by its size alone."""
     friction = scope.manipulator.friction
-    rubs = friction.coefficient > 0 or scope.recording.lets_go
-    return whole_rig_if(rubs and friction.direction == "declared")
+    unknown = friction.direction == "declared" and scope.recording.lets_go
+    return whole_rig_if(friction.coefficient > 0 or unknown)
 
 
 def _slip_sentence(fitted: Occurrence) -> str:
     travel = fitted.size.times(1e6)
     return (
         "The cables stick and slip with the load history: friction builds up over "
-        f"{travel:.3g} micrometres of travel instead of turning at once as declared."
+        f"{travel:.3g} micrometres of travel, other than the manipulator file says."
     )
 
 
@@ -205,9 +218,9 @@ FRICTION_SUSPECTS = (
         "slip_history",
         _slip_sentence,
         as_it_is,
-        places=_declared_slip,
+        places=_remembered,
         free=_presliding,
-        probes=lambda scope, place: tuple((travel,) for travel in FREE_PRESLIDING),
+        probes=_presliding_probes,
     ),
     Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
     Suspect(

@@ -1,6 +1,6 @@
 """Everything that is found out of an effect that the diagnosis names."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,14 +105,33 @@ def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Es
 
 
 def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...]:
-    """For every named effect and each of its nearest rivals the load program that tells them apart best."""
+    """The load programs that tell apart best every named effect from each of its nearest rivals, and what is chosen
+    from the sets of effects that could stand in its place."""
     out: list[Separation] = []
     for effect in named:
         near = effect.rivals[: choice.fitted.model.settings.most_rivals]
         best = best_experiments(choice.fitted, [rival.fitted for rival in near]) if near else []
         pairs = zip(near, best, strict=True)
         out += [Separation(effect.hypothesis.name, rival.hypothesis.name, program) for rival, program in pairs]
-    return tuple(out)
+    return (*out, *_separations_of_sets(choice, named))
+
+
+def _separations_of_sets(choice: Choice, named: Sequence[Named]) -> Iterator[Separation]:
+    """The same of sets of effects that survive beside the chosen one and are not that with a rival in it."""
+    chosen, most = frozenset(choice.fitted.model.hypotheses), choice.fitted.model.settings.most_rivals
+    exchanged = {
+        choice.kinds - {effect.hypothesis.kind} | {rival.hypothesis.kind} for effect in named for rival in effect.rivals
+    }
+    sets = [kinds for kinds in choice.alternatives if kinds not in exchanged][:most]
+    others = [next(survivor for survivor in choice.survivors if survivor.kinds == kinds) for kinds in sets]
+    best = best_experiments(choice.fitted, [other.fitted for other in others]) if others else []
+    for other, program in zip(others, best, strict=True):
+        yield Separation(_together(chosen - other.effects), _together(other.effects - chosen), program)
+
+
+def _together(effects: frozenset[Hypothesis]) -> str:
+    """Names of effects that stand together, or that there are none."""
+    return " with ".join(sorted(hypothesis.name for hypothesis in effects)) or "constants alone"
 
 
 def surviving(choice: Choice, fresh: Unseen | None) -> tuple[SurvivingModel, ...]:

@@ -63,6 +63,9 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     for effect in diagnosis.effects:
         lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
         lines += dict.fromkeys(f"  cannot be told apart: {_with_values(rival)}" for rival in effect.rivals)
+    if diagnosis.verdict == "ambiguous":
+        sets = (", ".join(kinds) or "constants alone" for kinds in diagnosis.alternatives)
+        lines += [f"- or instead of what is named: {kinds}" for kinds in sets]
     if diagnosis.verdict == "unexplained":
         lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
