@@ -42,6 +42,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("slip_history", {}, {"presliding_m": (3e-5, None, None)}, "over 30 micrometres of travel"),
         ("slip_history", {}, {"presliding_m": (2.41e-3, 9e-4, 5e-3)}, "over 2410 (900 to 5000) micrometres of travel"),
         ("worn_hole", {"disk": 0}, {"coefficient": (0.5, None, None)}, "The holes of the base disk rub more than"),
+        ("worn_hole", {"disk": 0}, {"coefficient": (5.7e-9, None, None)}, "than the others: friction coefficient 0."),
         ("worn_hole", {"disk": 3, "cables": ("1",)}, {"coefficient": (0.1, None, None)}, "disk 3 rub less than"),
         ("hole_offset", {"cable": "2"}, {"offset_m": (-0.002, -0.003, -0.001)}, "runs -2 (-3 to -1) mm off"),
         ("nonlinear_plate", {"law": "bilinear"}, {"knee_per_m": (2, 1, 3), "ratio": (0.5, 0.4, 0.6)}, "soften (yield)"),

@@ -12,7 +12,7 @@ from prb3r.diagnosis.library.breakaway import (
 )
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, RARE, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_A_PART, RARE, Estimate, Occurrence, Suspect, as_it_is
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -31,12 +31,18 @@ def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0, sd=0.3),)
 
 
+def _rounded(coefficient: Estimate) -> Estimate:
+    """A friction coefficient to a ten-thousandth: what is less is none."""
+    return Estimate(*(None if number is None else round(number, 4) for number in coefficient))  # type: ignore[arg-type]
+
+
 def _rubbing_sentence(fitted: Occurrence) -> str:
     cables = ", ".join(fitted.place.get("cables", ()))
     if cables and fitted.friction:
-        return f"Cable {cables} rubs {fitted.more} in its holes than the others: friction coefficient {fitted.size}."
+        size = _rounded(fitted.size)
+        return f"Cable {cables} rubs {fitted.more} in its holes than the others: friction coefficient {size}."
     who = f"Cable {cables} rubs in its holes" if cables else "The cables rub in their holes"
-    return f"{who} with a coefficient of {fitted.size}, where the nominal model has no friction."
+    return f"{who} with a coefficient of {_rounded(fitted.size)}, where the nominal model has no friction."
 
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -63,8 +69,8 @@ def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Where the nominal model has slip along the load path, travels of other orders of magnitude than its own: derivatives
-    around one that is short against what cables travel say next to nothing of a long one."""
+    """Where the nominal model has slip along the load path, travels of other orders of magnitude than its own:
+    derivatives around one that is short against what cables travel say next to nothing of a long one."""
     friction, (free,) = scope.manipulator.friction, _presliding(scope, place)
     if friction.direction == "declared":
         return tuple((travel,) for travel in FREE_PRESLIDING)
@@ -167,7 +173,8 @@ def _worn_sentence(fitted: Occurrence) -> str:
     disk = fitted.place["disk"]
     where = f"disk {disk}" if disk else "the base disk"
     whose = f" for {fitted.of_cables}" if fitted.place.get("cables") else ""
-    return f"The holes of {where} rub {fitted.more} than the others{whose}: friction coefficient {fitted.size}."
+    size = _rounded(fitted.size)
+    return f"The holes of {where} rub {fitted.more} than the others{whose}: friction coefficient {size}."
 
 
 def _net_turns(scope: Scope) -> list[Place]:
