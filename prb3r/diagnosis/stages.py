@@ -13,7 +13,7 @@ from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
-from prb3r.diagnosis.checks.tolerated import within_tolerance
+from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -27,6 +27,7 @@ from prb3r.diagnosis.result.remarks import (
     as_many_as_sought,
     found_before,
     likely_too,
+    misplaced_marker,
     never_unloaded,
     noisy,
     not_predicted,
@@ -212,7 +213,7 @@ def check(searched: Searched) -> Investigation:
         doubts=choice.doubts,
         named=named,
         models=surviving(choice, fresh),
-        tolerances=within_tolerance(choice),
+        tolerances=tolerances_told(choice.fitted, choice.doubts),
         checks=model_checks(choice, judged),
         closure=law,
         closure_gain=gain,
@@ -223,7 +224,7 @@ def check(searched: Searched) -> Investigation:
             *strained(choice.fitted),
             *found_before(doubted.search.assumed, choice),
             *as_many_as_sought(choice),
-            *(() if why else likely_too(choice)),
+            *(misplaced_marker(choice.calibrated, choice.doubts) if why else likely_too(choice)),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

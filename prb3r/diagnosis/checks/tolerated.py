@@ -1,16 +1,16 @@
-"""Which tolerances of the rig the best model leaves beside what was drawn."""
+"""Which tolerances of the rig a model leaves beside what was drawn."""
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.covariance import noise_of
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances, estimated, tolerances
-from prb3r.diagnosis.search.selection import Choice
 
 
-def within_tolerance(choice: Choice) -> EstimatedTolerances:
-    """The tolerances that the recording tells something of under the chosen model, the most telling first."""
-    fitted, doubts = choice.fitted, choice.doubts
+def tolerances_told(fitted: Fit, doubts: Doubts) -> EstimatedTolerances:
+    """The tolerances that the recording tells something of under a fitted model, the most telling first."""
     model, solved = fitted.model, fitted.solved
     predict, settings = model.predict, model.settings
     known = tolerances(predict, solved)

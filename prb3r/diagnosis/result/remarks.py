@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
@@ -142,6 +143,31 @@ def strained(fitted: Fit) -> list[str]:
                 f"{text} ends at {ended}, {far:.0f} standard deviations from what the recording states of it"
             )
     return remarks
+
+
+ALONE = 3.0
+"""How many times as far off as any other marker one is that stands out.  Choice: what bends the arm moves the others
+behind it too."""
+
+
+def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
+    """That one marker alone seems to sit far beyond its tolerance, if constants alone are right; mostly nothing."""
+    told, off = tolerances_told(calibrated, doubts), dict[str, tuple[float, str, float]]()
+    for name, value, prior in zip(told.names, told.value, told.prior_sd, strict=True):
+        if name.startswith("marker "):
+            disk, far = name.split()[1], abs(value) / prior
+            off[disk] = max(off.get(disk, (0.0, "", 0.0)), (float(far), name.removesuffix(", m"), float(value)))
+    ranked = sorted(off.values(), reverse=True)
+    if not ranked or ranked[0][0] < calibrated.model.settings.strained_sd:
+        return []
+    (far, name, value), *others = ranked
+    if others and far < ALONE * others[0][0]:
+        return []
+    return [
+        f"if nothing but constants were at work, {name} would be off by {1e3 * value:.2g} mm, {far:.0f} times its "
+        "tolerance, and no other marker nearly as far: look at it; if it sits so, state marker_m under [tolerance], "
+        "or leave its readings out, and diagnose again"
+    ]
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
