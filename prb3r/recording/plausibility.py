@@ -107,14 +107,14 @@ def _never_noted(recording: Recording) -> Iterator[str]:
     known = set(recording.steps.columns)
     absent = [c for c in recording.manipulator.cable_names if not {f"cable_{c}_n", f"cable_{c}_kg"} & known]
     if absent:
-        each = "cables" if len(absent) > 1 else "cable"
-        yield f"{each} {', '.join(absent)} without a column of tensions in the steps: taken as never pulled"
+        which = "cables" if len(absent) > 1 else "cable"
+        yield f"{which} {', '.join(absent)} without a column of tensions in the steps: taken as never pulled"
     loads = recording.loads
-    pulled = loads.tension.any(1) | loads.tip.any(1) | loads.force.any((1, 2))
+    pulled = np.hstack([loads.tension, loads.tip, *loads.force.transpose(2, 0, 1)]).any(1)
     idle = [n for k, n in enumerate(recording.sequences) if not pulled[recording.of_sequence == k].any()]
     if idle:
-        each = "sequences" if len(idle) > 1 else "sequence"
-        yield f"{each} {', '.join(idle)}: no load at any step; is a column missing?"
+        which = "sequences" if len(idle) > 1 else "sequence"
+        yield f"{which} {', '.join(idle)}: no load at any step; is a column missing?"
 
 
 def _too_little(recording: Recording) -> Iterator[str]:
