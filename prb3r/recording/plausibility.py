@@ -110,7 +110,7 @@ def _never_noted(recording: Recording) -> Iterator[str]:
         which = "cables" if len(absent) > 1 else "cable"
         yield f"{which} {', '.join(absent)} without a column of tensions in the steps: taken as never pulled"
     loads = recording.loads
-    pulled: np.ndarray = np.hstack([loads.tension, loads.tip, *loads.force.transpose(2, 0, 1)]).any(1)
+    pulled = np.hstack([loads.tension, loads.tip, *loads.force.transpose(2, 0, 1)]) != 0
     idle = [n for k, n in enumerate(recording.sequences) if not pulled[recording.of_sequence == k].any()]
     if idle:
         which = "sequences" if len(idle) > 1 else "sequence"
