@@ -23,7 +23,7 @@ def existing(_context: click.Context, _parameter: click.Parameter, paths: tuple[
 
 def say_what_is_compiled() -> None:
     """Say on stderr that the first use takes longer, if the kernels of the mechanics are not in the cache yet."""
-    from prb3r.mechanics.kernel import is_prepared
+    from prb3r.mechanics.code_cache import is_prepared
 
     if not is_prepared():
         click.echo("prb3r: compiling the mechanics for its first use, some ten seconds; it is kept", err=True)

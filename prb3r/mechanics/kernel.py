@@ -1,22 +1,16 @@
-"""How kernels are compiled: an entrance with all that it calls, and a disk cache that cannot go stale.
+"""How kernels are compiled: an entrance with all that it calls.
 
 Kernels call each other ten deep.  As a rule Numba optimises a function together with all that it calls, once more in
 each of its callers, and wraps each for calls from Python, which is most of the time to compile.  Here a `kernel` is
 only translated; an `entrance`, which Python calls, is optimised once with all that it contains.
 
-Numba keys a cached function by its own file alone, so an edit of `balance.py` would leave the entrances that lead to it
-unchanged.  The cache folder is therefore named after the text of the whole package `mechanics`, sub-folders included.
-Cached code is run as it stands: a folder that others own or can write to is not used.
+Where machine code is kept is said in `code_cache.py`.
 """
 
 import contextlib
 import gc
 import hashlib
-import os
-import stat
-import tempfile
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +24,8 @@ from numba.core.lowering import Lower
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
-try:
-    import fcntl
-except ImportError:  # not on Windows, where workers compile side by side
-    fcntl = None  # type: ignore[assignment]
+from prb3r.mechanics.code_cache import once_at_a_time, one_after_another, own_folder
 
-ROOM = Path(__file__).parent
 OPTIONS: dict[str, Any] = {
     "nopython": True,
     "no_cfunc_wrapper": True,
@@ -49,45 +39,6 @@ EFFORT: dict[str, Any] = {"opt": 1, "loop_vectorize": False, "slp_vectorize": Fa
 """Of LLVM.  Loops are a few rounds long, so that nothing is gained where they are searched for what could be done side
 by side; and kernels are as fast after the first level of optimisation as after the third (`docs/speed.md`)."""
 PART = OPTIONS | {"no_cpython_wrapper": True}
-
-
-def text_key(room: Path = ROOM) -> str:
-    """Hash of the places and the text of all Python files of a folder and its sub-folders, 12 hexadecimal digits."""
-    text = hashlib.sha256()
-    for source in sorted(room.rglob("*.py")):
-        text.update(source.relative_to(room).as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
-    return text.hexdigest()[:12]
-
-
-def cache_folder(room: Path = ROOM) -> Path:
-    """Folder for the machine code of the files in `room`: in the user's cache, else in the one for temporary files.
-
-    Where neither is the user's own it is a new one, of which later processes do not know.
-    """
-    name, user = f"kernels-{text_key(room)}", os.getuid() if hasattr(os, "getuid") else "user"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prb3r"
-    for place in (home, Path(tempfile.gettempdir()) / f"prb3r-{user}"):
-        try:
-            place.mkdir(mode=0o700, parents=True, exist_ok=True)
-            (place / name).mkdir(mode=0o700, exist_ok=True)
-        except OSError:
-            continue
-        if is_own(place) and is_own(place / name) and os.access(place / name, os.W_OK):
-            return place / name
-    return Path(tempfile.mkdtemp(prefix="prb3r-"))
-
-
-def is_own(folder: Path) -> bool:
-    """Whether a folder is this user's, and no link, and nobody else can write to it."""
-    status = folder.lstat()
-    if not hasattr(os, "geteuid"):
-        return True  # such systems keep the folders of users apart
-    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
-
-
-def is_prepared() -> bool:
-    """Whether any machine code of this text is on disk: without it the first solve waits for it."""
-    return any(Path(_own_folder()).rglob("*.nbc"))
 
 
 class _Entire(JITCodeLibrary):
@@ -217,24 +168,6 @@ def inner_loop(function):
 
 
 @contextlib.contextmanager
-def once_at_a_time(place: Path) -> Iterator[None]:
-    """Let the first process do what follows while others wait that want the same; they do it after, all at once.
-
-    What another one has compiled they find in the cache, so that a computer's processors compile nothing twice.
-    """
-    with contextlib.ExitStack() as stack:
-        if fcntl is not None:
-            with contextlib.suppress(OSError):  # no folder, or no locks in it
-                file = stack.enter_context(place.open("wb"))
-                try:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    fcntl.flock(file, fcntl.LOCK_EX)
-                    fcntl.flock(file, fcntl.LOCK_UN)
-        yield
-
-
-@contextlib.contextmanager
 def no_collection() -> Iterator[None]:
     """No search for garbage, of which compiling leaves little between millions of objects that are still needed."""
     searched = gc.isenabled()
@@ -246,17 +179,6 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-@contextlib.contextmanager
-def one_after_another(place: Path) -> Iterator[None]:
-    """Let one process after another do what follows."""
-    with contextlib.ExitStack() as stack:
-        if fcntl is not None:
-            with contextlib.suppress(OSError):  # no folder, or no locks in it
-                file = stack.enter_context(place.open("wb"))
-                fcntl.flock(file, fcntl.LOCK_EX)
-        yield
-
-
 class _SharedCache(FunctionCache):
     """The machine code of one entrance, for several kinds of arguments, on disk.
 
@@ -265,7 +187,7 @@ class _SharedCache(FunctionCache):
     """
 
     def save_overload(self, sig, data):
-        with one_after_another(Path(_own_folder()) / f"{self._py_func.__name__}.list.lock"):
+        with one_after_another(Path(own_folder()) / f"{self._py_func.__name__}.list.lock"):
             super().save_overload(sig, data)
 
 
@@ -277,19 +199,14 @@ class _Entrance(CPUDispatcher):
 
     def compile(self, sig):
         kind = hashlib.sha256(f"{self.py_func.__module__}.{self.py_func.__qualname__}{sig}".encode()).hexdigest()[:16]
-        with once_at_a_time(Path(_own_folder()) / f"{kind}.lock"), no_collection():
+        with once_at_a_time(Path(own_folder()) / f"{kind}.lock"), no_collection():
             return super().compile(sig)
-
-
-@cache
-def _own_folder() -> str:
-    return str(cache_folder())
 
 
 def entrance(function):
     """Compile `function` for calls from Python, with the kernels that it calls, and keep the machine code on disk."""
     folder = config.CACHE_DIR  # type: ignore[attr-defined]
-    config.CACHE_DIR = _own_folder()  # type: ignore[attr-defined]
+    config.CACHE_DIR = own_folder()  # type: ignore[attr-defined]
     try:
         compiled = _Entrance(py_func=function, targetoptions=OPTIONS, pipeline_class=_ENTRANCE_COMPILER)
         compiled.enable_caching()

@@ -24,7 +24,7 @@ from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.stages import investigate
 from prb3r.mechanics.chain import Loads
-from prb3r.mechanics.kernel import once_at_a_time
+from prb3r.mechanics.code_cache import once_at_a_time
 from prb3r.model.files.toml import toml_text
 from prb3r.proof.rig.simulate import observe, simulate
 from prb3r.recording.reading import load_recording

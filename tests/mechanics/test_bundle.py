@@ -8,7 +8,8 @@ import pytest
 
 from prb3r.mechanics import kernel as compiling
 from prb3r.mechanics.bundle import alike, bundle
-from prb3r.mechanics.kernel import cache_folder, entrance, kernel
+from prb3r.mechanics.code_cache import cache_folder
+from prb3r.mechanics.kernel import entrance, kernel
 
 
 @bundle
@@ -32,7 +33,7 @@ def bundled(rows=2):
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(compiling, "_own_folder", lambda: str(cache_folder()))
+    monkeypatch.setattr(compiling, "own_folder", lambda: str(cache_folder()))
 
 
 @kernel

@@ -9,17 +9,10 @@ import threading
 import numpy as np
 import pytest
 
+from prb3r.mechanics import code_cache
 from prb3r.mechanics import kernel as compiling
-from prb3r.mechanics.kernel import (
-    ROOM,
-    cache_folder,
-    entrance,
-    inner_loop,
-    is_prepared,
-    kernel,
-    once_at_a_time,
-    text_key,
-)
+from prb3r.mechanics.code_cache import ROOM, cache_folder, is_prepared, once_at_a_time, text_key
+from prb3r.mechanics.kernel import entrance, inner_loop, kernel
 from prb3r.runs import provenance
 
 
@@ -27,7 +20,7 @@ from prb3r.runs import provenance
 def places(tmp_path, monkeypatch):
     """Folders for the cache and for temporary files, both the user's own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(compiling.tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(code_cache.tempfile, "tempdir", str(tmp_path / "temporary"))
     for name in ("cache", "temporary"):
         (tmp_path / name).mkdir(mode=0o700)
     return tmp_path
@@ -91,7 +84,8 @@ def test_a_link_to_a_folder_is_not_used(places):
 
 @pytest.mark.parametrize("part", [kernel, inner_loop])
 def test_an_entrance_calls_kernels_that_python_cannot_call(part, places, monkeypatch):
-    monkeypatch.setattr(compiling, "_own_folder", lambda: str(cache_folder()))
+    for room in (compiling, code_cache):
+        monkeypatch.setattr(room, "own_folder", lambda: str(cache_folder()))
     assert not is_prepared()
 
     def divided(numbers, by):
@@ -108,7 +102,7 @@ def test_an_entrance_calls_kernels_that_python_cannot_call(part, places, monkeyp
     assert entrance(inner.py_func)(np.ones(1), 4.0) == 0.5
 
 
-@pytest.mark.skipif(compiling.fcntl is None, reason="no locks of files")
+@pytest.mark.skipif(code_cache.fcntl is None, reason="no locks of files")
 def test_those_who_want_the_same_wait_for_the_first_and_then_for_nobody(tmp_path):
     entered, waiting = threading.Semaphore(0), threading.Barrier(3)
 
@@ -137,7 +131,7 @@ MODULE = """
 import sys
 import numpy as np
 from prb3r.mechanics import kernel as compiling
-compiling._own_folder = lambda: sys.argv[1]
+compiling.own_folder = lambda: sys.argv[1]
 from prb3r.mechanics.kernel import entrance
 
 @entrance
@@ -146,7 +140,7 @@ def kind(values):
 """
 
 
-@pytest.mark.skipif(compiling.fcntl is None, reason="no locks of files")
+@pytest.mark.skipif(code_cache.fcntl is None, reason="no locks of files")
 def test_kinds_that_are_kept_at_the_same_time_do_not_take_each_others_place(tmp_path):
     """Four processes compile one function for four kinds of arguments, and write at the same moment."""
     (tmp_path / "kinds.py").write_text(MODULE)
