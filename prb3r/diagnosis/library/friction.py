@@ -12,7 +12,7 @@ from prb3r.diagnosis.library.breakaway import (
 )
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, RARE, Estimate, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SURFACES, RARE, Estimate, Occurrence, Suspect, as_it_is
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -183,7 +183,15 @@ def _net_turns(scope: Scope) -> list[Place]:
 
 
 FRICTION_SUSPECTS = (
-    Suspect("cable_friction", _rubbing_sentence, as_it_is, places=_rubbing, free=_coefficient, presence=0.3),
+    Suspect(
+        "cable_friction",
+        _rubbing_sentence,
+        as_it_is,
+        places=_rubbing,
+        free=_coefficient,
+        shared=OF_THE_SURFACES,
+        presence=0.3,
+    ),
     Suspect(
         "load_dependent_friction",
         sentence=_load_sentence,
@@ -228,6 +236,7 @@ FRICTION_SUSPECTS = (
         places=_remembered,
         free=_presliding,
         probes=_presliding_probes,
+        shared=OF_THE_SURFACES,
     ),
     Suspect("worn_hole", _worn_sentence, OF_A_PART, places=_holes, free=_excess),
     Suspect(
@@ -237,5 +246,6 @@ FRICTION_SUSPECTS = (
         ),
         transfer=as_it_is,
         places=_net_turns,
+        shared=OF_THE_SURFACES,
     ),
 )

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.library.joint import Group
+from prb3r.diagnosis.library.suspect import Group
 from prb3r.recording.recording import Recording
 
 GIGA = 1e9

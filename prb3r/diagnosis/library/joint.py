@@ -8,25 +8,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.library.suspect import Group, Shared
 
-Group = Literal["material", "friction"]
-IN_COMMON: Mapping[str, tuple[Group, tuple[str, ...] | None]] = MappingProxyType(
-    {
-        "nonlinear_plate": ("material", None),
-        "hysteretic_plate": ("material", None),
-        "superelastic_plate": ("material", None),
-        "notch_closing": ("material", ("factor",)),  # how hard edges touch depends on their place
-        "cable_friction": ("friction", None),
-        "slip_history": ("friction", None),
-        "edge_wrap": ("friction", None),
-    }
+SHARED: Mapping[str, Shared] = MappingProxyType(
+    {kind: suspect.shared for kind, suspect in SUSPECTS.items() if suspect.shared}
 )
-"""Kinds that rigs may share, with what makes them do so and which parameters; None: all."""
+"""Kinds that rigs may share, as their records say."""
 CONSTANT_GROUPS: Mapping[str, Group] = MappingProxyType({"log_stiffness": "material", "log_friction": "friction"})
 """Constants that rigs may share."""
 IN_CURVATURE = frozenset({"knee_per_m", "cubic_m2", "yield_per_m"})
@@ -156,11 +149,11 @@ def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
 def in_common(
     libraries: Sequence[Sequence[Hypothesis]], groups: Mapping[Group, tuple[int, ...]], same_sections: bool
 ) -> Iterator[JointHypothesis]:
-    """What all rigs of a group may have in common: the kinds of `IN_COMMON` at places that every one of them has.
+    """What all rigs of a group may have in common: the kinds of `SHARED` at places that every one of them has.
 
     `same_sections`: whether laws in curvature mean the same on all rigs with the same material.
     """
-    for kind, (group, names) in IN_COMMON.items():
+    for kind, (group, names) in SHARED.items():
         rigs = groups.get(group, ())
         if len(rigs) < 2:
             continue

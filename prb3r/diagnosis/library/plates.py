@@ -29,9 +29,11 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import (
     OF_A_PART,
+    OF_THE_MATERIAL,
     OF_THE_SETUP,
     RARE,
     Occurrence,
+    Shared,
     Suspect,
     as_it_is,
     left_behind,
@@ -148,6 +150,7 @@ PLATE_SUSPECTS = (
         places=law_places,
         free=law_free,
         probes=law_probes,
+        shared=OF_THE_MATERIAL,
     ),
     Suspect(
         "hysteretic_plate",
@@ -156,6 +159,7 @@ PLATE_SUSPECTS = (
         places=lambda scope: whole_rig_if(scope.unloads),  # while plates only load they are as those that soften
         free=loop_free,
         probes=loop_probes,
+        shared=OF_THE_MATERIAL,
         presence=0.05,  # plates of spring steel, as most are, do not
     ),
     Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
@@ -167,7 +171,13 @@ PLATE_SUSPECTS = (
         probes=contact_probes,
     ),
     Suspect(
-        "notch_closing", said_of_closing, as_it_is, places=closing_places, free=closing_free, probes=closing_probes
+        "notch_closing",
+        said_of_closing,
+        as_it_is,
+        places=closing_places,
+        free=closing_free,
+        probes=closing_probes,
+        shared=Shared("material", ("factor",)),  # how hard edges touch depends on their place
     ),
     Suspect(
         "clamp_compliance",

@@ -10,7 +10,7 @@ import numpy as np
 from prb3r.diagnosis.library.bending import NEEDS_FIBRE
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import RARE, Occurrence, Suspect, effect_in_words
+from prb3r.diagnosis.library.suspect import OF_THE_MATERIAL, RARE, Occurrence, Suspect, effect_in_words
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
@@ -72,6 +72,7 @@ SECTION_SUSPECTS = (
         places=_plateaus,
         free=_material,
         probes=_plateau_probes,
+        shared=OF_THE_MATERIAL,
         presence=RARE,
     ),
 )

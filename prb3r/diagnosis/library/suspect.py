@@ -6,7 +6,7 @@ the same name in `prb3r.model.effects`.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
@@ -68,6 +68,20 @@ class Occurrence(NamedTuple):
         return f"cable {', '.join(cables)}" if cables else "all cables"
 
 
+Group = Literal["material", "friction"]
+"""What several rigs have in common: what their plates are made of, or the pair of surfaces that rubs."""
+
+
+class Shared(NamedTuple):
+    """What rigs of a group have in common of an effect."""
+
+    group: Group
+    parameters: tuple[str, ...] | None = None
+    """Those that are the same on all; None: all are."""
+
+
+OF_THE_MATERIAL, OF_THE_SURFACES = Shared("material"), Shared("friction")
+
 Transfer = Callable[[Effect, Manipulator, Manipulator], Effect | str]
 """An effect of a manipulator on one of another geometry, or why it cannot be carried over."""
 
@@ -124,6 +138,8 @@ class Suspect:
     """Values of the free parameters to begin from, for an effect that does not vanish by degrees."""
     kinked: bool = False
     """As in `Hypothesis`."""
+    shared: Shared | None = None
+    """What several rigs may have in common of it; None: each has its own."""
     presence: float = 0.1
     """Prior probability that a rig has it, at any place: of some twenty kinds two.  More where nearly every rig has it,
     less where somebody would have had to overlook what is seen without a model."""

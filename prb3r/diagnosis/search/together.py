@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.groups import Groups
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, IN_COMMON
+from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, SHARED
 from prb3r.diagnosis.search.coarser import told_share
 from prb3r.diagnosis.search.joint_pool import (
     JointPool,
@@ -169,7 +169,7 @@ def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> l
     for chosen in sets:
         for first in range(len(alone)):
             starts.append(start_set(model, search.library, chosen, first))
-        for apart in (CONSTANT_GROUPS, IN_COMMON, {**CONSTANT_GROUPS, **IN_COMMON}):
+        for apart in (CONSTANT_GROUPS, SHARED, {**CONSTANT_GROUPS, **SHARED}):
             starts.append(start_set(model, search.library, chosen, 0, apart))
     different = {(whole.hypotheses, p.tobytes()): (whole, p) for whole, p in starts}
     return list(different.values())
