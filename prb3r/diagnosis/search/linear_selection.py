@@ -21,6 +21,10 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
+BEST_ADDED, BEST_EXCHANGED = 4, 2
+"""Of all columns that a set could have in addition, or in the place of others, so many are tried: the best alone of each
+step leads into traps where two together would do.  Choice."""
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -207,13 +211,13 @@ def _neighbours(model: LinearModel, chosen: frozenset[int], most: int) -> Iterat
     """Sets with one column more, less or exchanged, and with one instead of all of a kind or of any two; of many
     additions the best."""
     if len(chosen) < most:
-        yield from _with_best(model, chosen, 4)
+        yield from _with_best(model, chosen, BEST_ADDED)
     for k in chosen:
         less = chosen - {k}
         yield less
-        yield from _with_best(model, less, 2)
+        yield from _with_best(model, less, BEST_EXCHANGED)
     for several in {*map(frozenset, combinations(chosen, 2)), *_of_one_kind(model, chosen)}:
-        yield from _with_best(model, chosen - several, 2)
+        yield from _with_best(model, chosen - several, BEST_EXCHANGED)
 
 
 def _of_one_kind(model: LinearModel, chosen: frozenset[int]) -> Iterator[frozenset[int]]:
