@@ -20,6 +20,8 @@ GOES_WITH = {
     "frame": "where the camera stands",
 }
 """What a mismatch may go with."""
+MOST_PLACES, MOST_QUANTITIES = 4, 3
+"""Where a mismatch sits and what it goes with is said of so many, the strongest; a sentence holds no more.  Choice."""
 
 
 def mismatch_of(investigation: Investigation) -> Mismatch:
@@ -43,9 +45,9 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     if not strong and not investigation.named and not structured:
         statement = "Nothing is left that chance does not explain."
     else:
-        places = dict.fromkeys(_place_in_words(law.place) for law in top[:4])
+        places = dict.fromkeys(_place_in_words(law.place) for law in top[:MOST_PLACES])
         where = ", ".join(places) if places else "at no single place"
-        on = " and ".join(GOES_WITH.get(of, of) for of in depends[:3]) or "nothing that was tried"
+        on = " and ".join(GOES_WITH.get(of, of) for of in depends[:MOST_QUANTITIES]) or "nothing that was tried"
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."

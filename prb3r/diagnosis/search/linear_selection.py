@@ -22,8 +22,8 @@ import numpy as np
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 BEST_ADDED, BEST_EXCHANGED = 4, 2
-"""Of all columns that a set could have in addition, or in the place of others, so many are tried: the best alone of each
-step leads into traps where two together would do.  Choice."""
+"""Of all columns that a set could have in addition, or in the place of others, so many are tried: the best of each step
+alone leads into traps where two together would do.  Choice."""
 
 
 @dataclass(frozen=True, eq=False)
