@@ -7,6 +7,7 @@ from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.search import starts
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
@@ -67,3 +68,20 @@ def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_eith
     ahead = lead(best, lesser, doubted.search)
     assert ahead > 10
     assert lead(lesser, best, doubted.search) == pytest.approx(-ahead)
+
+
+@pytest.mark.parametrize("useless", [True, False])
+def test_all_effects_together_that_explain_nothing_are_not_searched_from(doubted, monkeypatch, useless):
+    begun = []
+
+    def explored(pool, search, doubts):
+        begun.append(pool)
+        return explore_until_settled(pool, search, doubts)
+
+    monkeypatch.setattr(starts, "explore_until_settled", explored)
+    if useless:
+        monkeypatch.setattr(starts, "saturated", lambda calibrated, search, doubts: calibrated)
+    library = tuple(each for each in doubted.search.library if each.kind in ("nonlinear_plate", "tension_offset"))
+    choice = search_effects(doubted.fitted, replace(doubted.search, library=library), doubted.doubts)
+    assert choice.structured
+    assert len(begun) == (1 if useless else 2)

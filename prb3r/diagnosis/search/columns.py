@@ -10,6 +10,10 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
+STEEPEST = 1e8
+"""Largest change of a whitened reading by one prior deviation that a derivative is believed: an arm of a metre that is
+read to 10 nm does not move by more.  Where a branch ends derivatives grow without bound."""
+
 
 def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """What constants cannot imitate of how effects move the readings.
@@ -41,6 +45,7 @@ def linear_model(
     columns = []
     for number, hypothesis in enumerate(model.hypotheses):
         moved, at = _of_fitted(fitted, number)
+        moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
         columns.append(Column(hypothesis, freed(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis]))
         target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
     friction, whiten = model.friction(fitted.p), model.noise.whiten
@@ -50,7 +55,7 @@ def linear_model(
         sized = hypothesis.by_degrees
         deviation = np.array([free.prior_sd for free in hypothesis.free]) if sized else np.ones(1)
         values = freed(whiten(moved * deviation), basis)
-        if not np.isfinite(values).all() or not values.any():
+        if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
             continue
         one_sided = hypothesis.sided(friction) or hypothesis.kinked or not sized
         columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))

@@ -19,7 +19,8 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
 
     Where much is unexplained, the first is what explains small loads, as there a rig is nearly linear.  It leads into
     one valley, from which sets that explain the large loads by other means are not seen: the second is all common
-    effects at once, or the constants alone where that is too slow.  From the better one the search goes on by exchange.
+    effects at once, unless they explain next to nothing, or the constants alone where that is too slow.  From the
+    better one the search goes on by exchange.
     """
     settings, known = calibrated.model.settings, [calibrated, fit_assumed(calibrated, search.assumed)]
     gross = calibrated.reduced > settings.gross
@@ -27,9 +28,10 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     explored = explore_until_settled(Pool(search, settings, [*known, first]), search, doubts)
     if gross and choose(explored, search).structured:
         second = saturated(calibrated, search, doubts)
-        other = explore_until_settled(Pool(search, settings, [*known, second]), search, doubts)
-        first_best, other_best = (start.pool.survivors()[0].fitted for start in (explored, other))
-        explored = other if lead(other_best, first_best, search) > 0 else explored
+        if second is None or second.chi2 < settings.saturated_leaves * calibrated.chi2:
+            other = explore_until_settled(Pool(search, settings, [*known, second]), search, doubts)
+            first_best, other_best = (start.pool.survivors()[0].fitted for start in (explored, other))
+            explored = other if lead(other_best, first_best, search) > 0 else explored
     return choose(exchange_effects(explored, search), search)
 
 

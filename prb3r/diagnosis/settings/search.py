@@ -24,6 +24,9 @@ class SearchSettings:
     """Prior probability from which on an effect is common: all such are fitted at once as one of the beginnings."""
     saturated_shares: tuple[float, ...] = (0.25, 0.4, 0.55, 0.7, 0.85)
     """Shares of the largest loads up to which readings are fitted with all of them, in this order.  Choice."""
+    saturated_leaves: float = 0.5
+    """Share of the chi-square of the constants that all common effects together must fall below to be searched on
+    from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
     beam: int = 12
     """Sets of effects that the linearised selection carries on.  Choice, for time."""
     proposals: int = 5
