@@ -1,10 +1,15 @@
 """Selection in the linearised model: its evidences are those of Gaussian models, at any size of an effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search import columns
+from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel, best_sets
 
 KINDS = {"gravity": 2, "lens_distortion": 1, "tip_force": 2, "camera_scale": 1}
@@ -56,3 +61,31 @@ def test_beside_an_effect_that_moves_readings_without_bound(model, size):
         rise = huge.additions(chosen)
         assert rise[[0, 2]] == pytest.approx(bounded.additions(chosen)[[0, 2]], abs=1e-2)
         assert np.isfinite(huge.evidence(chosen))
+
+
+@pytest.mark.parametrize("size", [1e160, np.nan])
+def test_derivatives_without_bound_propose_nothing(calibrated, suspects, monkeypatch, size):
+    """Their products would overflow: of what is not there yet there is no column."""
+    library = [hypothesis for hypothesis in suspects if hypothesis.kind == "weakened_plate"]
+    odds = dict.fromkeys(library, -2.0)
+    derived = columns.moved_readings
+
+    def steep(fitted, probes):
+        moved = derived(fitted, probes)
+        return [
+            size * values if probe[0] == library[0] else values for probe, values in zip(probes, moved, strict=True)
+        ]
+
+    assert len(linear_model(calibrated, library, odds)[0].columns) == len(library)
+    monkeypatch.setattr(columns, "moved_readings", steep)
+    linear, _ = linear_model(calibrated, library, odds)
+    assert [column.hypothesis for column in linear.columns] == library[1:]
+
+
+def test_derivatives_without_bound_of_an_effect_that_is_there_are_cut(calibrated, suspects):
+    weak = next(hypothesis for hypothesis in suspects if hypothesis.name == "weakened_plate (plate 4)")
+    fitted = fit(calibrated.model.adding(weak), np.append(calibrated.p, 0.0))
+    steep = replace(fitted, jacobian=fitted.jacobian * np.append(np.ones(len(fitted.p) - 1), 1e160))
+    linear, there = linear_model(steep, [weak], {weak: -2.0})
+    assert np.isfinite(linear.products).all()
+    assert np.isfinite(linear.evidence(there))

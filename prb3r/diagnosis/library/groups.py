@@ -40,7 +40,7 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
         remarks.append(f"material is not shared: the files state {values} GPa; state one modulus for one material")
         material = ()
     rubbing = [recordings[k].manipulator.friction for k in friction]
-    if len({(friction.coefficient, friction.wrap) for friction in rubbing}) > 1:
+    if len({(law.coefficient, law.wrap) for law in rubbing}) > 1:
         remarks.append("friction is not shared: the files state different coefficients or different turns (wrap)")
         friction = ()
     if len(material) > 1:

@@ -56,7 +56,7 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
     model, covariance = fitted.model, fitted.covariance
     parts = [fitted.part(k) for k in range(len(model.rigs))]
     alone = [fit(part.model, part.p) or part for part in parts]
-    deviations = [np.sqrt(np.diag(fitted.covariance)) for fitted in alone]
+    deviations = [np.sqrt(np.diag(single.covariance)) for single in alone]
 
     def told(rig: int, row: int) -> Told:
         untold = deviations[rig][row] > UNTOLD * alone[rig].model.deviations[row]
