@@ -8,10 +8,20 @@ from math import acos, cos, sqrt
 
 import numpy as np
 
+from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 CLOSED_FORM_ROWS = 4
 """Of a block whose eigenvalues have a closed form; those of larger ones are left to LAPACK."""
+
+
+def has_closed_form(chain: Chain) -> bool:
+    """Whether the eigenvalues of the plates' blocks are had in closed form.
+
+    A quartic loses the digits of its small roots beside one that is 10,000 times as large, as disks that touch make it.
+    """
+    rows = chain.stiffness.shape[1]
+    return rows < CLOSED_FORM_ROWS or (rows == CLOSED_FORM_ROWS and not np.any(chain.contact.stiffness))
 
 
 @kernel

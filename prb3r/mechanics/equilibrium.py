@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
-from prb3r.mechanics.block_eigenvalue import CLOSED_FORM_ROWS, lowest_of_blocks
+from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_blocks
 from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
@@ -156,7 +156,7 @@ def solve_chain(
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
         slider=np.full((kept, plates, n, elements), np.nan),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
-        block=np.full((steps if eigenvalue and n > CLOSED_FORM_ROWS else 0, plates, n, n), np.nan),
+        block=np.full((0 if not eigenvalue or has_closed_form(chain) else steps, plates, n, n), np.nan),
     )
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
     space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)

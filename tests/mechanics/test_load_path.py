@@ -9,6 +9,7 @@ from prb3r.mechanics import block_eigenvalue
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.kernel import entrance
+from prb3r.mechanics.plate_law import Contact
 from prb3r.mechanics.reference import seed_residual
 
 lowest_of_block = entrance(block_eigenvalue.lowest_of_block.py_func)
@@ -115,6 +116,21 @@ def test_lowest_eigenvalue_of_a_block(n):
         block = np.diag(rng.integers(1, 4, n).astype(float)) + scale * rng.standard_normal((n, n))
         assert lowest_of_block(block.copy()) == pytest.approx(np.linalg.eigvals(block).real.min(), abs=1e-9)
     assert lowest_of_block(3.0 * np.eye(n)) == pytest.approx(3.0)
+
+
+def test_lowest_eigenvalue_keeps_its_digits():
+    rng = np.random.default_rng(7)
+    for block in rng.standard_normal((200, 4, 4)):
+        assert lowest_of_block(block.copy()) == pytest.approx(np.linalg.eigvals(block).real.min(), abs=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e7])
+def test_disks_that_touch_hide_no_small_eigenvalue(stiffness):
+    """What touching adds has rank one, so the lowest of four eigenvalues stays between the lowest two without it."""
+    chain = prototype(plate=ELASTICA)._replace(contact=Contact(0.05, stiffness))
+    states = solve_chain(chain, loads(chain, [[60.0, 0.0, 0.0, 0.0]]), eigenvalue=True)
+    assert np.diff(states.angle[0]).max() > 0.05
+    assert states.lowest_eigenvalue[0] == pytest.approx(chain.stiffness.min(), rel=0.05)
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
