@@ -1,23 +1,61 @@
 """How the scores of the benchmark move when each number among the settings of the diagnosis moves.
 
-The recordings are made once; every variant of the settings judges them all.
+The recordings are made once.  A variant of the settings judges those in whose diagnosis the number was read at all:
+on the others it can change nothing.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.proof.concealed.composition import BENCH_CLASSES
 from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score
 from prb3r.proof.judging.opened import OpenedCase
+from prb3r.proof.judging.real_scores import REAL_GOALS
 from prb3r.proof.judging.scores import GOALS
 from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.prove import MAIN, answer, concealed_recordings, stages_of
 from prb3r.proof.settings import SETTINGS
+from prb3r.proof.tasks import VerdictTask
+
+
+@dataclass(frozen=True, eq=False)
+class NotingSettings(Settings):
+    """Settings that note which of them are read.
+
+    A changed copy (`replace`) reads all of them, so that nothing that was read is missed.
+    """
+
+    names: set[str] = field(default_factory=set)
+    """What was read so far, of these and of copies."""
+
+    def __getattribute__(self, name: str) -> Any:
+        """The value, noted if it is a setting."""
+        if name in Settings.__dataclass_fields__:
+            object.__getattribute__(self, "names").add(name)
+        return object.__getattribute__(self, name)
+
+    def plain(self) -> dict[str, Any]:
+        """As of the same settings that note nothing: to write all down is not to use them."""
+        own = {name: object.__getattribute__(self, name) for name in (entry.name for entry in fields(Settings))}
+        return asdict(Settings(**own))
+
+
+class NotedVerdict(NamedTuple):
+    """A verdict and the settings that it could depend on."""
+
+    verdict: Verdict
+    read: frozenset[str]
+
+
+def noted_answer(task: VerdictTask) -> NotedVerdict:
+    """The verdict with the settings as they are, and the names of those that were read on the way."""
+    settings = NotingSettings()
+    verdict = answer(task._replace(settings=settings))
+    return NotedVerdict(verdict, frozenset(settings.names))
 
 
 class Variant(NamedTuple):
@@ -38,6 +76,8 @@ class VariantScores:
     scores: tuple[tuple[Goal, Score], ...]
     changed: int
     """Recordings on which the verdict, or what is named, is another than with the settings as they are."""
+    read: int
+    """Recordings in whose diagnosis the setting was read."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +134,7 @@ def run_sweep(
     kept: Path | None = None,
     only: Sequence[str] = (),
 ) -> SettingsSweep:
-    """Judge the same concealed recordings of bench rigs with every variant of the settings.
+    """Judge the same concealed recordings with every variant of the settings.
 
     Parameters
     ----------
@@ -115,28 +155,36 @@ def run_sweep(
         problems = (Problem(name, f"is no number among the settings{did_you_mean(name, known)}") for name in unknown)
         raise SpecError(*problems)
     stages = stages_of(cases, seed, jobs, say, kept)
-    concealed = concealed_recordings(cases, seed, stages, BENCH_CLASSES)
+    concealed = concealed_recordings(cases, seed, stages)
     tasks = [concealed.verdict_task(case, MAIN) for case in range(cases)]
+    say("verdicts, and which settings they read")
+    noted = stages.results("noted", noted_answer, tasks)
+    moves = [variant for sign in (-1, 1) for variant in variants(settings, sign * share, only)]
+    asked = [(k, case) for k, move in enumerate(moves) for case in range(cases) if move.field in noted[case].read]
+    say(f"{len(moves)} variants of the settings, {len(asked)} verdicts")
+    answers = stages.results("moved", answer, [tasks[case]._replace(settings=moves[k].settings) for k, case in asked])
+    by_move: list[dict[int, Verdict]] = [{} for _ in moves]
+    for (k, case), verdict in zip(asked, answers, strict=True):
+        by_move[k][case] = verdict
+    base = [entry.verdict for entry in noted]
 
-    def opened(stage: str, chosen: Settings) -> list[OpenedCase]:
-        say(stage)
-        return concealed.opened(stages.results(stage, answer, [task._replace(settings=chosen) for task in tasks]))
+    def scored(variant: Variant, renewed: dict[int, Verdict]) -> VariantScores:
+        verdicts = [renewed.get(case, base[case]) for case in range(cases)]
+        differing = sum(_said(a) != _said(b) for a, b in zip(base, verdicts, strict=True))
+        scores = _scores(concealed.opened(verdicts))
+        return VariantScores(variant.field, variant.value, scores, differing, len(renewed))
 
-    base = opened("verdicts", settings)
-
-    def scored(variant: Variant) -> VariantScores:
-        moved_cases = opened(f"{variant.field} = {variant.value:.6g}", variant.settings)
-        differing = sum(_said(a.verdict) != _said(b.verdict) for a, b in zip(base, moved_cases, strict=True))
-        return VariantScores(variant.field, variant.value, _scores(moved_cases), differing)
-
-    lower, higher = (tuple(map(scored, variants(settings, sign * share, only))) for sign in (-1, 1))
+    every = tuple(map(scored, moves, by_move))
+    lower, higher = every[: len(every) // 2], every[len(every) // 2 :]
     seconds = stages.journal.seconds
     stages.journal.discard()
-    return SettingsSweep(seed, concealed.seal.digest, cases, settings, _scores(base), lower, higher, seconds)
+    return SettingsSweep(
+        seed, concealed.seal.digest, cases, settings, _scores(concealed.opened(base)), lower, higher, seconds
+    )
 
 
 def _scores(cases: Sequence[OpenedCase]) -> tuple[tuple[Goal, Score], ...]:
-    return tuple((goal, goal.measure(cases)) for goal in GOALS)
+    return tuple((goal, goal.measure(cases)) for goal in (*GOALS, *REAL_GOALS))
 
 
 def _said(verdict: Verdict) -> tuple:

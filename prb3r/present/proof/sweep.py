@@ -26,8 +26,9 @@ def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
         f"first verdict: SHA-256 `{sweep.digest}`.",
         "",
         f"Each number moved by {share:g} % down / up, on the same recordings (whole numbers by one at least; of shares "
-        "near one what is left to one). *Changed*: recordings on which the verdict or a name is another. Scores: "
-        "change in percentage points, the row on top as they are.",
+        "near one what is left to one). *Read*: recordings in whose diagnosis the number was looked at. *Changed*: "
+        "those on which the verdict or a name is another, down / up. Scores: change in percentage points, the row on "
+        "top as they are.",
         "",
         *sweep_table(sweep),
         "",
@@ -40,14 +41,15 @@ def sweep_table(sweep: SettingsSweep) -> list[str]:
     """Markdown: changes of the headline scores, the settings that change most recordings first."""
     headline = [(goal, score) for goal, score in sweep.scores if goal.short]
     shorts = [f"{goal.short} (n = {score.count})" for goal, score in headline]
-    head = ["setting", "value", "moved to", "changed", *shorts]
-    rows = [["as they are", "", "", "", *(score_text(goal, score.value) for goal, score in headline)]]
+    head = ["setting", "value", "moved to", "read", "changed", *shorts]
+    rows = [["as they are", "", "", "", "", *(score_text(goal, score.value) for goal, score in headline)]]
     values = asdict(sweep.settings)
     pairs = sorted(zip(sweep.lower, sweep.higher, strict=True), key=lambda pair: -pair[0].changed - pair[1].changed)
     for low, high in pairs:
         cells = [f"{_change(low, goal, score)} / {_change(high, goal, score)}" for goal, score in headline]
         moved_to = f"{low.value:.4g} / {high.value:.4g}"
-        rows.append([low.field, f"{values[low.field]:.4g}", moved_to, f"{low.changed} / {high.changed}", *cells])
+        changed = f"{low.changed} / {high.changed}"
+        rows.append([low.field, f"{values[low.field]:.4g}", moved_to, str(low.read), changed, *cells])
     return markdown_table(head, rows, range(1, len(head)))
 
 
@@ -81,6 +83,7 @@ def plain_sweep(sweep: SettingsSweep) -> dict[str, Any]:
                 "setting": variant.field,
                 "value": values[variant.field],
                 "moved_to": variant.value,
+                "read": variant.read,
                 "changed": variant.changed,
                 "scores": plain_scores(variant.scores),
             }

@@ -58,7 +58,7 @@ def verdict_of(task: MethodTask) -> Verdict:
 
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
-    settings = replace(task.settings, **ablation)
+    settings = replace(task.settings, **ablation) if ablation else task.settings
     diagnosis = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
     begin = time.process_time()
     elsewhere = forecasts(diagnosis, task.targets) if task.targets else ()
