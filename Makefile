@@ -8,38 +8,44 @@ CASES ?=
 SEED ?=
 COUNT ?=
 
+# With uv if it is there; pip leaves the compiling of modules to those who import them.
+UV := $(shell command -v uv)
+CREATE = $(if $(UV),uv venv --quiet --allow-existing --python $(PYTHON),$(PYTHON) -m venv) $(VENV)
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+INSTALL = $(if $(UV),uv pip install --quiet --python $(BIN)/python,$(PIP)) -c constraints.txt
+
 .PHONY: study setup test check format docs schemas bench fuzz combinations proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
 
-setup: $(VENV)/.ready
+setup: $(VENV)/.developing
 
+# What studies need, and what developers need beside it.
 $(VENV)/.ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "prb3r needs Python 3.11 or newer: make PYTHON=python3.11")'
-	@if command -v uv >/dev/null; then \
-		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && \
-		uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.[dev]'; \
-	else \
-		$(PYTHON) -m venv $(VENV) && \
-		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'; \
-	fi
+	@$(CREATE)
+	@$(INSTALL) -e .
 	@touch $@
 
-test: $(VENV)/.ready
+$(VENV)/.developing: $(VENV)/.ready
+	@$(INSTALL) -e '.[dev]'
+	@touch $@
+
+test: $(VENV)/.developing
 	$(BIN)/python -m pytest
 
-check: $(VENV)/.ready
+check: $(VENV)/.developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-format: $(VENV)/.ready
+format: $(VENV)/.developing
 	$(BIN)/ruff check --fix --quiet . || true
 	$(BIN)/ruff format .
 
 # HTML without network, into results/docs; studies whose figures are not there yet are run for the gallery.
-docs: $(VENV)/.ready
+docs: $(VENV)/.developing
 	$(BIN)/prb3r run $(wildcard studies/*.toml) -o results $(if $(JOBS),-j $(JOBS)) || test $$? -eq 1
 	$(BIN)/python docs/site/build.py -o results/docs
 
@@ -51,11 +57,11 @@ bench: $(VENV)/.ready
 	$(BIN)/prb3r bench
 
 # Mutated files, which must all end with a sentence: about 20 minutes on one core.
-fuzz: $(VENV)/.ready
+fuzz: $(VENV)/.developing
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(if $(COUNT),$(COUNT),100000)
 
 # The suite under every Python that is here, with the newest and the oldest dependencies: some ten minutes each.
-combinations: $(VENV)/.ready
+combinations: $(VENV)/.developing
 	$(BIN)/python tests/combinations.py
 
 # The whole benchmark takes about an hour on two cores, `make proof CASES=60` a few minutes.
