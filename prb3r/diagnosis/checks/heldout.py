@@ -122,7 +122,7 @@ class Unseen:
         inflation = outlier_inflation(self.predict, expected, self.settings, self.known.level.scale)
         noise = under(inflation)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(expected)))
-        lone = lone_inflation(recording, white, inflation, self.settings)
+        lone = lone_inflation(recording, white, noise, inflation, self.settings)
         return noise if np.array_equal(lone > 1, inflation > 1) else under(lone)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:

@@ -165,33 +165,64 @@ def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
     """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone."""
     if not fitted.balanced:
         return doubts.inflation
-    recording = fitted.model.predict.recording
+    model = fitted.model
+    recording = model.predict.recording
     white = fitted.residual[: recording.readings.count]
-    return lone_inflation(recording, white, doubts.inflation, fitted.model.settings)
+    return lone_inflation(recording, white, model.noise, doubts.inflation, model.settings)
 
 
-def lone_inflation(recording: Recording, white: np.ndarray, inflation: np.ndarray, settings: Settings) -> np.ndarray:
+def lone_inflation(
+    recording: Recording, white: np.ndarray, noise: Noise, inflation: np.ndarray, settings: Settings
+) -> np.ndarray:
     """(r,) factor on the standard deviation of every reading: 1 but for those that are missed grossly and alone.
 
-    A misfit is gross by the scale that half of them keep, and alone where it is `Settings.lone_ratio` times those of
-    its neighbours along disks and steps: what a model lacks is missed by neighbours alike.  What was doubted before
-    need not be alone.
+    A misfit is gross by the scale that half of them keep, and alone where it is `Settings.lone_ratio` times what is
+    left of those of its neighbours along disks and steps once it is not believed: what a model lacks is missed by
+    neighbours alike, while one wrong reading pulls theirs the other way, as tensions that scatter can give way to it.
+    What was doubted before need not be alone, and speaks for no neighbour.
 
     Parameters
     ----------
     white : (r,) misfits in units of the noise, each under the `inflation` (r,) believed so far.
+    noise : that whitened them.
     """
-    off = np.abs(white) * inflation
-    off /= max(float(np.median(off)) / norm.ppf(0.75), 1.0)
-    beside = np.zeros(len(off))
+    scale = max(float(np.median(np.abs(white) * inflation)) / norm.ppf(0.75), 1.0)
+    suspected = np.flatnonzero(np.abs(white) * inflation > settings.gross_sd * scale)
+    misses = _without_each(white, noise, suspected)
+    off, beside = np.zeros(len(white)), np.zeros(len(white))
+    off[suspected] = misses.size * inflation[suspected] / scale
+    left = np.abs(misses.left) / scale
+    left[inflation > 1] = 0.0
     for line in NEIGHBOURS_ALONG:
         first, second = neighbours(recording, line)
-        np.maximum.at(beside, first, off[second])
-        np.maximum.at(beside, second, off[first])
+        for here, there in ((first, second), (second, first)):
+            asked = np.isin(here, suspected)
+            column = np.searchsorted(suspected, here[asked])
+            np.maximum.at(beside, here[asked], left[there[asked], column])
     gross = (off > settings.gross_sd) & ((off > settings.lone_ratio * beside) | (inflation > 1))
     if gross.mean() > settings.most_gross:
         return inflation
     return np.where(gross, student(off), 1.0)
+
+
+class WithoutEach(NamedTuple):
+    """What one reading after the other misses, and what the others miss without it."""
+
+    size: np.ndarray
+    """(k,) by how many of its standard deviations, given all others, each misses what these lead to expect."""
+    left: np.ndarray
+    """(r, k) whitened misfits of all readings as each is not believed."""
+
+
+def _without_each(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> WithoutEach:
+    """Of whitened misfits (r,) and each reading of `suspected` (k,): the mean-shift outlier model of Cook and Weisberg,
+    *Residuals and Influence in Regression* (1982), for readings that scatter together."""
+    alone = np.zeros((len(white), len(suspected)))
+    alone[suspected, np.arange(len(suspected))] = noise.sd[suspected]
+    shift = noise.whiten(alone)
+    shift /= np.linalg.norm(shift, axis=0)
+    size = shift.T @ white
+    return WithoutEach(np.abs(size), white[:, None] - shift * size)
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
