@@ -7,8 +7,9 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.evidence.neighbours import correlation, neighbours
-from prb3r.diagnosis.evidence.outliers import Doubts, lone_outliers
+from prb3r.diagnosis.evidence.outliers import Doubts, lone_inflation, lone_outliers
 from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.search.coarser import told_share
@@ -56,6 +57,32 @@ def test_what_neighbours_miss_alike_is_no_slip_unless_it_was_doubted_before(fitt
     assert np.flatnonzero(again > 1).tolist() == rows.tolist()
     settled = lone_outliers(missing(fitted, rows, 0.01), doubts)  # a better model meets them after all
     assert (settled == 1).all()
+
+
+def test_a_wrong_reading_is_alone_however_its_neighbours_give_way(fitted):
+    """Where tensions scatter much, the others of its photograph are missed the other way; without it they are met."""
+    model = fitted.model
+    (row,) = at(fitted, 13, [model.predict.recording.readings.disk.max()], Kind.ANGLE)
+    scattering = replace(believed(fitted), level=NoiseLevel(tension=30.0))
+    noise = scattering.noise(model.predict, fitted.solved, model.settings)
+    wrong = np.zeros(len(noise.sd))
+    wrong[row] = -40.0 * noise.sd[row]
+    white = noise.whiten(wrong)
+    assert np.sort(np.abs(white))[-2] > np.abs(white).max() / 4
+    strict = replace(model.settings, lone_ratio=4.0)
+    inflation = lone_inflation(model.predict.recording, white, noise, np.ones(len(white)), strict)
+    assert np.flatnonzero(inflation > 1).tolist() == [row]
+
+
+def test_one_that_is_doubted_says_nothing_of_the_reading_beside_it(fitted):
+    rows = at(fitted, 7, [3, 4])
+    doubts = believed(fitted)
+    assert (lone_outliers(missing(fitted, rows, 30.0), doubts) == 1).all()
+    doubts.inflation[rows[0]] = 40.0
+    white = fitted.residual.copy()
+    white[rows] = 30.0 / 40.0, 30.0
+    inflation = lone_outliers(replace(fitted, residual=white), doubts)
+    assert np.flatnonzero(inflation > 1).tolist() == rows.tolist()
 
 
 def test_neighbours_are_of_one_kind_and_one_line(fitted):
