@@ -14,7 +14,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from prb3r.runs.backends.shield import reason_of, shielded
@@ -110,8 +110,15 @@ def new_worker() -> Any:
 
 
 def end_workers(pools: list[Any]) -> None:
-    """End the processes of executors at once, whatever they do."""
+    """End the processes of executors at once, whatever they do.
+
+    What waits for them is taken away before: loky would look for it once more after it has dropped it, and print a
+    KeyError.
+    """
     for pool in pools:
+        with contextlib.suppress(Empty):
+            while True:
+                pool._work_ids.get_nowait()
         pool.shutdown(kill_workers=True)
 
 
