@@ -8,11 +8,13 @@ CASES ?=
 SEED ?=
 COUNT ?=
 
-# With uv if it is there; pip leaves the compiling of modules to those who import them.
-UV := $(shell command -v uv)
+# With uv if it is there.  Modules are compiled by all cores at once, where pip takes one after the other and uv none:
+# where nothing may write them later (PYTHONDONTWRITEBYTECODE) every process would compile what it imports.
+UV := $(shell command -v uv 2>/dev/null)
 CREATE = $(if $(UV),uv venv --quiet --allow-existing --python $(PYTHON),$(PYTHON) -m venv) $(VENV)
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 INSTALL = $(if $(UV),uv pip install --quiet --python $(BIN)/python,$(PIP)) -c constraints.txt
+COMPILE = $(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
 
 .PHONY: study setup test check format docs schemas bench fuzz combinations proof clean
 
@@ -26,10 +28,12 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "prb3r needs Python 3.11 or newer: make PYTHON=python3.11")'
 	@$(CREATE)
 	@$(INSTALL) -e .
+	@$(COMPILE)
 	@touch $@
 
 $(VENV)/.developing: $(VENV)/.ready
 	@$(INSTALL) -e '.[dev]'
+	@$(COMPILE)
 	@touch $@
 
 test: $(VENV)/.developing

@@ -40,8 +40,8 @@ class NotingSettings(Settings):
 
     def plain(self) -> dict[str, Any]:
         """As of the same settings that note nothing: to write all down is not to use them."""
-        own = {name: object.__getattribute__(self, name) for name in (entry.name for entry in fields(Settings))}
-        return asdict(Settings(**own))
+        values = {entry.name: object.__getattribute__(self, entry.name) for entry in fields(Settings)}
+        return asdict(Settings(**values))
 
 
 class NotedVerdict(NamedTuple):
@@ -162,7 +162,8 @@ def run_sweep(
     moves = [variant for sign in (-1, 1) for variant in variants(settings, sign * share, only)]
     asked = [(k, case) for k, move in enumerate(moves) for case in range(cases) if move.field in noted[case].read]
     say(f"{len(moves)} variants of the settings, {len(asked)} verdicts")
-    answers = stages.results("moved", answer, [tasks[case]._replace(settings=moves[k].settings) for k, case in asked])
+    stage = " ".join(["moved", *sorted(only)])  # numbers of the tasks go by what moves
+    answers = stages.results(stage, answer, [tasks[case]._replace(settings=moves[k].settings) for k, case in asked])
     by_move: list[dict[int, Verdict]] = [{} for _ in moves]
     for (k, case), verdict in zip(asked, answers, strict=True):
         by_move[k][case] = verdict

@@ -75,12 +75,13 @@ def test_a_wrong_reading_is_alone_however_its_neighbours_give_way(fitted):
 
 
 def test_one_that_is_doubted_says_nothing_of_the_reading_beside_it(fitted):
+    """However far off it is by now."""
     rows = at(fitted, 7, [3, 4])
     doubts = believed(fitted)
     assert (lone_outliers(missing(fitted, rows, 30.0), doubts) == 1).all()
     doubts.inflation[rows[0]] = 40.0
     white = fitted.residual.copy()
-    white[rows] = 30.0 / 40.0, 30.0
+    white[rows] = 20.0, 30.0
     inflation = lone_outliers(replace(fitted, residual=white), doubts)
     assert np.flatnonzero(inflation > 1).tolist() == rows.tolist()
 

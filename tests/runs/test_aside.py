@@ -2,12 +2,14 @@
 
 import contextlib
 import os
+import threading
 import time
 
 import pytest
 
 from prb3r.errors import EngineError, Problem, SpecError
 from prb3r.runs.backends.aside import Aside
+from prb3r.runs.backends.loky import end_workers, new_worker
 
 
 def work(task):
@@ -93,3 +95,16 @@ def test_a_process_that_dies_is_told():
     with pytest.raises(EngineError, match="died"):
         run_aside([("die", None)], events)
     assert events == [None]
+
+
+def test_a_worker_is_ended_before_it_has_looked_at_what_waits_for_it(monkeypatch):
+    """Otherwise its thread would print a traceback now and then."""
+    raised = []
+    monkeypatch.setattr(threading, "excepthook", raised.append)
+    worker = new_worker()
+    worker.submit(work, ("sleep", 60.0))
+    with monkeypatch.context() as asleep:
+        asleep.setattr(worker._executor_manager_thread_wakeup, "wakeup", lambda: None)
+        worker.submit(work, ("sleep", 60.0))
+    end_workers([worker])
+    assert not raised

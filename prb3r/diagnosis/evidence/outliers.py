@@ -21,6 +21,8 @@ from prb3r.recording.recording import Readings, Recording
 
 FOR_FIRST, FOR_SECOND = 2, 4
 """Expectations of a reading, of at most twelve, from which on the nearest of them counts, and the second nearest."""
+AT_ONCE = 256
+"""Readings that are taken out in one go: of ten thousand readings 60 MB."""
 LEAST_SURPRISE = 0.1
 """Of the median surprise of noise, sd, so that it can be divided by where most readings have no neighbours.  Choice."""
 
@@ -188,24 +190,22 @@ def lone_inflation(
     """
     scale = max(float(np.median(np.abs(white) * inflation)) / norm.ppf(0.75), 1.0)
     suspected = np.flatnonzero(np.abs(white) * inflation > settings.gross_sd * scale)
-    misses = _without_each(white, noise, suspected)
+    pairs = [neighbours(recording, line) for line in NEIGHBOURS_ALONG]
+    here, there = np.hstack([*pairs, *((second, first) for first, second in pairs)])
     off, beside = np.zeros(len(white)), np.zeros(len(white))
-    off[suspected] = misses.size * inflation[suspected] / scale
-    left = np.abs(misses.left) / scale
-    left[inflation > 1] = 0.0
-    for line in NEIGHBOURS_ALONG:
-        first, second = neighbours(recording, line)
-        for here, there in ((first, second), (second, first)):
-            asked = np.isin(here, suspected)
-            column = np.searchsorted(suspected, here[asked])
-            np.maximum.at(beside, here[asked], left[there[asked], column])
+    for some in np.array_split(suspected, len(suspected) // AT_ONCE + 1):
+        deleted = _deletion_residuals(white, noise, some)
+        off[some] = deleted.size * inflation[some] / scale
+        left = np.where(inflation > 1, 0.0, np.abs(deleted.left).T / scale)
+        asked = np.isin(here, some)
+        np.maximum.at(beside, here[asked], left[np.searchsorted(some, here[asked]), there[asked]])
     gross = (off > settings.gross_sd) & ((off > settings.lone_ratio * beside) | (inflation > 1))
     if gross.mean() > settings.most_gross:
         return inflation
     return np.where(gross, student(off), 1.0)
 
 
-class WithoutEach(NamedTuple):
+class DeletionResiduals(NamedTuple):
     """What one reading after the other misses, and what the others miss without it."""
 
     size: np.ndarray
@@ -214,7 +214,7 @@ class WithoutEach(NamedTuple):
     """(r, k) whitened misfits of all readings as each is not believed."""
 
 
-def _without_each(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> WithoutEach:
+def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> DeletionResiduals:
     """Of whitened misfits (r,) and each reading of `suspected` (k,): the mean-shift outlier model of Cook and Weisberg,
     *Residuals and Influence in Regression* (1982), for readings that scatter together."""
     alone = np.zeros((len(white), len(suspected)))
@@ -222,7 +222,7 @@ def _without_each(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> Wit
     shift = noise.whiten(alone)
     shift /= np.linalg.norm(shift, axis=0)
     size = shift.T @ white
-    return WithoutEach(np.abs(size), white[:, None] - shift * size)
+    return DeletionResiduals(np.abs(size), white[:, None] - shift * size)
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:

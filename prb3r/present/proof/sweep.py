@@ -38,8 +38,9 @@ def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
 
 
 def sweep_table(sweep: SettingsSweep) -> list[str]:
-    """Markdown: changes of the headline scores, the settings that change most recordings first."""
-    headline = [(goal, score) for goal, score in sweep.scores if goal.short]
+    """Markdown: changes of the headline scores that recordings count for, the settings that change most recordings
+    first."""
+    headline = [(goal, score) for goal, score in sweep.scores if goal.short and score.count]
     shorts = [f"{goal.short} (n = {score.count})" for goal, score in headline]
     head = ["setting", "value", "moved to", "read", "changed", *shorts]
     rows = [["as they are", "", "", "", "", *(score_text(goal, score.value) for goal, score in headline)]]
