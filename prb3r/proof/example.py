@@ -84,7 +84,8 @@ def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[
 
 
 def write_example(folder: str | Path) -> None:
-    """Simulate the example and write its folder."""
+    """Simulate the example from its fixed seed and write recording, manipulator, steps and markers into a folder.
+    Raises SpecError for a place that cannot be written."""
     described = RecordingFile(
         name="bench example",
         manipulator="manipulator.toml",

@@ -64,7 +64,8 @@ class Concealed:
         return replace(task, extra=_with_tip_loads(task.design, proposal.steps))
 
     def second_task(self, case: int, recording: Recording | str) -> VerdictTask:
-        """Of a case after its experiment."""
+        """The diagnosis once more of a case, whose `recording` now holds the experiment that its first verdict proposed
+        (or is the reason why that could not be recorded)."""
         return VerdictTask(case, recording, self._without(case), MAIN, self.seed)
 
     def _targets(self, case: int) -> tuple[Mapping[str, Any], ...]:
@@ -93,7 +94,7 @@ class Concealed:
         ]
 
     def _friction(self, label: Label) -> float:
-        """True friction coefficient of a recording."""
+        """Friction coefficient that a recording's rig has: the nominal one times the concealed factor."""
         return self.designs[label.design].friction * float(np.exp(label.constants[1]))
 
 
@@ -116,7 +117,7 @@ class Proof:
 
     @property
     def main(self) -> tuple[OpenedCase, ...]:
-        """Cases of the method that is proved."""
+        """The opened cases of the diagnosis, none of its steps left out: those on which goals are measured."""
         return self.cases[MAIN]
 
     def scores(self, method: str = MAIN) -> list[tuple[Goal, Score]]:

@@ -98,7 +98,7 @@ class SettingsSweep:
 
 
 def numeric_settings(settings: Settings) -> dict[str, float]:
-    """The fields that are one number each."""
+    """Names and values of the settings that are one number each; truth values do not count."""
     values = {field.name: getattr(settings, field.name) for field in fields(settings)}
     return {name: v for name, v in values.items() if isinstance(v, int | float) and not isinstance(v, bool)}
 
@@ -189,5 +189,5 @@ def _scores(cases: Sequence[OpenedCase]) -> tuple[tuple[Goal, Score], ...]:
 
 
 def _said(verdict: Verdict) -> tuple:
-    """Verdict and names, without their numbers."""
+    """What two verdicts must share to count as the same: the verdict, and kind and place of what it names."""
     return verdict.verdict, tuple((claim.kind, tuple(claim.place.items())) for claim in verdict.named)

@@ -40,7 +40,7 @@ class VerdictTask(NamedTuple):
 
 
 def record(task: RecordingTask) -> Recording | str:
-    """A recording, or why there is none."""
+    """The recording of a task, or the reason, as text, why the rig or its files gave none."""
     try:
         if task.design.flavour.is_real:
             return recording_from_folder(task.design, task.label)

@@ -47,7 +47,7 @@ def note_end(tables: Tables, details: Details) -> Tables:
 
 
 def turn_slips(tables: Tables, details: Details) -> Tables:
-    """Declared slips with the wrong sign."""
+    """Tables with declared slips of the other sign, in the `sequence` that `details` names or in all."""
     steps = tables.steps.copy()
     rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
     steps.loc[rows, [name for name in steps if name.startswith("slip_")]] *= -1
@@ -77,7 +77,7 @@ def count_from_zero(tables: Tables, details: Details) -> Tables:
 
 
 def exchange_disks(tables: Tables, details: Details) -> Tables:
-    """Two disks in each other's place."""
+    """Tables in which the markers of two disks, `disks` in `details`, carry each other's number."""
     return _exchanged(tables, "disk", details["disks"])
 
 
@@ -91,7 +91,7 @@ def in_kilograms(tables: Tables, details: Details) -> Tables:
 
 
 def play_backwards(tables: Tables, details: Details) -> Tables:
-    """Pictures of a sequence in backward order."""
+    """Tables in which the pictures of one `sequence` are numbered backwards: the last one stands at step 1."""
     markers = tables.markers.copy()
     rows = markers["sequence"].eq(details["sequence"])
     last = tables.steps.loc[tables.steps["sequence"].eq(details["sequence"]), "step"].max()
@@ -100,7 +100,7 @@ def play_backwards(tables: Tables, details: Details) -> Tables:
 
 
 def note_late(tables: Tables, details: Details) -> Tables:
-    """Pictures noted at the step before theirs."""
+    """Tables in which every picture stands at the step before its own; those of first steps are lost."""
     markers = tables.markers.copy()
     markers["step"] -= 1
     return tables._replace(markers=markers[markers["step"] > 0])

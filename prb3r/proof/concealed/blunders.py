@@ -54,7 +54,7 @@ def blundered(tables: Tables, blunder: Details) -> Tables:
 
 
 def sequence_names(design: Design) -> list[str]:
-    """Of the sequences of a design's program."""
+    """Names of the sequences of a design's program, as recordings have them: `s1`, `s2` and so on."""
     return [f"s{k + 1}" for k in range(len(design.program))]
 
 

@@ -34,7 +34,7 @@ class Build:
     """Whether there are gross outliers."""
 
     def plain(self) -> dict[str, Any]:
-        """All fields as JSON takes them."""
+        """The fields as a dictionary of numbers, lists and truth values, which a label holds and JSON can write."""
         return asdict(self)
 
 

@@ -48,7 +48,7 @@ def concealable() -> tuple[str, ...]:
 
 
 def kinds(design: Design) -> set[str]:
-    """Kinds that a design can show."""
+    """Kinds of effect that a design can show at one place at least; rare kinds are not among them."""
     return {group[0].kind for group in candidates(design)}
 
 

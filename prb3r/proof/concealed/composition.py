@@ -118,7 +118,8 @@ def _last(i: int, every: int) -> bool:
 
 
 def _able(design: Design, shown: set[str], cls: str, kind: str, case: int) -> bool:
-    """Whether a design serves for a recording."""
+    """Whether recording `case` of class `cls` can be made on a design: the design has the flavour that the class needs,
+    and can have the effect (`shown`: its kinds) or the foreign law `kind` where the class needs one."""
     history = case % round(1 / SETTINGS.population.history_share) == 0 and cls in ("clean", "single")
     flavour = {"hidden": Flavour.LOADING, "confusable": Flavour.POOR}.get(cls, Flavour.PLAIN)
     if cls == "confusable" and kind:

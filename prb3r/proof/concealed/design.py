@@ -70,12 +70,12 @@ class Design:
 
     @property
     def plates(self) -> int:
-        """Number of plates of all segments."""
+        """Number of plates of all segments together; disks after the base are as many."""
         return sum(segment["plates"] for segment in self.manipulator["segment"])
 
     @property
     def cables(self) -> tuple[str, ...]:
-        """Names of the cables, in file order."""
+        """Names of the cables in the order of the manipulator's file, which is that of all arrays."""
         return tuple(cable["name"] for cable in self.manipulator["cable"])
 
     @property
@@ -86,7 +86,7 @@ class Design:
 
     @property
     def friction(self) -> float:
-        """Nominal friction coefficient of all holes."""
+        """Friction coefficient of the holes that the nominal manipulator states; the rig's own may be another."""
         return self.manipulator["friction"]["coefficient"]
 
     @property
@@ -96,7 +96,7 @@ class Design:
 
     @property
     def pull(self) -> float:
-        """Largest noted tension, N."""
+        """Largest tension of any cable at any step of the program, N, as it is noted: without scatter."""
         return max(step[f"cable_{name}_n"] for steps in self.program for step in steps for name in self.cables)
 
     @property
@@ -144,7 +144,7 @@ def followed(manipulator: Mapping[str, Any], program: Sequence[LoadSteps]) -> li
 
 
 def plate_bends(states: Sequence[RigStates]) -> np.ndarray:
-    """(steps, plates) bends of all sequences, rad."""
+    """(steps, plates) bend of each plate, rad: what the angles of its two disks differ by, sequence after sequence."""
     return np.concatenate([np.diff(part.angle, axis=1) for part in states])
 
 

@@ -51,7 +51,9 @@ def _drawn(rng: np.random.Generator, number: int, flavour: Flavour) -> Design:
 
 
 def _manipulator(rng: np.random.Generator, flavour: Flavour) -> dict[str, Any]:
-    """The contents of a manipulator file."""
+    """What a manipulator file would hold, in SI units and without effects, drawn in the ranges of
+    `SETTINGS.manipulators`; by its flavour a design has fewer plates, no friction, friction along the load path or
+    plates of nitinol."""
     u, ranges, slow = rng.uniform, SETTINGS.manipulators, flavour.is_slow
     segments = int(rng.choice(ranges.history_segments if slow else ranges.segments))
     fewest, most = ranges.history_plates if slow else ranges.plates

@@ -14,7 +14,8 @@ from prb3r.proof.settings import SETTINGS
 
 
 def linear_distance(responses: Responses, change: np.ndarray, rival: Response) -> float:
-    """To the best refit of a rival."""
+    """Squared distance from a whitened change (r + c,) to the nearest that a rival effect comes in the linear model:
+    constants and sizes by least squares, a lone size within the limits of its candidate."""
     a, b = responses.free(change), responses.free(rival.columns)
     if not rival.sized:
         return float(((a - b[:, 0]) ** 2).sum())

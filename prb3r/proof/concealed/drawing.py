@@ -70,7 +70,8 @@ def _with_constants(label: Label, responses: Responses, rng: np.random.Generator
 
 
 def _labelled(request: Request, responses: Responses, drawn: SizedEffect, nearest: Mapping[str, float]) -> Label:
-    """The label of one effect."""
+    """The label of a recording with one effect: its size, its norm beyond calibration by the full rig, the squared
+    distances to the `nearest` effects of other kinds, and the places of its own kind that are not told apart."""
     return Label(
         request.case,
         request.cls,
@@ -86,7 +87,7 @@ def _labelled(request: Request, responses: Responses, drawn: SizedEffect, neares
 
 
 def _clean(request: Request, responses: Responses, loading: Responses | None, rng: np.random.Generator) -> Label:
-    """Nothing concealed, but perhaps awkward."""
+    """A label without effects; of a request for `awkward`, with one way or two, drawn from `AWKWARD`."""
     awkward = ()
     if request.kind == "awkward":
         count = 1 + int(rng.random() < SETTINGS.imperfections.second_awkwardness)

@@ -102,7 +102,7 @@ def _saturation(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _leak(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Cables that drag their neighbours along."""
+    """Cables drag their neighbours along: each tension grows by the part `u` of the sum of the others."""
     names = [f"cable_{name}_n" for name in at.design.cables]
     total = sum(step[name] for name in names)
     return Change([], {name: step[name] + u * (total - step[name]) for name in names}, 0.0)
@@ -127,7 +127,8 @@ LAWS: dict[str, ForeignLaw] = {
 
 
 def possible(design: Design) -> list[str]:
-    """Laws that make sense on a design."""
+    """Names of the laws that can act on a design: none with friction along the load path, no growth of friction where
+    there is none, no knocked camera where only bends are read."""
     without = set() if design.friction > 0 else {"friction_grows"}
     if not {Kind.X, Kind.ANGLE} & set(design.kinds):
         without |= {"frame_moves"}
@@ -144,7 +145,7 @@ def knocks(design: Design, law: str, size: float) -> list[tuple[float, float, fl
 
 
 def _watched(design: Design) -> int:
-    """Index of the plate that may yield."""
+    """Index from 0 of the plate that may yield, by the number of the design: not the same one on all."""
     return design.number % design.plates
 
 

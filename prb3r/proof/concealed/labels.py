@@ -76,7 +76,7 @@ class Label:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of its effects, in their order."""
+        """Kind of each concealed effect, in the order of `effects`; empty where none is concealed."""
         return tuple(effect["kind"] for effect in self.effects)
 
     @property
@@ -96,5 +96,5 @@ class Label:
         return self.distance >= SETTINGS.sizes.apart
 
     def plain(self) -> dict[str, Any]:
-        """All fields as JSON takes them."""
+        """The fields as a dictionary that JSON can write: what the seal hashes and `Seal.opened` reads back."""
         return asdict(self)

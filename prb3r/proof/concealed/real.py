@@ -171,6 +171,6 @@ def _can_be_recorded(
 
 
 def build_of(label: Label) -> Build:
-    """The imperfections of a real rig."""
+    """The imperfections of a real rig, from the plain fields in its label; bench rigs have none."""
     assert label.build is not None
     return Build(**label.build)

@@ -22,7 +22,7 @@ EXACT = Tolerance(offset_m=0.0, length_m=0.0, thickness_relative=0.0, marker_m=0
 
 
 def steps_of(design: Design, program: Sequence[LoadSteps], names: Sequence[str]) -> pd.DataFrame:
-    """The table of steps, tensions as noted."""
+    """The table of steps: `sequence` (by `names`), `step` from 1, loads as noted, 0 where a step names none."""
     rows = [
         {"sequence": name, "step": k + 1, **step}
         for name, steps in zip(names, program, strict=True)
@@ -83,7 +83,8 @@ def _applied(design: Design, label: Label, program: Sequence[LoadSteps], rng: np
 
 
 def _exact(design: Design, label: Label, program: Sequence[LoadSteps]) -> np.ndarray:
-    """(steps, disks, kinds) readings without reading noise."""
+    """(steps, disks, kinds) readings, m and rad, without reading noise but under the tensions of `program` and the
+    frame of the label. Raises ValueError where the rig has no equilibrium."""
     manipulator = truth(design, label.effects, *label.constants)
     frames = [label.frame] * len(program)
     if label.foreign is None:

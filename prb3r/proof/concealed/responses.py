@@ -36,7 +36,7 @@ class Response:
 
     @property
     def sized(self) -> bool:
-        """Whether the effect comes in sizes."""
+        """Whether the effect has a size; without one (a dead cable) `columns` is the change by the whole effect."""
         return self.group[0].sized
 
 
@@ -53,7 +53,7 @@ class Responses:
 
     @cached_property
     def program(self) -> tuple[LoadSteps, ...]:
-        """Load steps of the sequences that count."""
+        """Load steps, as noted, of the sequences that `subset` counts, in its order; of all where it is None."""
         chosen = range(len(self.design.program)) if self.subset is None else self.subset
         return tuple(self.design.program[k] for k in chosen)
 

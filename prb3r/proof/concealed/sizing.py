@@ -26,12 +26,12 @@ class SizedEffect:
 
     @property
     def effect(self) -> dict[str, Any]:
-        """The table of a manipulator file."""
+        """The effect at this size as a table of a manipulator file: kind, place and parameters in SI units."""
         return self.candidate.effect(self.size)
 
     @property
     def kind(self) -> str:
-        """Kind of the effect that is sized."""
+        """Kind of the effect as manipulator files name it, such as `weakened_plate`."""
         return self.candidate.kind
 
 

@@ -76,7 +76,7 @@ def median_of(values: Sequence[float]) -> Score:
 
 
 def mean_of(values: Sequence[float]) -> Score:
-    """A mean with a bootstrapped interval."""
+    """The mean of some numbers with a bootstrapped interval (percentiles); NaN where there are none."""
     return ratio_of([(value, 1.0) for value in values])
 
 

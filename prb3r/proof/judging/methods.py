@@ -72,7 +72,7 @@ def without_covariance(task: MethodTask) -> Verdict:
 
 
 def calibration_alone(task: MethodTask) -> Verdict:
-    """E and mu refitted, nothing else."""
+    """The verdict of refitting E, mu and the frame alone: always `adequate`, with no effect named."""
     single = _single(task, task.recording, names=lambda best, calibrated: False)
     return replace(single, verdict="adequate")
 

@@ -38,7 +38,7 @@ def confident(verdict: Verdict) -> tuple[Claim, ...]:
 
 
 def failed(case: OpenedCase) -> bool:
-    """Whether the method gave no verdict."""
+    """Whether there is no verdict: the method raised an error, or the rig could not be recorded."""
     return case.verdict.verdict == "failed"
 
 

@@ -121,7 +121,8 @@ def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
 
 
 def _arrays(draft: Draft) -> Rig:
-    """The draft as compiled code reads it."""
+    """The rig that a draft describes, for compiled code: numbers as floats, laws of bending spread to a row for each
+    plate, so that all rigs are of one type and kernels are compiled once."""
     first = np.array(np.broadcast_to(draft.law_first, (len(draft.arc), 2)), float)
     return Rig(
         arc=draft.arc,

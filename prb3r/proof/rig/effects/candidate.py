@@ -51,12 +51,12 @@ class Conditions:
 
     @property
     def plates(self) -> int:
-        """Number of plates of all segments."""
+        """Number of plates of all segments together, which is the number of the tip disk too."""
         return sum(self.segments)
 
     @property
     def curvature(self) -> float:
-        """Largest of the nominal manipulator, 1/m."""
+        """Largest curvature, 1/m: the largest bend of a nominal plate over the first plate's flexible length."""
         return self.bend / self.arc
 
     @property
@@ -70,7 +70,7 @@ class Conditions:
         return self.pull * self.arm / self.length
 
     def of_cables(self) -> Iterator[RigPlace]:
-        """All cables together, then each alone."""
+        """Places of an effect of cables: without a parameter, which means all cables, then each cable alone."""
         yield ()
         yield from ((("cables", (name,)),) for name in self.reach)
 
@@ -104,6 +104,6 @@ class Candidate:
         return PROBE * (self.high if self.high > -self.low else self.low)
 
     def effect(self, size: float) -> dict[str, Any]:
-        """The table of a manipulator file."""
+        """The effect at a size in the candidate's own unit, as a table of a manipulator file."""
         place = {key: list(value) if isinstance(value, tuple) else value for key, value in self.place}
         return {"kind": self.kind, **place, **self.parameters(size)}

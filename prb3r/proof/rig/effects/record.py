@@ -80,7 +80,7 @@ class Record:
 
     @property
     def optional(self) -> frozenset[str]:
-        """Parameters that may be left out."""
+        """Names of the parameters without which a manipulator file may describe the effect."""
         return frozenset(parameter.name for parameter in self.taken if parameter.optional)
 
     @property
@@ -90,7 +90,7 @@ class Record:
 
     @property
     def scales(self) -> Mapping[str, Scale]:
-        """In which its parameters are compared."""
+        """The scale on which the stated and the true value of each parameter are compared, by its name."""
         return {parameter.name: parameter.scale for parameter in self.taken}
 
     def candidates(self, conditions: Conditions) -> Iterator[list[Candidate]]:
@@ -123,7 +123,8 @@ POSITIVE, FRACTION = number_in(0, open_low=True), number_in(0, 1, open_low=True)
 
 
 def size(name: str, check: Check = ANY, scale: Scale = Scale.PLAIN, optional: bool = False) -> EffectParameter:
-    """A parameter that says how large."""
+    """A parameter that says how large an effect is: the `check` of its values, the `scale` on which they are compared,
+    and whether files may leave it out."""
     return EffectParameter(name, check, scale, optional=optional)
 
 

@@ -66,7 +66,8 @@ def _rectangle_table(material: Material) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _tube_table(material: Material, outer: float, inner: float, depth: float, cut: int) -> np.ndarray:
-    """(1, 2, ROWS, 3) of all plates."""
+    """(1, 2, ROWS, 3) moments over EI, curvatures (1/m) and their derivatives, for either side; all plates share them.
+    `outer`, `inner` and `depth` (of the notch) in m, `cut` 1 or -1 the side that is notched."""
     outline = notched_tube(outer, inner, depth, cut)
     return np.array([[section_table(outline, material, side) for side in (-1, 1)]])
 
