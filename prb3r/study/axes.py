@@ -123,7 +123,7 @@ def five_digits(values: np.ndarray) -> np.ndarray:
 
 
 def short(value: float) -> float:
-    """To twelve digits: 0.3 instead of 0.30000000000000004."""
+    """A number rounded to twelve significant digits, without errors of rounding: 0.3 for 0.30000000000000004."""
     return float(f"{value:.12g}")
 
 

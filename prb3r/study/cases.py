@@ -56,7 +56,7 @@ class Family:
         return len(self) * (cloud["count"] if cloud else 1)
 
     def manipulator(self) -> Manipulator:
-        """The manipulator of all of them."""
+        """The manipulator that all cases of the family share, made and checked from their settings."""
         return Manipulator.model_validate(self.settings["manipulator"])
 
     def part(self, rows: slice | np.ndarray) -> "Family":
@@ -64,7 +64,7 @@ class Family:
         return Family(self.numbers[rows], _with_loads(self.settings, lambda values: values[rows]))
 
     def single(self) -> Iterator["Family"]:
-        """The cases as families of their own."""
+        """Each case of the family as a family of its own, in the same order, to be solved apart from the others."""
         return (self.part(slice(row, row + 1)) for row in range(len(self)))
 
     def settings_of(self, row: int) -> Tree:

@@ -35,7 +35,7 @@ class Chunk:
 
     @property
     def numbers(self) -> np.ndarray:
-        """Numbers of its cases, ascending."""
+        """(cases,) numbers that its cases have in the study, ascending, whatever their families."""
         return np.sort(np.concatenate([family.numbers for family in self.families]))
 
     def single(self) -> list["Chunk"]:

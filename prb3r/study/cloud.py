@@ -44,7 +44,7 @@ class CloudBlock:
 
     @property
     def loads(self) -> int:
-        """Number of loads in the block."""
+        """Number of loads in the block: those of the cloud from number `start` to `stop`, the latter excluded."""
         return self.stop - self.start
 
     @property
@@ -68,7 +68,7 @@ class SolvedCloudBlock:
 
     @property
     def rows(self) -> int:
-        """Number of rows of states."""
+        """Number of rows in the columns of states: one for every disk that is kept under every load that is kept."""
         return len(self.states["case_id"])
 
 

@@ -75,7 +75,7 @@ class Decision:
 
     @cached_property
     def feasible(self) -> np.ndarray:
-        """(d,) whether a design keeps every requirement."""
+        """(d,) whether a design keeps every requirement, that is has no margin below zero."""
         return np.all(self.margins >= 0, axis=1)
 
     @cached_property
@@ -167,7 +167,7 @@ class Decision:
 
     @property
     def column_quantities(self) -> list[Quantity]:
-        """What the columns of the table mean."""
+        """Name, symbol, unit and meaning of the columns of `table` but for `design`, as tables on disk carry them."""
         names = [*(f"required_{name}" for name in wish_columns(self.requirements)), *self.values]
         known = [replace(quantity, name=name) for name, quantity in zip(names, self.quantities, strict=True)]
         return [

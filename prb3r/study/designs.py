@@ -52,7 +52,7 @@ class DesignCases:
         return list(dict.fromkeys(self.frame["design"]))
 
     def quantity(self, criterion: Criterion) -> Quantity:
-        """What the column of a criterion means."""
+        """What the column of a criterion means, and its unit: as the studies say, else by its name."""
         return self.quantities.get(criterion.metric) or describe(criterion.metric)
 
     def only(self, column: str, value: Any) -> "DesignCases":

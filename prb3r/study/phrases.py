@@ -51,7 +51,7 @@ def weights_in_words(decision: Decision, k: int) -> str:
 
 
 def preference_in_words(decision: Decision, j: int) -> str:
-    """What preference `j` looks at."""
+    """What preference `j` of a decision, counted from 0, looks at, as the subject of a sentence."""
     return wish_in_words(decision.preferences[j], decision.quantities[len(decision.requirements) + j])
 
 

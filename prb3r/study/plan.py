@@ -89,7 +89,7 @@ class Plan:
 
     @cached_property
     def keys(self) -> list[bytes]:
-        """What each case is known by."""
+        """Of each case, in their order, the 16 bytes by which parts know it; they follow from its settings alone."""
         keys = [b""] * len(self.cases)
         for family in self.cases.families:
             for number, key in zip(family.numbers.tolist(), family.keys(), strict=True):
@@ -207,7 +207,8 @@ def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterato
 
 
 def _grouped(families: Sequence[Family], wanted: np.ndarray, size: int) -> Iterator[tuple[Family, ...]]:
-    """The wanted cases, `size` at a time."""
+    """The cases that `wanted` (cases,) marks by number, in groups of `size`, the last group with the rest; a family
+    that does not fit is cut."""
     group: list[Family] = []
     room = size
     for family in families:

@@ -182,7 +182,8 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 
 
 def _sobol(blocks: np.ndarray) -> np.ndarray:
-    """(2, factors) first-order and total indices."""
+    """(2, factors) first-order and total indices of a metric, from its values on the samples A, B and, for each factor,
+    A with that column of B (factors + 2, n)."""
     evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
     indices = scipy.stats.sobol_indices(func=evaluated, n=blocks.shape[1])
     return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])
@@ -200,6 +201,6 @@ def share_sentences(rigs: Rigs) -> list[str]:
 
 
 def share_in_words(row: Mapping[str, Any]) -> str:
-    """`97.3 % (96.1 to 98.2 %)`."""
+    """A row's `share`, `share_low` and `share_high` in percent, to a tenth: `97.3 % (96.1 to 98.2 %)`."""
     share, low, high = (f"{100 * row[name]:.1f}" for name in ("share", "share_low", "share_high"))
     return f"{share} % ({low} to {high} %)"

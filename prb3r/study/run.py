@@ -54,12 +54,12 @@ class Result:
 
     @property
     def folder(self) -> Path:
-        """Where tables, manifest, figures and report are."""
+        """The folder of the study's results: its tables, manifest, figures and report, as the plan says."""
         return self.plan.folder
 
     @property
     def failed(self) -> int:
-        """Number of cases without a converged equilibrium."""
+        """Number of cases whose outcome is not `converged`: no stable equilibrium, failed metric, dead worker."""
         return int((self.cases["outcome"] != "converged").sum())
 
     @cached_property

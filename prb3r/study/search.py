@@ -175,7 +175,7 @@ def _ends(factor: Factor) -> tuple[float, float]:
 
 
 def _designs(factors: list[Factor], x: np.ndarray) -> np.ndarray:
-    """(n, factors) values at coordinates."""
+    """(n, factors) values of the factors, to five digits, at coordinates (n, factors), rounded to whole steps."""
     columns = []
     for factor, column in zip(factors, x.T, strict=True):
         ends = factor.range
@@ -185,7 +185,7 @@ def _designs(factors: list[Factor], x: np.ndarray) -> np.ndarray:
 
 
 def _coordinates(factors: list[Factor], design: np.ndarray) -> np.ndarray:
-    """Coordinates of the values of a design."""
+    """(factors,) coordinates of a design's values: the number of the step, or the value within its range."""
     along = []
     for factor, value in zip(factors, design, strict=True):
         ends = factor.range

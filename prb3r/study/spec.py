@@ -119,7 +119,7 @@ class Study(Strict):
 
     @property
     def sampled(self) -> list[Factor]:
-        """The factors that are sampled together."""
+        """The factors whose values are drawn together, as points of one sample; searched ones are left out."""
         searched = [factor.name for factor in self.searched]
         return [factor for factor in self.factor if factor.drawn is not None and factor.name not in searched]
 
@@ -141,7 +141,7 @@ class Study(Strict):
 
     @property
     def wishes(self) -> Wishes:
-        """What the study wants of its designs."""
+        """Designs, requirements and preferences of the study as one object, as a file of wishes alone gives it too."""
         return Wishes(designs=self.designs, requirement=self.requirement, preference=self.preference)
 
     @model_validator(mode="after")

@@ -62,7 +62,7 @@ class StoredTask:
 
     @property
     def numbers(self) -> np.ndarray:
-        """Numbers of its cases, ascending."""
+        """(cases,) numbers of the task's cases in the study, ascending; of a block of a cloud, its case."""
         return (self.task.chunk if isinstance(self.task, CloudBlock) else self.task).numbers
 
     def single(self) -> Sequence["StoredTask | StudyTask"]:

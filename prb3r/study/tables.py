@@ -17,7 +17,8 @@ from prb3r.study.plan import Plan
 
 
 def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
-    """The table of cases, without comparisons."""
+    """The table of cases in their order, from the parts that hold them all: number, factors, outcome, reason and
+    metrics, still without comparisons. A case fails where one of its metrics does."""
     known = parts.place(plan.items[0], plan.keys)
     blank = blank_columns(np.zeros(0, np.int64), (), "", "")
     columns = {name: gathered(parts, known, name) for name in blank if name != "case_id"}

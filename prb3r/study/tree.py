@@ -56,7 +56,7 @@ def _replaced(tree: Any, parts: list[str], value: Any, path: str) -> Any:
 
 
 def _inner(tree: Any, part: str, path: str) -> Any:
-    """What a path leads through."""
+    """What `part` of a path leads to in `tree`; raises KeyError, with the nearest name, where there is nothing."""
     container, key = _enter(tree, part, path)
     if isinstance(container, dict) and key not in container:
         raise KeyError(f"path {path!r}: there is no {part!r}{did_you_mean(part, container)}")

@@ -113,7 +113,7 @@ class Wishes(Strict):
 
     @property
     def criteria(self) -> list[Criterion]:
-        """Everything that is wanted: requirements, then preferences."""
+        """All requirements and then all preferences, each in the order of the file."""
         return [*self.requirement, *self.preference]
 
     @property
@@ -123,7 +123,7 @@ class Wishes(Strict):
 
     @property
     def given(self) -> bool:
-        """Whether anything is wanted at all."""
+        """Whether there is a requirement or a preference, so that designs can be decided between."""
         return bool(self.requirement or self.preference)
 
 

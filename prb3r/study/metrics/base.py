@@ -53,7 +53,7 @@ class Solved:
 
     @property
     def steps(self) -> int:
-        """Number of load steps of a case."""
+        """Number of load steps of a case, `s`, the same for all: rows of `states` divided by `count`."""
         return len(self.states.outcome) // self.count
 
     @property
@@ -71,7 +71,7 @@ class Solved:
         return values.reshape(self.count, self.steps, *values.shape[1:])
 
     def part(self, cases: np.ndarray) -> "Solved":
-        """The cases where a mask (c,) holds."""
+        """The cases where the mask `cases` (c,) is true, with their loads and their states."""
         if cases.all():
             return self
         rows, known = np.repeat(cases, self.steps), {}
@@ -95,7 +95,7 @@ class Solved:
         return number
 
     def cable(self, name: str) -> int:
-        """Column of a cable in arrays."""
+        """Column of a cable in arrays such as tensions, by its name; raises ValueError where no cable has that name."""
         return self.manipulator.cable_names.index(name)
 
     @cached_property
@@ -147,7 +147,7 @@ class Metric(Strict, ABC):
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
-        """What its columns are, in their order."""
+        """Name, symbol, unit and meaning of each column that `values` gives, in the same order."""
 
     def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
         """What keeps it from being had on a manipulator, by the names of its fields: disks, segments, cables.

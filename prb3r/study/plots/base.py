@@ -65,7 +65,7 @@ class Plot(Strict, ABC):
 
     @property
     def groups(self) -> Grouping:
-        """What tells apart what is drawn."""
+        """Columns by which what is drawn is told apart: colour and mark, line style, panel; here `by` alone."""
         return Grouping(by=self.by)
 
     @property
