@@ -141,7 +141,7 @@ def _figure(folder: Path, names: list[str]) -> Path | None:
 
 
 def _day(stamp: str) -> str:
-    """`2026-11-22T16:05:24Z` as `2026-11-22 16:05`."""
+    """Day and minute of a time stamp: `2026-11-22T16:05:24Z` as `2026-11-22 16:05`."""
     return re.sub(r"T(\d\d:\d\d).*", r" \1", stamp)
 
 
@@ -163,7 +163,7 @@ class _Head(HTMLParser):
             self.answer = (named.get("content") or "").strip()
 
     def handle_data(self, data: str) -> None:
-        """Keep the words of the title."""
+        """Add text to the title while the parser is inside of it; all other text is passed over."""
         if self.inside:
             self.title += data.strip()
 

@@ -27,7 +27,7 @@ class Cell(str):
     key: str
 
     def __new__(cls, text: str, key: float) -> "Cell":
-        """Text and number."""
+        """A cell that reads `text` and is sorted by the number `key`, kept to twelve digits."""
         cell = super().__new__(cls, text)
         cell.key = f"{key:.12g}"
         return cell
@@ -46,7 +46,7 @@ class Table:
 
     @property
     def markdown(self) -> str:
-        """With a line end after each line."""
+        """The table in Markdown, with columns of numbers set to the right and a line end after each line."""
         numbers = set(range(len(self.head))) - set(self.words)
         rows = [[str(cell) for cell in row] for row in self.rows]
         return "".join(f"{line}\n" for line in markdown_table(self.head, rows, numbers))

@@ -50,7 +50,8 @@ def misfits(diagnosis: Diagnosis) -> Figure:
 
 
 def _title(diagnosis: Diagnosis, key: tuple[str, int], part: pd.DataFrame) -> str:
-    """`down, step 2: cable 4 95 N`."""
+    """Two lines above a panel: sequence and step, and whether they were held out; then which cables are pulled, up to
+    two of them with their tensions to three digits, N."""
     loads = diagnosis.tables["loads"]
     row = loads[(loads["sequence"] == key[0]) & (loads["step"] == key[1])].iloc[0]
     tension = {name: float(row[f"cable_{name}_n"]) for name in diagnosis.nominal.cable_names}

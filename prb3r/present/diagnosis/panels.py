@@ -82,12 +82,12 @@ class StepAxis:
         return cls(place)
 
     def at(self, rows: pd.DataFrame) -> np.ndarray:
-        """Place of the step of every row."""
+        """(rows,) place along the axis of the step that each row of a table names by `sequence` and `step`."""
         return np.array([self.place[key] for key in zip(rows["sequence"], rows["step"], strict=True)])
 
     @property
     def sequences(self) -> dict[str, tuple[float, float]]:
-        """First and last place of each sequence."""
+        """Of every sequence, by name and in order, the places of its first and last step along the axis."""
         names = dict.fromkeys(name for name, _ in self.place)
         places = {name: [at for (other, _), at in self.place.items() if other == name] for name in names}
         return {name: (min(inside), max(inside)) for name, inside in places.items()}

@@ -19,7 +19,7 @@ CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
 
 
 def verdict_sentences(diagnosis: Diagnosis) -> str:
-    """The verdict in a sentence or two."""
+    """The verdict in a sentence or two; where the set-up has a blunder, what is wrong with it instead."""
     if diagnosis.setup:
         first, *others = setup_sentences(diagnosis)
         return " ".join([f"Set-up: {first[0].lower()}{first[1:]}", *others])
@@ -66,7 +66,8 @@ def _with_interval(name: str, estimate: Estimate) -> str:
 
 
 def fit_quality(diagnosis: Diagnosis) -> str:
-    """Chi-squares, and how to read them."""
+    """Two sentences: chi-square per degree of freedom of the nominal model, with refitted constants and with what is
+    named; and that it is near 1 of a right model."""
     chi2 = diagnosis.chi2
     nominal = chi2.nominal
     first = "no equilibrium at all with the nominal constants" if nominal is None else f"{rounded(nominal)} nominal"
@@ -110,7 +111,7 @@ def value_text(name: str, value: float | None) -> str:
 
 
 def parameter_title(name: str) -> str:
-    """`offset_m` as `offset`, `k1_per_m2` as `k1`."""
+    """The words of a parameter's name without its unit: `offset_m` as `offset`, `k1_per_m2` as `k1`."""
     return name.removesuffix(unit_ending(name)).replace("_", " ")
 
 

@@ -24,7 +24,7 @@ def concealed_text(label: Label) -> str:
 
 
 def case_columns(proof: Proof) -> dict[str, list[Any]]:
-    """One row a recording and method."""
+    """Columns of the table of recordings, a row for each recording and method; None for numbers not finite."""
     cases = [case for cases in proof.cases.values() for case in cases]
     return {
         "case": [c.label.case for c in cases],
@@ -80,7 +80,7 @@ def _finite(value: float) -> float | None:
 
 
 def _claims(verdict: Verdict) -> str:
-    """Named effects with their values."""
+    """The effects that a verdict names, in one line: kind, place and fitted values to four digits."""
     texts = []
     for claim in verdict.named:
         places = [f"{key} {value}" for key, value in claim.place.items()]

@@ -40,7 +40,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
 
 
 def proof_page(proof: Proof) -> str:
-    """The whole result as a page."""
+    """A run in Markdown: how it was made, its seal, scores with goals, real rigs, effects by size, designs."""
     git = proof.environment["git"]
     revision = f"{git['revision'][:12]}{' with changes' if git['dirty'] else ''}" if git else "unknown"
     seconds = [case.verdict.seconds for case in proof.main]
@@ -148,7 +148,7 @@ def _designs(proof: Proof) -> list[str]:
 
 
 def plain_proof(proof: Proof) -> dict[str, Any]:
-    """The whole result as `proof.json` holds it."""
+    """A run as `proof.json` holds it: settings, seal, every method's scores with intervals, confusion."""
     methods = {
         name: [
             {"score": g.name, "goal": goal_text(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores

@@ -34,7 +34,7 @@ def scores_table(proof: Proof) -> list[str]:
 
 
 def goal_text(goal: Goal) -> str:
-    """What is asked; empty for information."""
+    """What is asked of a score, such as `≥ 90 %`; empty where the score is told for information."""
     if not goal.relation:
         return ""
     if goal.name.startswith(NOT_SHARES):

@@ -65,7 +65,7 @@ def _values(variant: VariantScores) -> list[tuple[str, float]]:
 
 
 def plain_sweep(sweep: SettingsSweep) -> dict[str, Any]:
-    """For `settings.json`: every score of every variant."""
+    """A sweep as `settings.json` holds it: scores with all settings as they are, then with each moved."""
 
     def plain_scores(scores: tuple[tuple[Goal, Score], ...]) -> list[dict[str, Any]]:
         return [{"score": goal.name, **asdict(score)} for goal, score in scores]

@@ -40,7 +40,8 @@ class Ended:
 
 
 def record_end(result: "Result", ended: Ended) -> None:
-    """Keep how a run ended, for :func:`still_standing`."""
+    """Write into the folder of results how a run ended, with hashes of what it read and left there: by these
+    :func:`still_standing` knows whether another run would come to the same."""
     plan, folder = result.plan, result.folder
     read = [plan.path, plan.path.parent / plan.study.manipulator]
     if plan.study.reach is not None and plan.study.reach.path is not None:

@@ -75,6 +75,6 @@ def packed_state(places: np.ndarray) -> list[int]:
 
 
 def tensions_in_words(pulls: Mapping[str, float]) -> str:
-    """What is pulled."""
+    """A sentence on the cables that are pulled, with tensions to 0.1 N; `pulls` by name, N."""
     pulled = [f"{name}: {style.with_unit(round(pull, 1), 'N')}" for name, pull in pulls.items() if pull > 0.05]
     return f"Pulled: cable {', cable '.join(pulled)}." if pulled else "No cable is pulled."

@@ -136,7 +136,7 @@ def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> st
 
 
 def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:
-    """A law above its line, along it."""
+    """Write `text` above the middle of the line that joins the two points `x`, `y` (data units), along it."""
     above = axes.transData + ScaledTranslation(0, 5 / 72, axes.figure.dpi_scale_trans)
     along: dict[str, Any] = {"rotation": np.degrees(np.arctan2(*np.diff([y, x])[:, 0])), "transform_rotates_text": True}
     size = 0.85 * matplotlib.rcParams["font.size"]

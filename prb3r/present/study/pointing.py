@@ -42,7 +42,7 @@ class Pointed:
 
     @property
     def plain(self) -> dict[str, Any]:
-        """As the page's script reads it."""
+        """The fields by their names, with plain lists, as JSON hands them to the script of the page."""
         return vars(self) | {"paths": list(self.paths)}
 
 

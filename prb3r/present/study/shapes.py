@@ -184,7 +184,7 @@ def notes(texts: list[str], most: int = 6, mark: Mapping[str, Any] = FAILED_MARK
 
 
 def _ground(axes: Axes, drawn: Mapping[int, Body]) -> None:
-    """The wall that holds the base disk."""
+    """Draw the hatched wall, 9 mm thick, behind the base disk that all manipulators drawn have in common."""
     if drawn:
         base = 1e3 * next(iter(drawn.values())).disks[0]
         back, low, high = base[:, 0].min(), base[:, 1].min(), base[:, 1].max()

@@ -29,12 +29,12 @@ class Source:
 
     @property
     def factors(self) -> list[str]:
-        """Columns of the cases that hold factors."""
+        """Columns of the table of cases that hold the study's factors, in the order of its file."""
         return [factor.name for factor in self.study.factor]
 
     @property
     def compared(self) -> list[str]:
-        """Columns of the cases that hold comparisons."""
+        """Columns of the table of cases that hold comparisons with another case, in the order of the study's file."""
         return [comparison.name for comparison in self.study.comparison]
 
     @property
@@ -49,7 +49,7 @@ class Source:
         return self.cases[self.cases["outcome"] != "converged"]
 
     def quantity(self, column: str) -> Quantity:
-        """What a column of the cases means."""
+        """Name, symbol, unit and meaning of a column of the cases, as the study describes it, else by its name."""
         return style.quantity_of(column, self.quantities)
 
     def shown(self, column: str) -> style.Shown:
