@@ -26,7 +26,7 @@ class AcceptedStates(NamedTuple):
 
 
 def room_for_states(chain: Chain, room: int = 0) -> AcceptedStates:
-    """Room for `room` states."""
+    """Arrays for up to `room` accepted states of a chain, none noted yet; without room, states are counted only."""
     return AcceptedStates(
         noted=np.zeros(1, np.int64),
         row=np.zeros(room, np.int64),
@@ -38,7 +38,8 @@ def room_for_states(chain: Chain, room: int = 0) -> AcceptedStates:
 
 @kernel
 def keep_state(accepted, row, share, state):
-    """Keep one accepted state."""
+    """Note that `state` was accepted at `share` of the way to load step `row`; copy its node angles and slip as long as
+    there is room."""
     e = accepted.noted[0]
     accepted.noted[0] += 1
     if e < len(accepted.row):

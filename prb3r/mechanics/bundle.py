@@ -43,7 +43,7 @@ class Bundle(types.Type):
         return f"{self.made_by.__name__}{self._code}", ()
 
     def place(self, field: str) -> int:
-        """Of a field."""
+        """Position of a field, by its name, among the fields of the bundle's class, from 0."""
         return self.made_by._fields.index(field)
 
 
@@ -77,7 +77,7 @@ class BundleFields(AttributeTemplate):
 
 @lower_getattr_generic(Bundle)
 def field_of_bundle(context, builder, kind, address, field):
-    """Code that reads a field."""
+    """Code that reads a field at an address: an array's description, or the address of an inner bundle."""
     place = kind.place(field)
     there = cgutils.gep_inbounds(builder, address, 0, place)
     return there if isinstance(kind.members[place], Bundle) else builder.load(there)

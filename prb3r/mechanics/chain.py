@@ -153,7 +153,7 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
 
 
 def no_loads(chain: Chain) -> Loads:
-    """One step without any load."""
+    """Loads of one step, all zero, in the shapes (1, ...) that the plates and cables of the chain ask for."""
     plates, cables = chain.offset.shape
     shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,), (cables,)
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
@@ -207,7 +207,7 @@ def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
 
 
 def _from_rest(steps: np.ndarray) -> np.ndarray:
-    """The same behind a row of zeros."""
+    """(s + 1, ...) values of steps (s, ...) behind a row of zeros, which stands for rest."""
     out = np.zeros((len(steps) + 1, *steps.shape[1:]))
     out[1:] = steps
     return out

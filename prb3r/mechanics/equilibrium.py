@@ -47,7 +47,7 @@ class Outcome(IntEnum):
 
     @property
     def solved(self) -> bool:
-        """Whether there is a state."""
+        """Whether there is a state in balance, be it unstable or reached by a detour."""
         return self not in (Outcome.NO_EQUILIBRIUM, Outcome.LIMIT_POINT, Outcome.GAVE_UP)
 
 

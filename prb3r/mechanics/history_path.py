@@ -123,7 +123,7 @@ def solve_sub_step(packed, way, share, careful, space, work):
 
 @kernel
 def copy_rates(source, into):
-    """Copy the rates `source`."""
+    """Copy the rates of a state along its load step from `source` into the arrays of `into`."""
     for d in range(len(into.handed)):
         into.handed[d] = source.handed[d]
     for i in range(len(into.q)):

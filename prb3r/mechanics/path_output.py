@@ -31,7 +31,8 @@ class Path(NamedTuple):
 
 @kernel
 def write_step(packed, s, path):
-    """Keep the present state as step `s`."""
+    """Write the present state to row `s` of the path: disks and largest residual always; angles, sliders, tensions,
+    slips and moments where the path has room for them."""
     plates, n = path.q.shape[1], path.q.shape[2]
     half, detail = packed.model[0].disk / 2, len(path.q) > 0
     largest = 0.0

@@ -33,7 +33,7 @@ class Law(NamedTuple):
 
     @property
     def linear(self) -> bool:
-        """Whether moment and curvature are proportional."""
+        """Whether moment is proportional to curvature: no table, no cubic term, no knee that changes the slope."""
         return self.table is None and self.cubic == 0 and (self.ratio == 1 or bool(np.all(np.isinf(self.knee))))
 
 

@@ -91,7 +91,7 @@ def span_fields(by: int) -> list[tuple]:
 
 
 def model_fields(n: int, links: int) -> list[tuple]:
-    """What all plates share."""
+    """Names, types and shapes of the one record that all plates share, for models of `n` nodes and so many links."""
     return [
         ("turn", float, (links, n)),
         ("reach", float, (n, links)),
@@ -132,7 +132,8 @@ CABLE_FIELDS = [
 
 @cache
 def record_types(n: int, links: int, by: int) -> tuple[np.dtype, ...]:
-    """Of model, plate, span and cable."""
+    """Types of the records of the model, a plate, a cable over a plate and a cable, for `n` nodes, so many links, and
+    derivatives by `by` node angles."""
     fields = model_fields(n, links), plate_fields(n, links, by), span_fields(by), CABLE_FIELDS
     return tuple(np.dtype(f) for f in fields)
 

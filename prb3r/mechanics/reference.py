@@ -227,7 +227,7 @@ def _chord(bend: np.ndarray) -> np.ndarray:
 
 
 def _arcs(bend: np.ndarray) -> np.ndarray:
-    """The ends (3, n) of circular arcs."""
+    """(3, n) bend of circular arcs of unit length and x and y of their ends, from bends (n,), rad."""
     chord = _chord(bend)
     return np.array([bend, chord.real, chord.imag])
 

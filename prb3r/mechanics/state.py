@@ -49,7 +49,7 @@ class Rates(NamedTuple):
 
 
 def state(chain: Chain) -> State:
-    """Room for a state of `chain`."""
+    """Arrays in which :func:`save` keeps a state of a chain; until then angles, slips and sliders are zero."""
     shape = chain.offset.shape
     return State(
         q=np.zeros_like(chain.stiffness),
@@ -68,7 +68,8 @@ def rates(chain: Chain) -> Rates:
 
 @kernel
 def save(packed, work, into):
-    """Keep the present state."""
+    """Copy the present state of the chain into `into`: angles and sliders of the plates, moment of the dead loads, and,
+    where friction follows the travel, slips and lengths."""
     into.sign[0] = work.sign[0]
     for d in range(len(into.handed)):
         into.handed[d] = work.handed[d]
@@ -84,7 +85,7 @@ def save(packed, work, into):
 
 @kernel
 def restore(packed, work, kept):
-    """Come back to a kept state."""
+    """Put the state `kept` by :func:`save` back into the records; its slip is also what is tried next."""
     work.sign[0] = kept.sign[0]
     for d in range(len(kept.handed)):
         work.handed[d] = kept.handed[d]

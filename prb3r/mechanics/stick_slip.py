@@ -52,7 +52,8 @@ class StickSlip(NamedTuple):
 
 
 def stick_slip_space(packed: Packed) -> StickSlip:
-    """Working space for a chain."""
+    """Working space for a chain with h holes, one for each cable at each plate: vectors of h slips, and 2 + h columns
+    of the march."""
     holes = packed.span.size
     columns, of_holes = np.zeros(2 + holes), np.zeros(holes)
     return StickSlip(

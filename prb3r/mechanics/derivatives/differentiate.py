@@ -83,7 +83,7 @@ def remember(packed, partial, memory):
 
 @kernel
 def copy_memory(source, into):
-    """Copy what is remembered."""
+    """Copy slips, sliders and their derivatives from one memory `into` another of the same shapes."""
     for i in range(len(into.slip)):
         for j in range(into.slip.shape[1]):
             into.slip[i, j] = source.slip[i, j]

@@ -30,7 +30,8 @@ class Sliders(NamedTuple):
 
 
 def sliders_at_zero(shape: tuple[int, int], elements: int, parameters: int) -> Sliders:
-    """Those of virgin plates; `shape` (n, nodes)."""
+    """Sliders of plates that were never bent, at zero with no derivatives, for node angles of `shape` (n, nodes) and
+    for so many elements and parameters."""
     return Sliders(np.zeros((*shape, elements)), np.zeros((*shape, elements, parameters)))
 
 

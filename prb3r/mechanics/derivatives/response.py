@@ -49,7 +49,7 @@ class Room(NamedTuple):
 
 
 def no_variation(cables: int, columns: int) -> Variation:
-    """No variation."""
+    """Derivatives, all zero, of what a plate is handed, in so many columns for so many cables."""
     arrays = [np.zeros((cables, columns)) for _ in range(4)]
     return Variation(arrays[0], arrays[1], np.zeros((3, columns)), np.zeros(columns), arrays[2], arrays[3])
 

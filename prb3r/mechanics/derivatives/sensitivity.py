@@ -210,7 +210,7 @@ def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
 
 
 def _kind(chain: Chain, loads: Loads) -> tuple:
-    """What a parameter cannot change."""
+    """What problems ahead and behind must share: shapes of arrays, reaches of cables, switches of the chain."""
     shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
     slips = chain.hysteresis.slipping
     return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0, slips
