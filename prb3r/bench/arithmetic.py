@@ -29,7 +29,7 @@ COUNTED_FRICTION = 0.3
 
 
 def fused_one_by_one(x, m, p, rounds):
-    """Multiply-adds of `CHAINS` numbers, in place."""
+    """Put m x + p in the place of each of `CHAINS` numbers x, `rounds` times: independent chains of operations."""
     a, b, c, d, e, f, g, h, i, j, k, l = x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11]  # noqa: E741
     for _ in range(rounds):
         a, b, c, d, e, f = a * m + p, b * m + p, c * m + p, d * m + p, e * m + p, f * m + p

@@ -72,7 +72,7 @@ def _divided(a: float, b: float) -> float:
 
 
 def _raised(a: float, b: float) -> float:
-    """By IEEE rules."""
+    """`a` to the power `b` by IEEE rules: infinite or NaN where Python would raise an error."""
     with np.errstate(all="ignore"):
         return float(np.float64(a) ** np.float64(b))
 
@@ -195,7 +195,8 @@ def _objects(values: list[Any], shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _counting(function: Callable[..., float]) -> Callable[..., Any]:
-    """A function of `math` that counts."""
+    """A function of `math` that takes counted numbers too, tells their tally of each call and returns a counted number;
+    of plain numbers alone, a plain one."""
     kind = ROOT if function is math.sqrt else None if function in NO_OPERATIONS else FUNCTION
 
     def called(*numbers):
@@ -242,5 +243,5 @@ def count_solve(chain: Chain, loads: Loads) -> tuple[Equilibria, Counter[str]]:
 
 
 def weighted(tally: Counter[str]) -> float:
-    """Operations, each kind as its weight says."""
+    """Number of operations of a tally, each kind counting as many times as `OPERATION_WEIGHTS` says."""
     return float(sum(OPERATION_WEIGHTS[kind] * number for kind, number in tally.items()))

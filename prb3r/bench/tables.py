@@ -91,7 +91,7 @@ def bench_json(result: Measured) -> str:
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows without what was not measured."""
+    """The rows of a table as dictionaries for JSON, each without the cells that are NaN."""
     return [{k: v for k, v in row.items() if v == v} for row in table.to_dict("records")]
 
 

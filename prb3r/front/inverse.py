@@ -30,7 +30,7 @@ class Reach(Reached):
 
     @property
     def frame(self) -> pd.DataFrame:
-        """A row for each target, as `table`."""
+        """The table `table`, a row for each target; other results offer theirs as `frame` too."""
         return self.table
 
     def plot(self, *, axes: Panels = None) -> Figure:

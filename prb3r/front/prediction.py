@@ -25,7 +25,7 @@ class Prediction(DesignPrediction):
 
     @property
     def frame(self) -> pd.DataFrame | None:
-        """Positions with their bands, as `positions`."""
+        """The table `positions`, None without steps; other results offer their table as `frame` too."""
         return self.positions
 
     def plot(self, *, axes: Axes | None = None) -> Figure:

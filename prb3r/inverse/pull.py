@@ -54,7 +54,7 @@ class Pull:
     """Answers by the tensions that they were asked with."""
 
     def path(self, tension: np.ndarray) -> Loads:
-        """All steps, the last with tensions (m,)."""
+        """The loads of all steps, the last with tensions (m,), N; that one alone where no earlier step matters."""
         last = loads(self.chain, tension[None], self.slip[None])
         pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
         last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])
@@ -81,7 +81,7 @@ class Pull:
         return float(np.fmax.reduce(self.stress(tension)))
 
     def __call__(self, tension: np.ndarray) -> Answer:
-        """Off and rate at tensions (m,)."""
+        """What the target is off at tensions (m,), N, and its derivatives; negative tensions count as zero."""
         key = tension.tobytes()
         if key not in self.known:
             self.known[key] = self._solved(np.maximum(tension, 0.0))

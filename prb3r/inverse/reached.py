@@ -35,7 +35,7 @@ class Reached:
 
     @property
     def sentences(self) -> list[str]:
-        """What to say of each target."""
+        """A sentence for each target: the force that it is reached with, or how near the disk comes."""
         return [_sentence(row) for row in self.table.to_dict("records")]
 
 

@@ -32,12 +32,12 @@ class Target:
 
     @property
     def asked(self) -> np.ndarray:
-        """(3,) whether a coordinate is asked for."""
+        """(3,) whether x, y and the angle are asked for; the others are free and NaN in `wanted`."""
         return np.isfinite(self.wanted)
 
     @property
     def scale(self) -> np.ndarray:
-        """(3,) by which coordinates are divided."""
+        """(3,) what errors of x, y and the angle are divided by: the straight length in m, twice, and 1 rad."""
         return np.array([self.length, self.length, 1.0])
 
     def place(self, states: Equilibria) -> np.ndarray:

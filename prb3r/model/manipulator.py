@@ -150,7 +150,7 @@ in metres: -21 mm is -0.021
 
     @property
     def plates(self) -> int:
-        """Number of plates of all segments together."""
+        """Number of plates of all segments together, which is the number of the tip disk too."""
         return sum(segment.plates for segment in self.segment)
 
     @property

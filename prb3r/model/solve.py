@@ -43,7 +43,7 @@ class SolvedBlocks:
 
     @property
     def steps(self) -> int:
-        """Number of load steps of all blocks."""
+        """Number of load steps of the table, those of all sequences and blocks together."""
         return len(self.table.steps)
 
     @property
@@ -55,7 +55,7 @@ class SolvedBlocks:
         return (_framed(block, columns) for block, columns in self.columns())
 
     def whole(self) -> pd.DataFrame:
-        """All blocks as one table."""
+        """All blocks, solved anew, as one table like that of :func:`solve`: a row for every disk of every step."""
         blocks = [columns for _, columns in self.columns()]
         return _framed(
             self.table, {name: np.concatenate([block.pop(name) for block in blocks]) for name in [*blocks[0]]}

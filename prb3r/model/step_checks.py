@@ -107,7 +107,7 @@ def _no_slip(values: Any) -> Any:
 
 
 def _newtons(manipulator: Manipulator, name: str, values: Any) -> Any:
-    """Values of a column of tensions, N."""
+    """Values of the column of tensions `name` in newtons; kilograms are multiplied by the manipulator's gravity."""
     return values * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1)
 
 
@@ -130,7 +130,7 @@ def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
 
 
 def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
-    """Steps that stand in several rows."""
+    """A problem for each sequence in which steps stand in several rows: which ones, and in what rows."""
     for name, rows in frame[frame.duplicated(["sequence", "step"], keep=False)].groupby("sequence", sort=False):
         steps = rows["step"].unique()
         places = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
@@ -178,7 +178,7 @@ def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
 
 
 def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
-    """Tensions too far below zero."""
+    """A problem for each column with a tension farther below zero than `REST_NOISE` of the largest in the table."""
     names = cable_columns(manipulator, frame)
     newtons = {name: _newtons(manipulator, name, numbers(frame[name])) for name in names}
     largest = max((column.max() for column in newtons.values()), default=0.0)

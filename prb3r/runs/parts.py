@@ -40,7 +40,7 @@ class Kept:
 
     @property
     def known(self) -> np.ndarray:
-        """(n,) whether a row is kept."""
+        """(n,) whether a row is kept, that is whether its `part` is not -1."""
         return self.part >= 0
 
 
@@ -54,7 +54,7 @@ class Part:
 
     @cached_property
     def items(self) -> set[str]:
-        """What is kept of its cases."""
+        """The items that it holds something of: those named with its columns, and that of its states if it has any."""
         metadata = [self.cases.schema.metadata, *(field.metadata for field in self.cases.schema)]
         return {known[ITEM].decode() for known in metadata if known and ITEM in known}
 
@@ -66,7 +66,7 @@ class Part:
 
     @property
     def files(self) -> list[Path]:
-        """Its files, that of the cases last."""
+        """Its files in the order in which they are written: blocks of states, then the table of cases."""
         return [*self.states.paths, self.path]
 
     def has(self, item: str) -> bool:
@@ -244,7 +244,7 @@ def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _stored(home: Path) -> Iterator[Part]:
-    """The whole parts in a folder."""
+    """The parts in a folder, sorted by name, but for those whose table of cases is damaged."""
     for path in sorted(home.glob(f"*.{CASES}")):
         cases = read_sealed(path, f"{CASES} {path.stem}")
         if cases is not None:

@@ -50,7 +50,7 @@ class StateFiles:
 
     @cached_property
     def whole(self) -> bool:
-        """Whether all files are there and undamaged."""
+        """Whether every file of its blocks is there and has the content that its digest says; checked once."""
         return all(is_sealed(path, f"{STATES} {path.stem}") for path in self.paths)
 
     def picked(self, rows: np.ndarray, names: Collection[str]) -> Columns:
