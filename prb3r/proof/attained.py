@@ -26,10 +26,7 @@ from prb3r.proof.concealed.folder import recording_from_folder
 from prb3r.proof.concealed.real import real_label
 from prb3r.proof.judging.opened import places_agree
 from prb3r.proof.rig.effects import RECORDS
-
-BARE_MENTION = 1.0
-"""Difference in ln evidence that is "not worth more than a bare mention" (Kass and Raftery, J. Am. Stat. Assoc. 90
-(1995) 773)."""
+from prb3r.proof.settings import SETTINGS
 
 
 class Attained(NamedTuple):
@@ -45,7 +42,7 @@ class Attained(NamedTuple):
     @property
     def missed(self) -> bool:
         """Whether the search has passed by a more probable part of the truth."""
-        return self.possible > self.chosen + BARE_MENTION
+        return self.possible > self.chosen + SETTINGS.protocol.bare_mention
 
 
 def attained(searched: Searched, concealed: Sequence[Mapping[str, Any]]) -> Attained:

@@ -60,7 +60,7 @@ def squared_distances(
         rows = np.vstack([fixed, np.diag([*priors, *[0.0] * len(others)])])
         basis = np.linalg.qr(rows)[0]
         out.append(_nearest(basis, np.append(change, np.zeros(len(fixed.T))), rivals))
-    return [round(float(min(value, 1e9)), 3) for value in out]
+    return [round(float(min(value, SETTINGS.real.largest_distance)), 3) for value in out]
 
 
 def _rival_columns(design: Design, effects: Sequence[Mapping[str, Any]], seen: Any, whole: np.ndarray) -> list[Any]:

@@ -35,8 +35,8 @@ def _real_flavour(cls: str, i: int) -> Flavour:
     if _last(i, chosen.bare_every):
         return Flavour.REAL_BARE
     if _last(i + 1, chosen.history_every):
-        untold = cls == "several" and _last(i // chosen.history_every, 2)
-        slow = cls == "several" or _last(i // chosen.history_every, 4)
+        untold = cls == "several" and _last(i // chosen.history_every, chosen.untold_every)
+        slow = cls == "several" or _last(i // chosen.history_every, chosen.single_history_every)
         return Flavour.REAL_UNTOLD if untold else Flavour.REAL_HISTORY if slow else Flavour.REAL
     return Flavour.REAL
 
@@ -94,7 +94,7 @@ def _asked(cls: str, i: int) -> tuple[str, float]:
         case "imperfect-single":
             return library[i % len(library)], SETTINGS.real.single_multiple
         case "blunder":
-            return ("several" if _last(i, 2) else ""), 0.0
+            return ("several" if _last(i, SETTINGS.real.blunder_effects_every) else ""), 0.0
         case "clean":
             return ("awkward" if _last(i, chosen.awkward_every) else ""), in_turn
         case "pair":

@@ -19,9 +19,6 @@ from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Measurement, Prior, Recording, RecordingFile
 from prb3r.recording.writing import write_recording
 
-DECIMALS = 6
-"""Of readings, m and rad: a hundredth of the noise."""
-
 
 def recording_from_folder(design: Design, label: Label) -> Recording:
     """What is read from the folder of a real rig.
@@ -74,7 +71,7 @@ def recorded_tables(design: Design, label: Label) -> Tables:
     table = pd.DataFrame(noted)
     rows = []
     for at, step in enumerate(noted):
-        for disk, read in enumerate(value[at].round(DECIMALS).tolist(), 1):
+        for disk, read in enumerate(value[at].round(SETTINGS.real.decimals).tolist(), 1):
             cells = {kind.column: number for kind, number in zip(design.kinds, read, strict=True)}
             rows.append({"sequence": step["sequence"], "step": step["step"], "disk": disk, **cells})
     return Tables(design.manipulator, table, pd.DataFrame(rows))

@@ -69,9 +69,9 @@ def _creep(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _waves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Stiffness that rises and falls along the arm, one and a half times."""
+    """Stiffness that rises and falls along the arm."""
     along = np.linspace(0, 1, at.design.plates)
-    return Change(_plate_factors(u * np.sin(3 * np.pi * along)), {}, 0.0)
+    return Change(_plate_factors(u * np.sin(SETTINGS.foreign.half_waves * np.pi * along)), {}, 0.0)
 
 
 def _plate_factors(logarithms: np.ndarray) -> list[dict[str, Any]]:

@@ -10,9 +10,6 @@ from prb3r.proof.concealed.camera import exact_readings, truth
 from prb3r.proof.concealed.design import Design, LoadSteps, followed
 from prb3r.proof.settings import SETTINGS
 
-NO_BALANCE = 1e3
-"""In place of a miss where there is no equilibrium without the effect."""
-
 
 def worths(
     design: Design,
@@ -45,17 +42,17 @@ def worths(
     if whole is None:
         raise ValueError("the rig has no equilibrium at some step")
     columns, priors = nuisances(design, lambda p, at: seen(effects, p, at), whole, constants, frame)
-    out = []
+    out, largest = [], SETTINGS.real.largest_worth
     for k in range(len(effects)):
         without = seen([*effects[:k], *effects[k + 1 :]], constants, frame)
         if without is None:
-            out.append(NO_BALANCE)
+            out.append(largest)
             continue
         here, there = (a - b for a, b in zip(whole, without, strict=True))
         rows = np.vstack([columns[0], np.diag(priors)])
         refit = np.linalg.lstsq(rows, np.append(here, np.zeros(len(priors))), rcond=None)[0]
         left = there - columns[1] @ refit
-        out.append(round(float(min(np.sqrt(np.mean(left**2)), NO_BALANCE)), 4))
+        out.append(round(float(min(np.sqrt(np.mean(left**2)), largest)), 4))
     return out
 
 

@@ -11,9 +11,6 @@ from prb3r.proof.concealed.real import build_of
 from prb3r.proof.judging.verdict import Verdict
 from prb3r.proof.settings import SETTINGS
 
-LOST_SHARE = 1.0
-"""Of the length, by which a prediction without an equilibrium counts as off."""
-
 
 class Missed(NamedTuple):
     """Of one target."""
@@ -52,7 +49,7 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
         true = np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)[:, 1:]
         sd = design.measurement.get("position_sd_m")
         columns, unit = (slice(0, 2), sd) if sd else (slice(2, 3), design.measurement["angle_sd_rad"])
-        lost = LOST_SHARE * (design.length if sd else np.pi)
+        lost = SETTINGS.protocol.lost_share * (design.length if sd else np.pi)
 
         def off(predicted: np.ndarray, true=true, columns=columns, lost=lost) -> np.ndarray:
             away = (predicted[:, 1:] - true)[..., columns]

@@ -131,6 +131,8 @@ class Foreign:
     """ln of stiffness lost per ln of steps under load."""
     largest_waves: float = 0.7
     """ln of stiffness from the middle to a crest."""
+    half_waves: int = 3
+    """Half waves of it along the arm: stiffness rises and falls one and a half times.  A choice."""
     largest_yielding: float = 0.5
     """Rest curvature of the plate that has yielded, in those of the largest bend on `prototype_arc_m`."""
     largest_dead_zone: float = 0.9

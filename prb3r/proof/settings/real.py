@@ -72,8 +72,15 @@ class RealRigs:
     nitinol_every: int = 10
     """One of so many with a rare effect is of a rig of nitinol plates, whose material is what is rare."""
     history_every: int = 4
-    """One of so many is of a rig whose friction follows the load path: with several effects, every second of these
-    leaves that out of the nominal model too."""
+    """One of so many with several effects is of a rig whose friction follows the load path."""
+    untold_every: int = 2
+    """One of so many of these has a nominal model that leaves that out.  A choice."""
+    single_history_every: int = 4
+    """Without several effects, one of so many of every `history_every`-th recording is of such a rig: fewer, for their
+    cost."""
+    blunder_effects_every: int = 2
+    """One of so many recordings with a blunder of the set-up has several effects as well; the others have none.  A
+    choice."""
     plates: tuple[int, int] = (5, 10)
     """Fewest and most."""
     single_multiple: float = 5.0
@@ -103,6 +110,8 @@ class RealRigs:
     gross: float = 0.01
     """Share of their readings that are gross outliers.  A choice."""
 
+    decimals: int = 6
+    """Of the readings in the folder of a recording, m and rad: rounding is then below a hundredth of the noise."""
     most_bend_rad: float = 0.7
     """Of a plate of a recorded rig: beyond, its owner would have taken smaller weights."""
 
@@ -123,6 +132,12 @@ class RealRigs:
     # Scores
     worth: float = 2.0
     """Root mean square, in sd of a reading, by which held-out loads are missed without an effect that counts."""
+    largest_worth: float = 1e3
+    """Most that an effect is said to be worth, in sd of a reading; also of one without which there is no equilibrium.
+    A choice: far above `worth`, and a number that JSON can hold."""
+    largest_distance: float = 1e9
+    """Largest squared distance of an effect from others that is told, in variances of a reading; also that of one
+    without which there is no equilibrium.  A choice: far above `Sizes.apart`, and a number that JSON can hold."""
     excess: float = 1.0
     """The same of calibration alone, from which on there is excess error to remove."""
     worst: float = 0.1
