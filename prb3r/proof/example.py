@@ -15,8 +15,11 @@ from prb3r.recording.recording import Measurement, Prior, RecordingFile
 from prb3r.recording.writing import write_recording
 
 EXAMPLE_SEED = 20261123
+"""Seed of the example's noise; any other would do."""
 PLATE = {"plates": 7, "length_m": 0.030, "clamp_m": 0.008, "width_m": 0.030, "thickness_m": 0.0008}
+"""Both segments of the prototype (Table 3 of IEEE Access 2018)."""
 ARMS = {"1": (0.0255, 2), "2": (0.021, 1), "3": (-0.021, 1), "4": (-0.0255, 2)}
+"""Of each cable, by name, the offset of its holes (m) and the segment that it ends at."""
 NOMINAL: dict[str, Any] = {
     "name": "two-segment prototype on its bench",
     "youngs_modulus_pa": 1.87e11,
@@ -26,13 +29,16 @@ NOMINAL: dict[str, Any] = {
     "segment": [PLATE, PLATE],
     "cable": [{"name": name, "offset_m": y, "ends_at_segment": end} for name, (y, end) in ARMS.items()],
 }
+"""What the file of the manipulator says."""
 CONCEALED = NOMINAL | {
     "youngs_modulus_pa": 0.95 * NOMINAL["youngs_modulus_pa"],
     "friction": {"coefficient": 1.1 * NOMINAL["friction"]["coefficient"], "direction": "declared"},
     "effect": [{"kind": "pulley_friction", "efficiency": 0.90}],
 }
+"""What the rig is: constants within their priors, and pulleys that take a tenth of every tension.  A choice."""
 CAMERA_FRAME = (0.003, 0.0012, -0.0008)
-"""Rotation in rad and shift in m of the camera."""
+"""Rotation (rad) and shift (x, y in m) of the camera's frame: about half of a standard deviation of `MEASUREMENT`.  A
+choice."""
 MEASUREMENT = Measurement(
     position_sd_m=3e-4,
     angle_sd_rad=0.005,
@@ -40,6 +46,7 @@ MEASUREMENT = Measurement(
     frame_rotation_sd_rad=0.005,
     frame_position_sd_m=0.002,
 )
+"""Standard deviations that the recording states and that its noise has."""
 HIDDEN_ROWS, HIDDEN_CELLS = 0.015, 0.015
 """Shares of markers that the camera did not see, and of single readings."""
 

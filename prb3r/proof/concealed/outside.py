@@ -15,7 +15,7 @@ from prb3r.proof.concealed.responses import Responses
 from prb3r.proof.settings import SETTINGS
 
 TINY = 1e-9
-"""In place of a squared distance of zero, of which there is no logarithm."""
+"""Least squared distance, in units of noise, of which the logarithm is taken: zero has none."""
 
 
 def foreign_label(request: Request, responses: Responses, rng: np.random.Generator) -> Label | None:

@@ -23,9 +23,9 @@ from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.real import TYPICAL
 
 REAL_CLASSES = ("several", "imperfect-single", "imperfect-clean", "blunder", "rare")
+"""Classes of the population whose rigs have imperfections; this module goes by their names."""
 _SEVERAL, _SINGLE, _CLEAN, _BLUNDER, _RARE = REAL_CLASSES
-"""Three to five effects; one; none; a blunder of the set-up, with effects in every second; one that is rare beside
-others."""
+"""Several effects; one; none; a blunder of the set-up, with several effects or none; one that is rare beside others."""
 OF_NITINOL = "superelastic_plate"
 """What is rare of a rig of nitinol plates."""
 STOPS = frozenset({"disk_contact"})

@@ -21,7 +21,7 @@ RESIDUAL, ROUNDED = 1e-11, 1e-8
 """Largest gap of a converged balance (bends in rad, positions in plate lengths); where rounding forbids it, largest
 move of the last iteration, with a gap no larger than the second."""
 ITERATIONS, LARGEST_MOVE = 25, 0.3
-"""Of Newton, and change of a plate's bend in one of them, rad."""
+"""Most iterations of Newton for a balance, and largest change of a plate's bend in one of them, rad."""
 SHORTEST_SUBSTEP = 1e-10
 """Part of a step below which no balance is looked for: the path ends at a limit load."""
 

@@ -6,7 +6,7 @@ from numba import njit
 from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SECTION_LAW, SMOOTH_LAW
 
 SMOOTH_ITERATIONS = 60
-"""Of Newton for a curvature; a knee passed a hundredfold takes about ten."""
+"""Most iterations of Newton for a curvature; a knee that is passed a hundredfold takes about ten."""
 
 
 @njit(cache=True)

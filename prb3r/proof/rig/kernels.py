@@ -19,7 +19,8 @@ from prb3r.proof.rig.arrays import Pulls
 from prb3r.proof.rig.bending import bent_on, curvature
 
 CLEARANCE_BEND = 0.005
-"""Bend over which a cable changes over to the other side of its holes, rad."""
+"""Bend of a plate over which its cables change over to the other side of their holes, rad: that of the definition of
+`hole_clearance` in docs/effects.md."""
 
 
 @njit(cache=True)

@@ -19,15 +19,18 @@ from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import poses
 
 LONGEST_SUBSTEP, MOST_SUBSTEPS = 1 / 32, 1500
-"""With loading history, in parts of a step, and their number: beyond, the path ends at a limit load."""
+"""Longest sub-step where friction follows the load path, in parts of a load step, and most sub-steps of one: a path
+that takes more ends at a limit load."""
 LONGEST_BEND = 1 / 16
-"""Where plates remember and slip is declared: what turns back within a sub-step shows where its halves disagree."""
+"""Longest sub-step where plates remember and slip is declared, in parts of a load step: so short that the two halves of
+a sub-step within which a plate turns back lead elsewhere than the whole."""
 EVENT_ERROR, EVENT_TRIALS = 1e-4, 40
-"""How exactly in slip state a sub-step ends where a hole begins to slip, and in how many trials."""
+"""Error of the slip state (-1 to 1) with which a sub-step may end where a hole begins to slip, and most trials."""
 TURNING = 0.1
-"""A turning angle, rad: what an error of slip state may later cost in shape."""
+"""Angle by which a cable turns at a hole, rad, of the size that occurs: times the friction coefficient it weighs an
+error of the slip state by what it may later change of a tension."""
 LEAST_PART, MOST_PART = 0.05, 0.95
-"""Between which a sub-step is cut at a turn of a cable's travel."""
+"""Least and largest part of a sub-step at which it is cut where a cable's travel turns."""
 
 
 class RigPath:

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 ROWS = 400
-"""Of a table, evenly spaced in the logarithm of the curvature: within 1e-6 of the closed form."""
+"""Rows of a table of moments, evenly spaced in the logarithm of the curvature: within 1e-6 of the closed form."""
 FARTHEST = 60.0
-"""Curvature at which tables end, over that at which the first fibre reaches its plateau."""
+"""Curvature at which tables end, over that at which the first fibre reaches its plateau; straight on beyond."""
 HALVINGS = 60
-"""Of the bracket of a neutral axis."""
+"""Halvings of the bracket of a neutral axis, at first the height of the section: what is left is below rounding."""
 
 
 class Outline(NamedTuple):

@@ -79,9 +79,10 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
 
 
 CREEP = 0.1
-"""Newtons by which a tension changes while it is held, as the effect of rates has it."""
+"""Least change of a tension between two steps that counts for the rate at which its cable is pulled, N: that of the
+definition of `rate_dependent_friction` in docs/effects.md."""
 LEAST_RUBBING = 0.05
-"""Share of friction that no rate takes away."""
+"""Least factor on friction, whatever the rate: of the same definition."""
 
 
 def _rub_by_rate(

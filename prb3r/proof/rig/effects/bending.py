@@ -18,11 +18,14 @@ from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Sca
 BENT_TOWARD = "negative", "positive"
 """Toward which a plate bends: that of negative or of positive offsets."""
 THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
-"""Knees and contact angles that stand for all, in parts of the largest curvature or bend."""
+"""Knees and contact angles of the candidates that stand for all of their kind, in parts of the nominal manipulator's
+largest curvature or bend.  A choice."""
 THRESHOLD_RANGE = 0.25, 0.7
-"""In which knees and contact angles are drawn: passed by several steps, and not by all."""
+"""Least and largest knee or contact angle that is drawn, in the same parts.  A choice: several steps pass it, but not
+all."""
 SHARPNESS_RANGE = 1.5, 5.0
-"""In which smooth knees are drawn: from one that is spread over all curvatures to one that is nearly a corner."""
+"""Least and largest exponent of a smooth knee that is drawn (R of Menegotto and Pinto, IABSE Symposium, Lisbon 1973).
+A choice: from a knee that is spread over all curvatures to one that is nearly a corner."""
 
 
 def _touch(draft: Draft, angle_rad, stiffness_n_m_per_rad):

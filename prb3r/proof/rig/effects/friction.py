@@ -27,7 +27,8 @@ from prb3r.proof.rig.effects.record import (
 PRESLIDINGS = 4e-5, 2e-4
 """Presliding lengths at which `slip_history` is tried, m: in the lower and upper part of `SLIP_RANGE`."""
 SLIP_RANGE = -4.5, -3.7
-"""Decimal logarithms of the presliding lengths that are drawn, 30 to 200 micrometres."""
+"""Least and largest decimal logarithm of the presliding lengths (m) that are drawn: 30 to 200 micrometres.  A choice:
+from what manipulator files have unless they say more to a cable six times as soft in its holes."""
 
 
 def _rub(draft: Draft, coefficient, cables=None):

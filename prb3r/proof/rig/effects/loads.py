@@ -13,7 +13,8 @@ from prb3r.proof.rig.effects.candidate import Candidate, Conditions
 from prb3r.proof.rig.effects.record import ANY, FRACTION, FROM_ZERO, Record, Scale, one_of, size
 
 GRAVITY = 12.0
-"""Largest that is concealed, m/s^2: all of it in the plane, and a fifth for disks heavier than noted."""
+"""Largest gravity that is concealed, m/s^2.  A choice: all of the earth's in the plane, and a fifth more for disks that
+are heavier than noted."""
 
 
 def _weigh(draft: Draft, x_m_s2=0.0, y_m_s2=0.0):

@@ -14,17 +14,21 @@ from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, Record, Scale, n
 from prb3r.proof.rig.section import Material, notched_tube, rectangle, section_table
 
 PLATEAU_PA = 4e8, 5e8
-"""Stresses at which the plateau of nitinol begins in tension."""
+"""Least and largest stress at which the plateau of nitinol begins in tension, Pa, at body temperature (Pelton, DiCello
+and Miyazaki, Min. Invasive Ther. Allied Technol. 9 (2000) 107)."""
 COMPRESSION_RANGE = 1.2, 1.6
-"""Of its plateau in compression, over that."""
+"""Least and largest ratio of its plateau stress in compression to that in tension (Liu, Xie, Van Humbeeck and Delaey,
+Acta Mater. 46 (1998) 4325; Gall, Sehitoglu, Chumlyakov and Kireeva, Acta Mater. 47 (1999) 1203)."""
 SLOPE_RANGE = 0.02, 0.1
-"""Of its plateaus, over Young's modulus."""
+"""Least and largest slope of its plateaus over Young's modulus: 0.02 is 60 MPa over 5 % of strain at 60 GPa;
+the steeper ones are those of compression.  The ends are a choice."""
 NITINOL_PA = 8.3e10
-"""Largest Young's modulus of nitinol: its austenite's."""
+"""Largest Young's modulus of nitinol, Pa: that of its austenite; martensite has about a third."""
 BEYOND = 1.3
 """Times the plateau strain that the outermost fibre of an elastic plate has, at least: a rectangle gives way by a tenth
 then, and by half at 1.6."""
 TUBE = "tube_outer_m", "tube_inner_m", "notch_depth_m"
+"""Parameters of a notched tube, of which a file gives all or none."""
 
 
 def _plateau(
