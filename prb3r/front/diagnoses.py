@@ -22,6 +22,7 @@ from prb3r.present.diagnosis.report import FIGURES, brief, figure_of, publish_di
 from prb3r.present.diagnosis.sentences import headlines
 from prb3r.present.diagnosis.together import SHARED_FIGURE, publish_together, shared_figure
 from prb3r.recording.recording import Recording
+from prb3r.runs.threads import one_thread
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,8 +207,9 @@ def diagnose(
     """
     if together != (not isinstance(recording, Recording | str | Path)):
         raise SpecError(Problem("diagnose", "several recordings are given with together=True, one without"))
-    if isinstance(recording, Recording | str | Path):
-        diagnosis = diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
-        return DiagnosisReport(**vars(diagnosis))
-    joint = joint_diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
+    with one_thread():
+        if isinstance(recording, Recording | str | Path):
+            diagnosis = diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
+            return DiagnosisReport(**vars(diagnosis))
+        joint = joint_diagnosis_of(recording, holdout=holdout, assume=assume, seed=seed, jobs=jobs, report=report)
     return JointReport(tuple(DiagnosisReport(**vars(diagnosis)) for diagnosis in joint.diagnoses), joint.common)

@@ -17,6 +17,7 @@ from prb3r.present import rc
 from prb3r.present.page import briefly, save_figure
 from prb3r.present.study.drawing import plot
 from prb3r.runs.files import ensure_writable, write_whole
+from prb3r.runs.threads import one_thread
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,4 +123,5 @@ def predict_on(
     >>> bool(tip["y_low_m"] < tip["y_m"] < tip["y_high_m"])
     True
     """
-    return Prediction(**vars(predict_design(diagnosis, manipulator, steps, draws=draws, seed=seed)))
+    with one_thread():
+        return Prediction(**vars(predict_design(diagnosis, manipulator, steps, draws=draws, seed=seed)))

@@ -130,7 +130,9 @@ def test_a_secret_that_others_can_read_is_no_secret(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGTERM", "SIGINT"])
 def test_a_run_is_stopped_by_every_signal_before_it_has_workers_too(tmp_path, name):
     script = (
-        "import time\n"
+        "import signal, time\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # whatever the shell that runs the tests ignores
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from prb3r.cli import main\n"
         "import prb3r.check as c\n"
         "def slow(*_):\n"
@@ -143,7 +145,10 @@ def test_a_run_is_stopped_by_every_signal_before_it_has_workers_too(tmp_path, na
     with subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline() == "up\n"
         process.send_signal(getattr(signal, name))
-        _, said = process.communicate(timeout=30)
+        try:
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()
     assert process.returncode == 130, said
     assert said.endswith("interrupted\n"), said  # a check keeps nothing
 
