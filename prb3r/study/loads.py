@@ -27,7 +27,8 @@ def load_columns(settings: Tree, count: int) -> dict[str, np.ndarray]:
 def steps_frame(settings: Tree) -> pd.DataFrame:
     """The steps of a single case as a table."""
     rows = load_rows(settings)
-    return pd.DataFrame(rows).fillna({name: _absent(name) for row in rows for name in row})
+    absent = {name: _absent(name) for row in rows for name in row}
+    return pd.DataFrame([absent | row for row in rows])
 
 
 def load_rows(settings: Tree) -> list[dict[str, Any]]:

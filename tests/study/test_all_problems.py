@@ -70,3 +70,10 @@ def test_selections_by_what_is_there_or_by_metrics_are_in_order(tmp_path):
     plot = '[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\nwhere = '
     path.write_text(HEAD + TIP + plot + '{ load_n = [3.0, 2.0], broken_cables = "2", tip_x_m = 17.0 }\n')
     assert len(plan_study(path).cases) == 4
+
+
+def test_a_word_among_the_values_of_a_load_is_refused_without_a_warning(tmp_path):
+    _, said = problems(
+        tmp_path, HEAD.replace("[1.0, 2.0]", "[1, 'a']").replace("[[step]]", "[initial]\ncable_2_n = 5\n[[step]]") + TIP
+    )
+    assert any("load_n" in line or "cable_1_n" in line for line in said), said
