@@ -1,14 +1,11 @@
-r"""Load paths: every step starts from the one before, from rest on.
-
-A step that fails, or after which another branch could be mixed up with the one that is followed, is halved.
-"""
+"""Load paths: every step starts from the one before, from rest on."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, keep_state
-from prb3r.mechanics.attempt import JUMPED, attempt
+from prb3r.mechanics.attempt import attempt
 from prb3r.mechanics.budget import GAVE_UP, allowance
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.cable import measure_span
@@ -18,21 +15,15 @@ from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.load_row import LoadRow, load_row
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
+from prb3r.mechanics.ramp import ramp
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.same_way import times_as_far
 from prb3r.mechanics.stability import write_lowest
-from prb3r.mechanics.state import Rates, State, rates, restore, save, slide, state, turned_by_surprise, turned_too_far
+from prb3r.mechanics.state import Rates, State, rates, restore, save, state
 from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
-SMALLEST_CROSSING = 1.0 / 1024
-"""Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
 SMALLEST_STEP = 1.0 / 2**20
 """Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
-
-SLIDING_STEP = 1.0 / 8
-"""Longest part of a load step where plates remember but slip at holes is declared.  Over a sub-step of any length what
-slips is exact as long as no node that slips turns back within it; of one that does, what is missed falls with the
-square of this."""
 
 
 @bundle
@@ -107,47 +98,6 @@ def history_space(chain: Chain, packed: Packed, space: PathSpace) -> HistorySpac
         accepted=space.accepted,
         allowed=space.allowed,
     )
-
-
-@kernel
-def ramp(packed, way, loaded, modes, space, work):
-    """Bring the chain to the end of the `way`, halving steps that fail or go too far.
-
-    Its state is in `space.kept`.  Leaves the last accepted state there, the part of the way to it in `space.reached`,
-    and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further, `GAVE_UP` where the
-    work that it may take is done.
-    """
-    kept, reached, slides = space.kept, space.reached, packed.model[0].elements > 0
-    longest = SLIDING_STEP if slides else 1.0
-    done, step, iterations = 0.0, longest, 0
-    reached[0] = 0.0
-    why: Any = FAILED
-    while done < 1.0:
-        if step < space.smallest[0] * max(done, 1.0 / 64):
-            return why
-        if work.spent[0] > space.allowed[0]:
-            return GAVE_UP
-        taken = attempt(packed, way, done + step, loaded, modes, space.now, work)
-        far = taken != FAILED and turned_too_far(packed, kept, loaded)
-        if taken != FAILED and not far and loaded and modes is None:
-            crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
-            # at first a spring right at its bound may slip on or follow: what Newton's first step foresees is not told
-            far = crossed or (not slides and turned_by_surprise(packed, kept, work))
-        if taken == FAILED or far:
-            why = FAILED if taken == FAILED else JUMPED
-            restore(packed, work, kept)
-            step /= 2
-            continue
-        done += step
-        reached[0] = done
-        iterations += taken
-        if slides:
-            slide(packed)
-        save(packed, work, kept)
-        if slides:
-            keep_state(space.accepted, way.ends[1], done, kept)
-        step = min(2 * step, longest, 1.0 - done)
-    return iterations
 
 
 @kernel

@@ -54,6 +54,15 @@ def test_each_step_adds_to_it(monkeypatch, chain):
     assert (solve_chain(chain, many).outcome == Outcome.CONVERGED).all()
 
 
+def test_where_a_path_ends_is_found_with_few_tries():
+    """Each try beyond the end takes sixty evaluations: 1,490 in all where each step on the way tried it again."""
+    chain = prototype()
+    chain = chain._replace(law=Law(knee=np.full((chain.plates, 2), 5.0), ratio=0.1))
+    found = solve_chain(chain, loads(chain, np.array([[150.0, 0, 0, 0]])), smallest_step=2**-10)
+    assert found.reached[0] == pytest.approx(0.8622, abs=2**-10)
+    assert found.work[0] < 1100
+
+
 def test_work_grows_with_the_plates():
     tip = [solve_chain(rod, loads(rod, np.zeros((1, 0)), tip=(0, 1))).work[0] for rod in map(cantilever, (10, 1000))]
     assert tip[1] / tip[0] == pytest.approx(100, rel=0.5)

@@ -8,6 +8,8 @@ from scipy.optimize import brentq
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.limit import limit_load
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.solve import solve
 
 NO_CABLES = np.zeros((1, 0))
 
@@ -86,3 +88,33 @@ def test_friction_with_history_shifts_the_limit():
     limit = limit_load(chain, loads(chain, [[0, 0, 60, 150]], tip=(3, 10)), from_rest=True, tolerance=1e-3)
     assert 0.5 < limit.factor < 1.5
     assert limit.outcome != Outcome.CONVERGED
+
+
+def test_a_branch_that_ends_is_not_jumped_over():
+    """Plates soften until one would snap onto its disk: one step ends where two hundred steps of the same way end."""
+    bending = {"kind": "nonlinear_plate", "law": "smooth", "knee_per_m": 8.7, "ratio": 0.028, "sharpness": 4.8}
+    touching = {"kind": "disk_contact", "angle_rad": 0.365, "stiffness_n_m_per_rad": 20.4}
+    plates = {"length_m": 0.03, "clamp_m": 0.008, "width_m": 0.03}
+    arm = {
+        "name": "arm",
+        "youngs_modulus_pa": 1.87e11,
+        "disk": {"thickness_m": 0.004},
+        "friction": {"coefficient": 0.1},
+        "segment": [plates | {"plates": 3, "thickness_m": 3.62e-4}, plates | {"plates": 1, "thickness_m": 6.02e-4}],
+        "cable": [
+            {"name": "1", "offset_m": 0.0255, "ends_at_segment": 2},
+            {"name": "2", "offset_m": -0.021, "ends_at_segment": 1},
+        ],
+        "effect": [bending, touching, {"kind": "precurvature", "curvature_per_m": -3.54}],
+    }
+
+    def outcomes(count):
+        share = np.linspace(0, 1, count + 1)
+        pulls = {"cable_1_n": 1.475 + share * 9.517, "cable_2_n": 7.93 - share * 4.594, "slip_1": 1.0}
+        slips = {"slip_2": np.where(share == 0, -1.0, 1.0)}
+        states = solve(Manipulator(**arm), {"sequence": "a", "step": np.arange(count + 1)} | pulls | slips)
+        return states.groupby("step")["outcome"].last().tolist()
+
+    assert outcomes(1) == ["converged", "limit point"]
+    assert outcomes(200)[:184] == ["converged"] * 184
+    assert outcomes(200)[184] == "limit point"
