@@ -155,9 +155,10 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
     predict = fitted.model.predict
-    library = hypotheses(Scope.of(predict.recording, predict.chain, fitted.solved.states), task.without)
+    scope = Scope.of(predict.recording, predict.chain, fitted.solved.states, task.settings)
+    library = hypotheses(scope, task.without)
     assumed = assumed_of(task.assumed, predict.recording.manipulator, library) if task.assumed else Assumed()
-    searched = Search(library, task.seed, apply, assumed, task.settings.assumed_presence)
+    searched = Search(library, task.seed, apply, assumed, task.settings)
     fitted, doubts = without_wrong_weights(fitted, doubts, searched)
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)
 

@@ -36,10 +36,10 @@ def whole(doubted):
 
 def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
     settings, library = doubted.fitted.model.settings, doubted.search.library
-    together = common_of_whole_rig(library, settings.common_presence)
+    together = common_of_whole_rig(library, settings)
     kinds = [hypothesis.kind for hypothesis in together]
     assert len(set(kinds)) == len(kinds) > 8
-    assert all(SUSPECTS[kind].presence >= settings.common_presence for kind in kinds)
+    assert all(SUSPECTS[kind].presence(settings) >= settings.common_presence for kind in kinds)
     assert all(name in FORMS for hypothesis in together for name, _ in hypothesis.place)
     assert not any(one.excludes(other) for one in together for other in together if one is not other)
     assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)

@@ -6,10 +6,6 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import Occurrence
 
-TRAVELS_APART = 3.0
-"""How many times as far as the least the farthest cable must have slipped one way, for static friction to show apart
-from the kinetic one.  Choice: where the least slip leaves half of an excess, the farthest leaves an eighth."""
-
 
 def _broken_away(scope: Scope) -> np.ndarray:
     """(k,) by how much tensions had changed, at every step of every loaded cable, since it began to slip that way."""
@@ -20,7 +16,7 @@ def _broken_away(scope: Scope) -> np.ndarray:
 def static_friction_shows(scope: Scope) -> list[Place]:
     """Where cables slipped a little and far since they began or turned, with declared slip and friction."""
     manipulator, travel = scope.manipulator, _broken_away(scope)
-    differ = travel.size > 0 and travel.max() > TRAVELS_APART * travel.min()
+    differ = travel.size > 0 and travel.max() > scope.settings.travels_apart * travel.min()
     return whole_rig_if(differ and manipulator.friction.coefficient > 0 and not manipulator.follows_history)
 
 
@@ -33,7 +29,7 @@ def breakaway(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def breakaway_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """A typical excess that is lost soon, late and in between."""
+    """An excess of 40 %, within what is usual, that is lost soon, late and in between.  Choice."""
     least, most = _decays(scope)
     return tuple((0.4, least * (most / least) ** share) for share in (0.25, 0.5, 0.75))
 

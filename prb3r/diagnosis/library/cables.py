@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, RARE, Suspect, with_the_same
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, rare, with_the_same
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -48,7 +48,7 @@ CABLE_SUSPECTS = (
         sentence=lambda fitted: f"Cable {fitted.place['cable']} transmits nothing: broken, slipped off or never tied.",
         transfer=OF_A_PART,
         places=pulled_cables,
-        presence=0.03,
+        presence=rare,
     ),
     Suspect(
         "tension_offset",
@@ -69,7 +69,7 @@ CABLE_SUSPECTS = (
         ),
         transfer=OF_THE_SETUP,
         free=_bent,  # a gain of all is Young's modulus, of one cable an offset of its holes
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "tension_drift",
@@ -81,7 +81,7 @@ CABLE_SUSPECTS = (
         places=_drifting,
         free=_drift,
         kinked=True,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "hole_offset",

@@ -2,7 +2,7 @@
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, RARE, Occurrence, Suspect
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, rare
 from prb3r.recording.recording import Kind
 
 
@@ -67,6 +67,6 @@ CAMERA_SUSPECTS = (
         free=_distortion,
     ),
     Suspect(
-        "camera_drift", sentence=_motion_sentence, transfer=OF_THE_SETUP, places=_moving, free=_motion, presence=RARE
+        "camera_drift", sentence=_motion_sentence, transfer=OF_THE_SETUP, places=_moving, free=_motion, presence=rare
     ),
 )

@@ -12,9 +12,6 @@ from prb3r.model.effects.base import SIDES
 from prb3r.model.effects.plates import closing_angles
 from prb3r.model.manipulator import Manipulator
 
-CLOSING_FACTOR = 0.5, 2.0
-"""Closing angles of notches, of those that geometry gives."""
-
 
 def _plate_stiffness(scope: Scope) -> float:
     """Stiffness of a plate against the bend between its disks, N m/rad: 1.1 EI / l on the elastica."""
@@ -22,7 +19,8 @@ def _plate_stiffness(scope: Scope) -> float:
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Disks touch within the largest bend, and are from softer than felt to as hard as rigid beside the plate."""
+    """Disks touch between a fiftieth of the largest bend and all of it, and are from a thousandth as stiff as the
+    plate, which is not felt, to ten thousand times, which is rigid beside it."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return (
         Free("angle_rad", bend / 2, bend / 50, bend, log=True),
@@ -31,7 +29,8 @@ def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Angles across the range of bends, of disks that help a little and of disks that carry most."""
+    """Angles across the range of bends, of disks that help a little and of disks that carry most.  Choice: each is
+    fitted from, so that some begin on the right side of where disks touch."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
 
@@ -43,7 +42,7 @@ def said_of_contact(fitted: Occurrence) -> str:
 
 def closing_places(scope: Scope) -> Iterator[Place]:
     """Every side, and both together, to which plates bend so far that notches could close."""
-    angles = CLOSING_FACTOR[0] * closing_angles(scope.chain.arc, scope.manipulator)
+    angles = scope.settings.closing_range[0] * closing_angles(scope.chain.arc, scope.manipulator)
     least = np.nanmin(scope.bend, axis=0, initial=0.0), np.nanmax(scope.bend, axis=0, initial=0.0)
     sides = [side for side, bend, angle in zip(SIDES, least, angles.T, strict=True) if (np.abs(bend) > angle).any()]
     yield from ({"side": side} for side in sides)
@@ -51,13 +50,13 @@ def closing_places(scope: Scope) -> Iterator[Place]:
 
 
 def closing_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Geometry is right within a factor of two (rounded edges, burrs, a tendon off the wall); stiffness as of disks."""
+    """Geometry is right within `Settings.closing_range`; stiffness as of disks."""
     stiffness = contact_free(scope, place)[1]
-    return (Free("factor", 1.0, *CLOSING_FACTOR, log=True), stiffness)
+    return (Free("factor", 1.0, *scope.settings.closing_range, log=True), stiffness)
 
 
 def closing_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Near the geometry, of edges that help a little and of edges that carry most."""
+    """Near the geometry, of edges that help a little and of edges that carry most.  Choice."""
     stiff = _plate_stiffness(scope)
     return tuple((factor, size * stiff) for factor in (0.7, 1.0, 1.3) for size in (0.3, 3.0))
 

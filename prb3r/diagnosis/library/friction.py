@@ -12,7 +12,7 @@ from prb3r.diagnosis.library.breakaway import (
 )
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SURFACES, RARE, Estimate, Occurrence, Suspect, as_it_is
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SURFACES, Estimate, Occurrence, Suspect, as_it_is, rare
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -55,16 +55,11 @@ def _pulley_sentence(fitted: Occurrence) -> str:
     return f"The pulley (or sheath) of {fitted.of_cables} takes {loss:.3g} % of the tension before it reaches the base."
 
 
-FREE_PRESLIDING = (3e-5, 3e-4)
-"""Travels that slip along the load path is tried with, m: what manipulator files have unless they say more, and a cable
-ten times as soft in its holes."""
-
-
 def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
     """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre; around what the
     nominal model has where its slip follows the load path already."""
     friction = scope.manipulator.friction
-    usual = friction.presliding_m if friction.direction == "history" else FREE_PRESLIDING[0]
+    usual = friction.presliding_m if friction.direction == "history" else scope.settings.presliding_tried_m[0]
     return (Free("presliding_m", usual, min(1e-6, usual), max(1e-2, usual), log=True, limit=True),)
 
 
@@ -73,7 +68,7 @@ def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], .
     derivatives around one that is short against what cables travel say next to nothing of a long one."""
     friction, (free,) = scope.manipulator.friction, _presliding(scope, place)
     if friction.direction == "declared":
-        return tuple((travel,) for travel in FREE_PRESLIDING)
+        return tuple((travel,) for travel in scope.settings.presliding_tried_m)
     others = (friction.presliding_m * factor for factor in (0.1, 10.0, 100.0))
     return tuple((travel,) for travel in others if free.low <= travel <= free.high)
 
@@ -99,17 +94,12 @@ def _load_sentence(fitted: Occurrence) -> str:
     )
 
 
-RATES_APART = 3.0
-"""How many times as fast as the slowest the fastest tension must have changed, for friction to show by which it goes.
-Choice: with a logarithm of 1.1, a rate of 0.1 is a tenth of the friction."""
-
-
 def _timed(scope: Scope) -> list[Place]:
     """Where steps say when they were held and tensions changed at different rates, with declared slip: friction is the
     nominal one at the median rate."""
     manipulator, loads = scope.manipulator, scope.recording.loads
     felt = loads.rate[(loads.rate > 0) & (loads.tension > 0)]
-    differ = felt.size > 0 and felt.max() > RATES_APART * felt.min()
+    differ = felt.size > 0 and felt.max() > scope.settings.rates_apart * felt.min()
     if not differ or manipulator.friction.coefficient == 0 or manipulator.follows_history:
         return []
     return [{"reference_n_per_s": float(f"{np.median(felt):.3g}")}]
@@ -190,7 +180,7 @@ FRICTION_SUSPECTS = (
         places=_rubbing,
         free=_coefficient,
         shared=OF_THE_SURFACES,
-        presence=0.3,
+        presence=lambda settings: settings.rubbing_presence,
     ),
     Suspect(
         "load_dependent_friction",
@@ -198,7 +188,7 @@ FRICTION_SUSPECTS = (
         transfer=as_it_is,
         places=_loaded,
         free=_exponent,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "rate_dependent_friction",
@@ -206,7 +196,7 @@ FRICTION_SUSPECTS = (
         transfer=as_it_is,
         places=_timed,
         free=_rate,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "breakaway_friction",
@@ -215,7 +205,7 @@ FRICTION_SUSPECTS = (
         places=static_friction_shows,
         free=breakaway,
         probes=breakaway_probes,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "wrap_saturation",
@@ -226,7 +216,7 @@ FRICTION_SUSPECTS = (
         transfer=as_it_is,
         places=_rubs,
         free=_saturation,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
     Suspect(

@@ -6,7 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, RARE, Occurrence, Suspect, as_it_is, with_the_same
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is, rare, with_the_same
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -64,7 +64,7 @@ LOAD_SUSPECTS = (
         places=lambda scope: whole_rig_if(scope.manipulator.disk.mass_kg > 0),
         free=_gravity,
     ),
-    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=0.03),
+    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=rare),
     Suspect(
         "umbilical",
         sentence=lambda fitted: (
@@ -72,7 +72,7 @@ LOAD_SUSPECTS = (
         ),
         transfer=with_the_same("lengths", lambda manipulator: manipulator.chain().length),
         free=_tube,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "tip_load_friction",

@@ -31,12 +31,12 @@ from prb3r.diagnosis.library.suspect import (
     OF_A_PART,
     OF_THE_MATERIAL,
     OF_THE_SETUP,
-    RARE,
     Occurrence,
     Shared,
     Suspect,
     as_it_is,
     left_behind,
+    rare,
     with_the_same,
 )
 from prb3r.model.manipulator import Manipulator
@@ -141,7 +141,7 @@ PLATE_SUSPECTS = (
         transfer=left_behind("belongs to this arm, as it was made"),
         places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # of two plates one is a weakened one
         free=_taper,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "nonlinear_plate",
@@ -160,7 +160,7 @@ PLATE_SUSPECTS = (
         free=loop_free,
         probes=loop_probes,
         shared=OF_THE_MATERIAL,
-        presence=0.05,  # plates of spring steel, as most are, do not
+        presence=lambda settings: settings.dissipating_presence,
     ),
     Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
     Suspect(
@@ -193,7 +193,7 @@ PLATE_SUSPECTS = (
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(scope.chain.plates > 1),  # of a single plate the clamps are the base's
         free=_hinge,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "plate_softening",
@@ -201,7 +201,7 @@ PLATE_SUSPECTS = (
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(scope.tells_time),
         free=_share,
-        presence=RARE,
+        presence=rare,
     ),
     Suspect(
         "cable_bending",

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.effects.base import Side
@@ -13,14 +14,6 @@ from prb3r.recording.recording import Recording
 
 Place = Mapping[str, Any]
 """Parameters of an effect that say where it sits; several cables or plates as a tuple."""
-
-
-SIDE_SHARE = 0.1
-"""Of the largest bend, from which on plates count as bent to a side.  Choice: below, a law of that side is not felt."""
-
-
-SEQUENCES_OF_TIME = 3
-"""From so many on time goes with something else than the load: two sequences may be two cables, each with its zero."""
 
 
 class Scope(NamedTuple):
@@ -34,20 +27,21 @@ class Scope(NamedTuple):
     """Nominal, without effects."""
     bend: np.ndarray
     """(s, n) bends of the plates in the calibrated model, rad; NaN where a step has no equilibrium."""
+    settings: Settings = Settings()
 
     @classmethod
-    def of(cls, recording: Recording, chain: Chain, states: Equilibria) -> "Scope":
-        """The scope of a recording with the calibrated `states` of its steps."""
-        return cls(recording, chain, np.diff(states.angle, axis=1))
+    def of(cls, recording: Recording, chain: Chain, states: Equilibria, settings: Settings | None = None) -> "Scope":
+        """The scope of a recording with the calibrated `states` of its steps; `settings`: absent, as they are."""
+        return cls(recording, chain, np.diff(states.angle, axis=1), settings or Settings())
 
     @property
     def manipulator(self) -> Manipulator:
-        """The nominal manipulator of the recording."""
+        """The manipulator as the recording's file has it, before any constant was fitted or effect added."""
         return self.recording.manipulator
 
     @property
     def plates(self) -> range:
-        """Numbers of the plates, from 1."""
+        """Numbers of all plates from the base to the tip, counted from 1 as places of effects have them."""
         return range(1, self.chain.plates + 1)
 
     @property
@@ -85,7 +79,7 @@ class Scope(NamedTuple):
     @property
     def tells_time(self) -> bool:
         """Whether what goes with time is told from what goes with the load, which begins again with every sequence."""
-        return int(self.recording.begins.sum()) >= SEQUENCES_OF_TIME
+        return int(self.recording.begins.sum()) >= self.settings.fewest_to_tell_time
 
     @property
     def arm(self) -> float:
@@ -123,17 +117,17 @@ class Scope(NamedTuple):
 
     @property
     def sides(self) -> list[Side]:
-        """To which plates bend by a tenth of the largest bend at least: enough to see one side's law."""
+        """To which plates bend by more than `Settings.side_share` of the largest bend: enough to see one side's law."""
         most: dict[Side, float] = {"negative": -np.nanmin(self.bend), "positive": np.nanmax(self.bend)}
-        return [side for side, bend in most.items() if bend > SIDE_SHARE * self.largest_bend]
+        return [side for side, bend in most.items() if bend > self.settings.side_share * self.largest_bend]
 
     @property
     def unloads(self) -> bool:
-        """Whether some plate bends back within a sequence, by a tenth of the largest bend at least.
+        """Whether some plate bends back within a sequence, by more than `Settings.side_share` of the largest bend.
 
         What leads away from the straight plate that a sequence begins with is loading, to either side.
         """
-        least = SIDE_SHARE * self.largest_bend
+        least = self.settings.side_share * self.largest_bend
         for rows in np.split(self.bend, np.flatnonzero(self.recording.begins)[1:]):
             known = rows[np.isfinite(rows).all(1)]
             for bend in (known, -known):

@@ -10,13 +10,10 @@ import numpy as np
 from prb3r.diagnosis.library.bending import NEEDS_FIBRE
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_MATERIAL, RARE, Occurrence, Suspect, effect_in_words
+from prb3r.diagnosis.library.suspect import OF_THE_MATERIAL, Occurrence, Suspect, effect_in_words, rare
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
-SOFTEST_SPRING_PA = 1e11
-"""Young's modulus below which plates may be superelastic: nitinol has 28 (martensite) to 83 GPa (austenite), copper and
-titanium alloys that transform some 60 to 90; steels, which yield at such strains, have 180 and more."""
 PLATEAU = Free("plateau_strain", 0.008, 0.004, 0.016, log=True, sd=0.22)
 """The plateau of nitinol begins at 400 to 500 MPa where Young's modulus is 40 to 75 GPa (body temperature; Pelton,
 DiCello and Miyazaki, Min. Invasive Ther. Allied Technol. 9 (2000) 107): a strain of 0.53 to 1.25 %, two standard
@@ -26,15 +23,13 @@ COMPRESSION = Free("compression_ratio", 1.4, 1.0, 2.0, log=True, sd=0.07)
 SLOPE = Free("plateau_slope", 0.045, 0.01, 0.2, log=True, sd=0.4)
 """Plateaus of nitinol rise by 2 to 10 % of Young's modulus, the steeper in compression: two standard deviations to
 either side."""
-PROBES = 0.006, 0.008, 0.011
-"""Strains from which fits begin: low, in the middle and high in what is known beforehand."""
 
 
 def _plateaus(scope: Scope) -> list[Place]:
     """All plates, where every section is known, the stated modulus is of such a material, and strains reach the lowest
     plateau."""
     known = all(segment.thickness_m is not None for segment in scope.manipulator.segment)
-    soft = scope.manipulator.youngs_modulus_pa < SOFTEST_SPRING_PA
+    soft = scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
     return whole_rig_if(known and soft and scope.strain > PLATEAU.low)
 
 
@@ -45,7 +40,7 @@ def _material(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 def _plateau_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
     """Plateaus that some plate passes; the lowest one in any case."""
-    passed = [strain for strain in PROBES if strain < scope.strain] or [PLATEAU.low]
+    passed = [strain for strain in scope.settings.plateau_strains_tried if strain < scope.strain] or [PLATEAU.low]
     return tuple((strain, COMPRESSION.null, SLOPE.null) for strain in passed)
 
 
@@ -73,6 +68,6 @@ SECTION_SUSPECTS = (
         free=_material,
         probes=_plateau_probes,
         shared=OF_THE_MATERIAL,
-        presence=RARE,
+        presence=rare,
     ),
 )

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import EFFECT_KINDS, in_place_of
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
@@ -114,8 +115,16 @@ def effect_in_words(effect: Effect) -> str:
     return effect.kind.replace("_", " ")
 
 
-RARE = 0.03
-"""Prior probability of what few rigs have, and whoever built one knows of: of thirty rigs one."""
+def usual(settings: Settings) -> float:
+    """Prior probability of a kind of which nothing else is known: `Settings.usual_presence`."""
+    return settings.usual_presence
+
+
+def rare(settings: Settings) -> float:
+    """Prior probability of a kind that few rigs have, and whoever built one knows of: `Settings.rare_presence`."""
+    return settings.rare_presence
+
+
 OF_A_PART = left_behind("is a fault of one part of this rig")
 OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
 
@@ -140,9 +149,9 @@ class Suspect:
     """As in `Hypothesis`."""
     shared: Shared | None = None
     """What several rigs may have in common of it; None: each has its own."""
-    presence: float = 0.1
-    """Prior probability that a rig has it, at any place: of some twenty kinds two.  More where nearly every rig has it,
-    less where somebody would have had to overlook what is seen without a model."""
+    presence: Callable[[Settings], float] = usual
+    """Prior probability that a rig has it, at any place.  More than usual where nearly every rig has it, less where
+    somebody would have had to overlook what is seen without a model."""
 
     @property
     def once(self) -> bool:

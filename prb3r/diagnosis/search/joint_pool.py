@@ -45,7 +45,7 @@ def joint_search(
     odds = dict[JointHypothesis, float]()
     for joint in common:
         places = sum(other.kind == joint.kind for other in common)
-        odds[joint] = float(logit(SUSPECTS[joint.kind].presence) - np.log(places))
+        odds[joint] = float(logit(SUSPECTS[joint.kind].presence(settings)) - np.log(places))
         known = [
             search.log_odds[hypothesis]
             for search in alone

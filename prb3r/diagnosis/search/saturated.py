@@ -18,6 +18,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
+from prb3r.diagnosis.settings import Settings
 
 FORMS = frozenset({"law", "side"})
 """What a hypothesis may say beside its kind and still concern the whole rig: of what form the effect is, not where."""
@@ -25,7 +26,7 @@ FORMS = frozenset({"law", "side"})
 
 def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
     """A fit of all common effects of the whole rig; None where a prediction is slow, or where no fit succeeds."""
-    together = common_of_whole_rig(search.library, calibrated.model.settings.common_presence)
+    together = common_of_whole_rig(search.library, calibrated.model.settings)
     if calibrated.costly or not together:
         return None
     model = replace(calibrated.model, hypotheses=together)
@@ -38,13 +39,13 @@ def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
     return fit(model, p)
 
 
-def common_of_whole_rig(library: Sequence[Hypothesis], presence: float) -> tuple[Hypothesis, ...]:
-    """Of every kind that is as common as `presence` or more, the form with the most parameters, if it concerns the
-    whole rig and can stand beside those before."""
+def common_of_whole_rig(library: Sequence[Hypothesis], settings: Settings) -> tuple[Hypothesis, ...]:
+    """Of every kind that is as common as `Settings.common_presence` or more, the form with the most parameters, if it
+    concerns the whole rig and can stand beside those before."""
     chosen = dict[str, Hypothesis]()
     for hypothesis in sorted(library, key=lambda suspected: -len(suspected.free)):
         whole = hypothesis.free and not hypothesis.costly and {name for name, _ in hypothesis.place} <= FORMS
         alone = hypothesis.kind not in chosen and not any(excludes(hypothesis, other) for other in chosen.values())
-        if whole and alone and SUSPECTS[hypothesis.kind].presence >= presence:
+        if whole and alone and SUSPECTS[hypothesis.kind].presence(settings) >= settings.common_presence:
             chosen[hypothesis.kind] = hypothesis
     return tuple(chosen.values())

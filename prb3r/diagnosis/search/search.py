@@ -14,9 +14,7 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed
-
-TESTED_TOGETHER = 16
-"""Hypotheses that are tested in one task: as many as are differentiated together."""
+from prb3r.diagnosis.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -30,16 +28,16 @@ class Search:
     """Where full fits and costly tests are made."""
     assumed: Assumed = field(default_factory=Assumed)
     """What was found before."""
-    assumed_presence: float = 0.5
-    """Prior probability of every effect that was."""
+    settings: Settings = Settings()
+    """Of which it takes how probable kinds of effects are beforehand."""
 
     @cached_property
     def log_odds(self) -> Mapping[Hypothesis, float]:
         """ln of the prior odds of every hypothesis: those of its kind, shared among its places; where it was found
         before, its own."""
         kinds = [hypothesis.kind for hypothesis in self.library]
-        odds = {kind: logit(SUSPECTS[kind].presence) - np.log(kinds.count(kind)) for kind in set(kinds)}
-        known = dict.fromkeys(self.assumed.values, float(logit(self.assumed_presence)))
+        odds = {kind: logit(SUSPECTS[kind].presence(self.settings)) - np.log(kinds.count(kind)) for kind in set(kinds)}
+        known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
         return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
 
 
@@ -47,7 +45,7 @@ def examine(fitted: Fit, search: Search) -> Scores:
     """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
     rest = [hypothesis for hypothesis in search.library if hypothesis not in fitted.model.hypotheses]
     history = fitted.solved.chain.presliding > 0
-    share = TESTED_TOGETHER if history else max(len(rest), 1)
+    share = fitted.model.settings.tested_together if history else max(len(rest), 1)
     tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]
     parts = (search.apply if history else serially)(_alternatives, tasks)
     mechanics = mechanism(fitted)

@@ -14,6 +14,7 @@ from scipy.stats import norm
 from prb3r.diagnosis.settings.blunders import BlundersSettings
 from prb3r.diagnosis.settings.evidence import EvidenceSettings, RatesSettings
 from prb3r.diagnosis.settings.fits import FitsSettings
+from prb3r.diagnosis.settings.library import LibrarySettings
 from prb3r.diagnosis.settings.noise import DoubtSettings, NoiseSettings, SequencesSettings
 from prb3r.diagnosis.settings.search import SearchSettings
 from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings
@@ -23,6 +24,7 @@ from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings
 class Settings(
     RatesSettings,
     EvidenceSettings,
+    LibrarySettings,
     SearchSettings,
     NoiseSettings,
     DoubtSettings,

@@ -82,5 +82,8 @@ class SearchSettings:
     """Prior probability of an effect that was found before.  Choice: found wrongly, or gone, once in ten."""
     parting_presence: float = 0.1
     """Prior probability that a rig which is said to share something has its own after all.  Choice."""
+    tested_together: int = 16
+    """Hypotheses that one task tests where a prediction is slow: as many as are differentiated together.  Choice, for
+    time."""
     most_rivals: int = 4
     """Rivals of an effect that experiments are sought for.  Choice, for the reader."""
