@@ -146,7 +146,7 @@ def calibrate(task: Task) -> Calibrated:
     recording, settings = task.recording, task.settings
     aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings) if task.hold_out else ()
     training = recording.only(set(range(len(recording.sequences))) - set(aside))
-    fitted = fit_constants(predictor(training), settings=settings)
+    fitted = fit_constants(predictor(training, settings), settings=settings)
     return Calibrated(task, recording, aside, scatter(training, settings), fitted)
 
 

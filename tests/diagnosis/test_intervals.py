@@ -16,6 +16,7 @@ from prb3r.diagnosis.result.spread import (
     quantile_over_models,
 )
 from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.settings import Settings
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,7 @@ class Lengthening:
     """A length that was fitted by its logarithm to readings which see the length: r = 100 (exp(u) - exp(best))."""
 
     def __init__(self, u):
-        self.p, self.model = np.array([u]), self
+        self.p, self.model, self.settings = np.array([u]), self, Settings()
         slope = 100 * np.exp(u)
         self.covariance = np.array([[1 / (slope**2 + 0.05**2)]])  # with a weak prior
         self.chi2 = 0.0

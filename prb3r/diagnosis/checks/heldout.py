@@ -194,7 +194,7 @@ def root_of(covariance: np.ndarray) -> np.ndarray:
 
 def unseen(recording: Recording, aside: Sequence[int], settings: Settings, known: Doubts) -> Unseen | None:
     """The sequences that were set aside, if any were, under what is `known` of the noise of the others."""
-    return Unseen(predictor(recording.only(aside)), settings, known) if aside else None
+    return Unseen(predictor(recording.only(aside), settings), settings, known) if aside else None
 
 
 def noise_under(

@@ -40,7 +40,7 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     steps = len({match.step for _, match in matched})
     if steps < settings.fewest_repeats:
         return None
-    predict = predictor(recording)
+    predict = predictor(recording, settings)
     fitted = fit_constants(predict, settings=settings)
     noise = noise_of(recording, tension_response(predict, fitted.solved))
     misfit, variance = predict.misfit(fitted.solved.readings), noise.total_sd**2

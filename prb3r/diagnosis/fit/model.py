@@ -18,10 +18,6 @@ from prb3r.diagnosis.fit.response import across, interval, response
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
 
-LOST_AT_LEAST, FARTHER = 3.0, 10.0
-"""What a reading costs whose step is not in balance: so many standard deviations beside what the last step in balance
-misses it by, and so many times as much where nothing of the step has an equilibrium."""
-
 
 @dataclass(frozen=True, eq=False)
 class Model(Parametrisation):
@@ -45,8 +41,9 @@ class Model(Parametrisation):
         if lost is None:
             white = self.noise.whiten(self.predict.misfit(solved.readings))
         else:
-            white = self.noise.whiten(self.predict.misfit(lost.readings)) * (1 + FARTHER * lost.missing)
-            white += np.where(lost.missing > 0, np.where(white < 0, -LOST_AT_LEAST, LOST_AT_LEAST), 0.0)
+            dearer, least = 1 + self.settings.lost_factor * lost.missing, self.settings.lost_sd
+            white = self.noise.whiten(self.predict.misfit(lost.readings)) * dearer
+            white += np.where(lost.missing > 0, np.where(white < 0, -least, least), 0.0)
         others = self.believed
         return np.concatenate([white, -p / self.deviations, others.target - others.root @ p])
 

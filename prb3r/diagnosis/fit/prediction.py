@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads, pose
 from prb3r.mechanics.derivatives.solved_path import SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
@@ -15,11 +16,6 @@ from prb3r.model.effects import observed, turned, with_effects
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Kind, Recording
-
-PATH_END_FOUND_TO = 1.0 / 2**10
-"""Part of a load step to which it is found how far a step leads that has no equilibrium: fits count it in per cents."""
-LEAST_LOST = 1e-6
-"""Part of a step that a step without equilibrium lacks at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +49,7 @@ class Predictor:
     recording: Recording
     chain: Chain
     """Without effects."""
+    settings: Settings = Settings()
 
     @cached_property
     def number(self) -> np.ndarray:
@@ -78,8 +75,8 @@ class Predictor:
     def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
         """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
         chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
-        begins = self.recording.begins
-        path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=PATH_END_FOUND_TO)
+        begins, smallest = self.recording.begins, self.settings.path_end
+        path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=smallest)
         states = path.equilibria if path else equilibria_of(chain, loads, from_rest=begins, number=self.number)
         readings = self.read(states, constants, effects)
         return Solution(constants, tuple(effects), chain, loads, states, path, readings)
@@ -128,7 +125,8 @@ class Predictor:
         ]
         readings = self.read(replace(states, x=held[0], y=held[1], angle=held[2]), solved.constants, solved.effects)
         missing = np.where(good, 0.0, 1.0 - np.clip(states.reached, 0.0, 1.0))
-        return Lost(readings, np.maximum(missing, np.where(good, 0.0, LEAST_LOST))[self.recording.readings.step])
+        least = np.where(good, 0.0, self.settings.least_lost)
+        return Lost(readings, np.maximum(missing, least)[self.recording.readings.step])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
         """(r,) readings less `predicted`; angles by the shorter way round."""
@@ -138,7 +136,10 @@ class Predictor:
         return away
 
 
-def predictor(recording: Recording) -> Predictor:
-    """What predicts a recording's readings: its nominal manipulator on the elastica, without effects."""
+def predictor(recording: Recording, settings: Settings | None = None) -> Predictor:
+    """What predicts a recording's readings: its nominal manipulator on the elastica, without effects.
+
+    `settings`: absent, as they are.
+    """
     manipulator = recording.manipulator.model_copy(update={"model": "elastica"})
-    return Predictor(recording, manipulator.plain_chain())
+    return Predictor(recording, manipulator.plain_chain(), settings or Settings())

@@ -8,14 +8,6 @@ from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 
-SHORTEST, LONGEST = 0.3, 3.0
-"""Change of a profile's reach from one trial to the next, at most."""
-STRAIGHT = 2.0
-"""Factor that the reach of a linearised interval may be wrong by.  Choice."""
-LEAST_RISE = 0.05
-"""Rise of chi-square from which the place of the interval's end is extrapolated at the least, as the square that a
-smaller one would promise lies far beyond what `LONGEST` lets the reach grow by."""
-
 
 @dataclass(frozen=True)
 class Profile:
@@ -53,10 +45,11 @@ def profile(fitted: Fit, number: int) -> Profile:
                 break
             guess = (inside + away) / 2
             if np.isfinite(risen):
-                guess = away * np.sqrt(INTERVAL_RISE / max(risen, LEAST_RISE))
+                guess = away * np.sqrt(INTERVAL_RISE / max(risen, settings.least_rise))
             if risen < INTERVAL_RISE:
                 inside = away
-            reach, crossing = float(np.clip(guess, max(SHORTEST * away, inside), LONGEST * away)), guess
+            shortest, longest = max(settings.least_reach * away, inside), settings.most_reach * away
+            reach, crossing = float(np.clip(guess, shortest, longest)), guess
         ends.append(middle + sign * min(crossing or reach, most))
     order = np.argsort(u)
     finite = np.isfinite(np.asarray(rise)[order])
@@ -67,9 +60,10 @@ def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
     """Ends of the linearised 95 % interval of parameter `number`, in its own scale and within its bounds.
 
     None where chi-square, the others moved along as they are where all is linear, has not risen there as it should: the
-    interval would be wrong by a factor of more than `STRAIGHT`, as where the readings feel a parameter to one side
-    alone.  Two predictions are made.
+    interval would be wrong by a factor of more than `Settings.linear_within`, as where the readings feel a parameter to
+    one side alone.  Two predictions are made.
     """
+    within = fitted.model.settings.linear_within
     sd = float(np.sqrt(fitted.covariance[number, number]))
     direction = fitted.covariance[:, number] / max(sd, 1e-12)
     bounds, ends = fitted.model.bounds(fitted.p), []
@@ -79,7 +73,7 @@ def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
         residual = fitted.model.residuals(p, fitted.model.solve(p))
         risen, due = float(residual @ residual) - fitted.chi2, (away / max(sd, 1e-12)) ** 2
         cut = away < NORMAL_REACH * sd
-        if not risen < STRAIGHT**2 * due or (risen < due / STRAIGHT**2 and not cut):
+        if not risen < within**2 * due or (risen < due / within**2 and not cut):
             return None
         ends.append(float(fitted.p[number] + sign * away))
     return ends[0], ends[1]

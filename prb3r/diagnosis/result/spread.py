@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from prb3r.diagnosis.confidence import NORMAL_REACH, TAIL
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.profile import STRAIGHT, linear_interval
+from prb3r.diagnosis.fit.profile import linear_interval
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.selection import Choice
 
@@ -70,7 +70,7 @@ def ends_over_models(
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
-            wrong = sd > STRAIGHT * min(sides) and linear_interval(fitted, there) is None
+            wrong = sd > chosen.model.settings.linear_within * min(sides) and linear_interval(fitted, there) is None
             told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
     if len(told) == 1 or probability <= 0:
         return ends

@@ -52,7 +52,8 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     as on held-out sequences."""
     nominal, other = diagnosis.nominal, recording.manipulator
     carried, left = carried_effects(diagnosis.explained.effects, nominal, other)
-    predict, settings = predictor(recording), Settings(**diagnosis.settings)
+    settings = Settings(**diagnosis.settings)
+    predict = predictor(recording, settings)
     named = diagnosis.explained
     after = predict.solve(carried_constants(named.constants, nominal, other, named.effects), carried)
     noise = noise_under(predict, after, settings)

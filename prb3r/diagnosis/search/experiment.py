@@ -94,7 +94,7 @@ def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
 
 def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
     """Squared whitened distance of two fitted models, the second refitted, on recorded and proposed steps together."""
-    predict = predictor(imagined(fitted.model.predict.recording, steps))
+    predict = predictor(imagined(fitted.model.predict.recording, steps), fitted.model.settings)
     here = predict.solve(fitted.constants, fitted.effects)
     noise = noise_of(predict.recording, tension_response(predict, here))
     model = replace(other.model, predict=predict, noise=noise)

@@ -86,7 +86,7 @@ class Attempt:
         mended = remedy.mend(self.recording)
         changed = mended.recording
         alone = changed.loads is self.recording.loads and changed.manipulator is self.recording.manipulator
-        predict, tried = predictor(changed), []
+        predict, tried = predictor(changed, self.trying.settings), []
         for constants, known in zip(self.grid, self.seen, strict=True):
             view = known if alone else sight(predict, constants, predict.equilibria(constants))
             standing = self.trying.framed(predict, mended.rows, constants, view)
@@ -102,7 +102,7 @@ class Attempt:
 
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     """A recording as it is, with the constants that fit it best, and all that could be wrong with it."""
-    trying, base = trier(recording, settings), predictor(recording)
+    trying, base = trier(recording, settings), predictor(recording, settings)
     rows = np.arange(recording.readings.count)
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
     starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)

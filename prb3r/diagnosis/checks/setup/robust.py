@@ -93,7 +93,7 @@ class Trier:
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
-        predict, sd = predictor(recording), self.sd[rows]
+        predict, sd = predictor(recording, self.settings), self.sd[rows]
         model = Model(predict, independent(sd), settings=self.settings)
         p, standings = np.array([getattr(start, name) for name in model.varied]), []
         for _ in range(self.settings.robust_rounds):
