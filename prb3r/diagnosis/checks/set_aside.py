@@ -5,18 +5,16 @@ import numpy as np
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 
-FEWEST_SEQUENCES = 3
-"""Sequences from which on one is set aside: two are left, so that constants are not fitted to one way of loading."""
-
 
 def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
-    """Numbers of the sequences that are set aside: `held_out_share` of them, one of three at least, of fewer none.
+    """Numbers of the sequences that are set aside: `held_out_share` of them, one at least; of fewer than
+    `fewest_sequences` none.
 
     What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
     every pair of cables pulled together.
     """
     count = int(of_sequence.max()) + 1
-    if count < FEWEST_SEQUENCES:
+    if count < settings.fewest_sequences:
         return ()
     pulled = loads.tension > 0
     hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))

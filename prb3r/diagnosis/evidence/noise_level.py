@@ -36,9 +36,7 @@ class Around(NamedTuple):
 
 
 SMALLEST = 1e-12
-"""Share of the largest variance below which a direction repeats others."""
-POINTS_BETWEEN = 20
-"""Points of a fine grid for each of a coarse one."""
+"""Share of the largest variance below which a direction repeats others but for rounding."""
 
 
 class EstimatedScale(NamedTuple):
@@ -111,15 +109,17 @@ def noise_level(
             deviance = surface(through)
     density = -(deviance - deviance.min()) / 2
     reading = _scale(logs, logsumexp(density, axis=0))
-    tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1))) if scattered else EstimatedScale(1.0, 1.0, 1.0)
+    tension = EstimatedScale(1.0, 1.0, 1.0)
+    if scattered:
+        tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1), settings.points_between))
     common, reach = shape
     level = lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
     return EstimatedLevel(level, reading, tension)
 
 
-def _finer(logs: np.ndarray, log_density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same logarithms and log density, `POINTS_BETWEEN` times as many, by a cubic spline."""
-    fine = np.linspace(logs[0], logs[-1], POINTS_BETWEEN * len(logs))
+def _finer(logs: np.ndarray, log_density: np.ndarray, times: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same logarithms and log density, `times` as many, by a cubic spline."""
+    fine = np.linspace(logs[0], logs[-1], times * len(logs))
     return fine, CubicSpline(logs, log_density)(fine)
 
 

@@ -19,12 +19,8 @@ from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
 
-FOR_FIRST, FOR_SECOND = 2, 4
-"""Expectations of a reading, of at most twelve, from which on the nearest of them counts, and the second nearest."""
 AT_ONCE = 256
 """Readings that are taken out in one go: of ten thousand readings 60 MB."""
-LEAST_SURPRISE = 0.1
-"""Of the median surprise of noise, sd, so that it can be divided by where most readings have no neighbours.  Choice."""
 
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -67,7 +63,8 @@ def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray,
     for _ in range(settings.outlier_rounds):
         away = np.sort(_surprises(readings.where(kept), deviation[kept], of_sequence), axis=0)  # NaN last
         known = np.isfinite(away).sum(0)
-        off[kept] = np.where(known >= FOR_SECOND, away[1], np.where(known >= FOR_FIRST, away[0], 0.0))
+        first = np.where(known >= settings.fewest_expectations, away[0], 0.0)
+        off[kept] = np.where(known >= settings.expectations_for_second, away[1], first)
         gross = off[kept] > settings.gross_sd
         kept = kept[~gross]
         if not gross.any():
@@ -92,9 +89,10 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
 
 
 def usual_surprise(recording: Recording, settings: Settings) -> float:
-    """The median surprise of a recording that holds nothing but noise as stated, from one draw."""
+    """The median surprise, sd, of a recording that holds nothing but noise as stated, from one draw."""
     drawn = np.random.default_rng(0).standard_normal(recording.readings.count)
-    return max(float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings))), LEAST_SURPRISE)
+    usual = float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings)))
+    return max(usual, settings.least_surprise)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:

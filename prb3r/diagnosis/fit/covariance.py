@@ -19,10 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
-SAME_SCALE, SAME_SCATTER = 0.03, 0.1
-"""Difference of the logarithms of two scales, of reading noise and of tensions, that no decision depends on."""
 FELT = 1e-9
 """Standard deviation, in units of reading noise, below which a direction of common scatter is none."""
 
@@ -50,11 +49,11 @@ class NoiseLevel(NamedTuple):
         """What correlates, without the factors on the scales: `common`, `reach`, `lasting`, `serial`, `span`."""
         return self.common, self.reach, self.lasting, self.serial, self.span
 
-    def near(self, other: "NoiseLevel") -> bool:
-        """Whether both are the same but for what no decision depends on."""
+    def near(self, other: "NoiseLevel", settings: Settings) -> bool:
+        """Whether both have the same correlations, and scales within `same_scale` and `same_scatter`."""
         return (
-            abs(np.log(self.scale / other.scale)) < SAME_SCALE
-            and abs(np.log(self.tension / other.tension)) < SAME_SCATTER
+            abs(np.log(self.scale / other.scale)) < settings.same_scale
+            and abs(np.log(self.tension / other.tension)) < settings.same_scatter
             and self.correlations == other.correlations
         )
 

@@ -1,7 +1,7 @@
 """What several recordings have in common, as plain data: shared parameters, whether they agree, and in sentences."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
 from prb3r.diagnosis.search.together import Together
+from prb3r.diagnosis.settings.sharing import SharingSettings
 from prb3r.quantities import describe, name_in_words
 from prb3r.runs.files import ensure_writable, write_json
 
@@ -25,13 +26,6 @@ IN_WORDS: Mapping[str, tuple[str, float, str]] = {
     "presliding_m": ("the presliding travel", 1e6, " micrometres"),
 }
 """What a parameter is called, and the factor and the unit that people read it in; others by their names."""
-IMITATED = 0.05
-"""Probability from which on it is said that a parameter may be shared although values with the same effects differ."""
-ALL = 0.995
-"""Probability of models from which on they are said to be all."""
-DECIDED = 3.0
-"""Logarithm of a Bayes factor from which on it decides: "strong" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995)
-773)."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +46,8 @@ class SharedParameter:
     """That it is the same on all, over the surviving joint models."""
     own: tuple[str, ...]
     """Recordings that were given their own after all."""
+    settings: SharingSettings = SharingSettings()
+    """By which it is said how sure sharing is."""
 
     @property
     def statement(self) -> str:
@@ -67,13 +63,15 @@ class SharedParameter:
         ]
         if not self.agrees:
             told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
-            return told + (f" {self._shared_all_the_same}" if self.probability > IMITATED else "")
+            possible = self.probability > self.settings.imitated_probability
+            return told + (f" {self._shared_all_the_same}" if possible else "")
         return f"The recordings agree on {quantity}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
     @property
     def _shared_all_the_same(self) -> str:
         """How many of the joint models, by their probabilities, have one value where each recording tells another."""
-        how = "All" if self.probability > ALL else f"Of the probability of all, {100 * self.probability:.0f} % falls on"
+        part = f"Of the probability of all, {100 * self.probability:.0f} % falls on"
+        how = "All" if self.probability > self.settings.all_probability else part
         return f"{how} joint models that are left have one value: an effect of one rig can make up the difference."
 
 
@@ -91,14 +89,13 @@ class Common:
     """ln of how much more probable the recordings are together, with what they share, than each by itself."""
     remarks: tuple[str, ...]
     """What was not shared, and what sharing rests on."""
+    settings: SharingSettings = SharingSettings()
 
     @property
     def sentences(self) -> Iterator[str]:
         """What is shared, whether that is borne out, and what is each rig's own."""
-        factor = self.log_bayes_factor
-        ruled = (
-            "bears sharing out" if factor > DECIDED else "speaks against sharing" if factor < -DECIDED else "is open"
-        )
+        factor, least = self.log_bayes_factor, self.settings.log_bayes_decides
+        ruled = "bears sharing out" if factor > least else "speaks against sharing" if factor < -least else "is open"
         yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
         yield from (parameter.statement for parameter in self.shared)
         for effect, owners in self.unshared.items():
@@ -117,19 +114,18 @@ class Common:
             "schema": 1,
             "recordings": list(self.recordings),
             "log_bayes_factor": self.log_bayes_factor,
-            "shared": [
-                asdict(parameter)
-                | {
-                    "together": parameter.together._asdict(),
-                    "alone": [estimate._asdict() for estimate in parameter.alone],
-                    "statement": parameter.statement,
-                }
-                for parameter in self.shared
-            ],
+            "shared": [_plain_parameter(parameter) for parameter in self.shared],
             "own": {name: list(effects) for name, effects in self.own.items()},
             "unshared": {effect: list(owners) for effect, owners in self.unshared.items()},
             "statements": list(self.sentences),
         }
+
+
+def _plain_parameter(parameter: SharedParameter) -> dict[str, Any]:
+    """A shared parameter as `together.json` holds it, with its sentence."""
+    plain = {field.name: getattr(parameter, field.name) for field in fields(parameter) if field.name != "settings"}
+    plain |= {"together": parameter.together._asdict(), "alone": [each._asdict() for each in parameter.alone]}
+    return plain | {"statement": parameter.statement}
 
 
 def common_of(together: Together, names: Sequence[str]) -> Common:
@@ -142,6 +138,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
         unshared=_unshared(together, names),
         log_bayes_factor=float(log_bayes_factor(together)),
         remarks=together.groups.remarks,
+        settings=model.settings,
     )
 
 
@@ -192,6 +189,7 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
         agrees=not compared.parted and compared.p >= settings.alarm_rate,
         probability=together.shared_probability(compared.effect, compared.name),
         own=tuple(names[rig] for rig in compared.parted),
+        settings=settings,
     )
 
 

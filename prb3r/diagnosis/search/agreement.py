@@ -13,9 +13,6 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.search.together import Alone, Together
 from prb3r.diagnosis.settings import Settings
 
-UNTOLD = 0.9
-"""Share of its prior standard deviation from which on a parameter counts as not told by a recording.  Choice."""
-
 
 class Told(NamedTuple):
     """A parameter in its own scale `u`."""
@@ -59,8 +56,9 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
     deviations = [np.sqrt(np.diag(single.covariance)) for single in alone]
 
     def told(rig: int, row: int) -> Told:
-        untold = deviations[rig][row] > UNTOLD * alone[rig].model.deviations[row]
-        return Told(float(alone[rig].p[row]), np.inf if untold else float(deviations[rig][row]))
+        single, sd = alone[rig], float(deviations[rig][row])
+        untold = sd > single.model.settings.untold_share * single.model.deviations[row]
+        return Told(float(single.p[row]), np.inf if untold else sd)
 
     def joint(column: int) -> Told:
         return Told(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))

@@ -113,7 +113,8 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
         alike = np.array_equal(inflation > 1, doubts.inflation > 1)
         doubts = doubts if alike else replace(doubts, inflation=inflation)
         estimate = level_under(best, doubts, search.library)
-        if alike and estimate.level.near(doubts.level) and around == frozenset(best.model.hypotheses):
+        settled = alike and estimate.level.near(doubts.level, settings)
+        if settled and around == frozenset(best.model.hypotheses):
             break
         doubts, around = replace(doubts, level=estimate.level), frozenset(best.model.hypotheses)
         pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions

@@ -105,7 +105,7 @@ def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> 
             level_under(part, doubted, single.search.library)
             for part, doubted, single in zip(parts, doubts, alone, strict=True)
         ]
-        near = all(level.level.near(doubted.level) for level, doubted in zip(levels, doubts, strict=True))
+        near = all(level.level.near(doubted.level, settings) for level, doubted in zip(levels, doubts, strict=True))
         if near and around == frozenset(best.model.hypotheses):
             break
         around = frozenset(best.model.hypotheses)

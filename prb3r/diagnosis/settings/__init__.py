@@ -17,6 +17,7 @@ from prb3r.diagnosis.settings.fits import FitsSettings
 from prb3r.diagnosis.settings.library import LibrarySettings
 from prb3r.diagnosis.settings.noise import DoubtSettings, NoiseSettings, SequencesSettings
 from prb3r.diagnosis.settings.search import SearchSettings
+from prb3r.diagnosis.settings.sharing import SharingSettings
 from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings
 
 
@@ -33,6 +34,7 @@ class Settings(
     BlundersSettings,
     LocationSettings,
     LawsSettings,
+    SharingSettings,
 ):
     """Thresholds, limits and choices of a diagnosis."""
 

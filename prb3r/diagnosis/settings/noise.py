@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from prb3r.recording.plausibility import FEWEST_TO_SET_ASIDE
+
 
 @dataclass(frozen=True)
 class NoiseSettings:
@@ -17,6 +19,13 @@ class NoiseSettings:
     Choice."""
     tension_scales: tuple[float, float, int] = (-1.05, 1.4, 8)
     """The same for these; what lies between is interpolated.  Choice, for time."""
+    points_between: int = 20
+    """Points of a fine grid for each of `tension_scales`, by a cubic spline.  Choice: a factor is told to 2 %."""
+    same_scale: float = 0.03
+    """Change of the ln of the factor on the noise of the readings below which the search counts as settled.  Choice:
+    6 % of chi-square, that no decision depends on."""
+    same_scatter: float = 0.1
+    """The same for the scatter of the tensions, which is told less exactly."""
     far_noise: float = 0.7
     """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
     common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
@@ -58,6 +67,15 @@ class DoubtSettings:
     gross_sd: float = 5.0
     """Distance from what neighbours lead to expect at which a reading is a gross outlier, sd.  Choice: by chance once
     in 1.7 million readings."""
+    fewest_expectations: int = 2
+    """Expectations of a reading, from up to twelve lines and parabolas through its neighbours, from which on the
+    nearest counts.  Choice: a single one is no evidence, as what it leads through may be an outlier itself."""
+    expectations_for_second: int = 4
+    """Expectations from which on the second nearest counts instead, as another gross outlier can spoil one either way.
+    Choice."""
+    least_surprise: float = 0.1
+    """Median distance of noise as stated from what neighbours lead to expect that is supposed at least, sd, so that
+    distances can be divided by it where most readings have too few neighbours.  Choice."""
     lone_ratio: float = 2.0
     """How many times as far as its neighbours a reading that a fit misses is off if it is alone.  Choice."""
     most_gross: float = 0.1
@@ -80,6 +98,9 @@ class DoubtSettings:
 class SequencesSettings:
     """Sequences that are set aside, and repeated ones."""
 
+    fewest_sequences: int = FEWEST_TO_SET_ASIDE
+    """Sequences from which on some are set aside, as reading a recording remarks: two are left, so that constants are
+    not fitted to one way of loading."""
     held_out_share: float = 0.25
     """Share of the sequences that is set aside.  Choice."""
     farthest_sd: float = 3.0
@@ -95,4 +116,4 @@ class SequencesSettings:
     """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
 
     told_share: float = 0.8
-    """A recording tells a tolerance if it leaves less than this share of its standard deviation.  Choice."""
+    """A recording tells a tolerance if it leaves less than this share of its prior standard deviation.  Choice."""
