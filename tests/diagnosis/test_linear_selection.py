@@ -11,6 +11,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search import columns
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel, best_sets
+from prb3r.diagnosis.settings import Settings
 
 KINDS = {"gravity": 2, "lens_distortion": 1, "tip_force": 2, "camera_scale": 1}
 
@@ -47,7 +48,7 @@ def test_evidence_is_that_of_the_gaussian_model(model, chosen):
 
 
 def test_true_set_is_found_from_nothing(model):
-    assert best_sets(model, [frozenset()], width=3, most=4)[0].chosen == {0, 1}
+    assert best_sets(model, [frozenset()], Settings(beam=3), most=4)[0].chosen == {0, 1}
 
 
 @pytest.mark.parametrize("size", [1e4, 1.5e8, 1e12])

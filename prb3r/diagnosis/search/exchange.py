@@ -14,9 +14,6 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
 from prb3r.diagnosis.search.search import Search
 
-PROBES_FITTED = 2
-"""Probes of one effect that full fits begin from."""
-
 
 def without_effect(fitted: Fit, number: int) -> Fit | None:
     """The model refitted without one of its effects; None where nothing of it is left to be compared."""
@@ -49,7 +46,8 @@ def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | No
     for k in np.argsort(-rise).tolist():
         hypothesis = linear.columns[k].hypothesis
         costly = SUSPECTS[hypothesis.kind].costly and rise[k] < settings.costly_share * rise.max()
-        if rise[k] < least or len(tasks) == most or costly or tried.get(hypothesis, 0) == PROBES_FITTED:
+        enough = len(tasks) == most or tried.get(hypothesis, 0) == settings.probes_fitted
+        if rise[k] < least or costly or enough:
             continue
         tried[hypothesis] = tried.get(hypothesis, 0) + 1
         tasks.append((base, *beginning(base, linear, [*sorted(present), k])))

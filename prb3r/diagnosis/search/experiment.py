@@ -12,14 +12,10 @@ from prb3r.diagnosis.fit.covariance import noise_of
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 from prb3r.model.steps import loads_of
 from prb3r.recording.recording import Readings, Recording
-
-SHARES = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
-"""Of the largest pull, step by step."""
-HELD_SHARE = 0.7
-"""Pull at which one cable is held while another one is drawn in and let go."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +35,13 @@ class Experiment:
         return self.separation >= self.asked
 
 
-def programs(recording: Recording, harder: float) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Title and steps of candidate programs: each cable and each pair, up and down, without and with tip load.
-
-    `harder`: largest pull, in multiples of the largest recorded one.
-    """
+def programs(recording: Recording, settings: Settings) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Title and steps of candidate programs: each cable and each pair, up and down, without and with tip load."""
     names = recording.manipulator.cable_names
     pull = recording.loads.tension.max(0)
-    pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * harder
-    way = np.array([-1, -1, -1, -1, 1, 1, 1, 1])
+    pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * settings.harder
+    shares = np.array(settings.pull_shares)
+    way = np.where(np.diff(shares, prepend=0.0) > 0, -1, 1)
     tip = recording.loads.tip[np.argmax(np.abs(recording.loads.tip).sum(1))]
 
     def table(tension: np.ndarray, slip: np.ndarray, load=(0.0, 0.0)) -> pd.DataFrame:
@@ -59,14 +53,14 @@ def programs(recording: Recording, harder: float) -> Iterator[tuple[str, pd.Data
         return pd.DataFrame(columns)
 
     for j, name in enumerate(names):
-        alone, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
-        alone[:, j], ways[:, j] = SHARES * pull[j], way
+        alone, ways = np.zeros((len(shares), len(names))), -np.ones((len(shares), len(names)), int)
+        alone[:, j], ways[:, j] = shares * pull[j], way
         yield f"pull cable {name} and let it go", table(alone, ways)
         if tip.any():
             yield f"pull cable {name} and let it go under the tip load", table(alone, ways, tip)
     for a, b in combinations(range(len(names)), 2):
-        both, ways = np.zeros((8, len(names))), -np.ones((8, len(names)), int)
-        both[:, a], both[:, b] = HELD_SHARE * pull[a], SHARES * pull[b]
+        both, ways = np.zeros((len(shares), len(names))), -np.ones((len(shares), len(names)), int)
+        both[:, a], both[:, b] = settings.held_pull * pull[a], shares * pull[b]
         ways[:, b] = way
         yield f"hold cable {names[a]} and pull cable {names[b]}, then let it go", table(both, ways)
     yield "read the shape without any load", table(np.zeros((1, len(names))), -np.ones((1, len(names)), int))
@@ -110,12 +104,12 @@ def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
 
 
 def best_experiments(fitted: Fit, others: Sequence[Fit]) -> list[Experiment]:
-    """For each of `others` a program that separates it from `one`: the same for all where one does for all.
+    """For each of `others` a program that separates it from `fitted`, in their order: the same for all where one does.
 
     The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
     """
     settings, trials = fitted.model.settings, []
-    for title, steps in programs(fitted.model.predict.recording, settings.harder):
+    for title, steps in programs(fitted.model.predict.recording, settings):
         apart = [separation(fitted, other, steps) for other in others]
         trials.append([Experiment(title, steps, distance, settings.resolved) for distance in apart])
     common = max(trials, key=lambda row: min(trial.separation for trial in row))

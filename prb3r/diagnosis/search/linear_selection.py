@@ -20,10 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-
-BEST_ADDED, BEST_EXCHANGED = 4, 2
-"""Of all columns that a set could have in addition, or in the place of others, so many are tried: the best of each step
-alone leads into traps where two together would do.  Choice."""
+from prb3r.diagnosis.settings import Settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,39 +188,40 @@ def excludes(first: Hypothesis, second: Hypothesis) -> bool:
     return first.excludes(second)
 
 
-def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], width: int, most: int) -> list[Proposal]:
-    """The best sets of at most `most` columns, best first: a beam of `width` sets that moves until none is better."""
+def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], settings: Settings, most: int) -> list[Proposal]:
+    """The best sets of at most `most` columns, best first: a beam of sets that moves until none is better."""
     known = {chosen: model.evidence(chosen) for chosen in starts}
     grown: set[frozenset[int]] = set()
     while True:
-        beam = sorted(known, key=lambda chosen: -known[chosen])[:width]
+        beam = sorted(known, key=lambda chosen: -known[chosen])[: settings.beam]
         fresh = [chosen for chosen in beam if chosen not in grown]
         if not fresh:
             return [Proposal(chosen, known[chosen]) for chosen in sorted(known, key=lambda chosen: -known[chosen])]
         for chosen in fresh:
             grown.add(chosen)
-            for neighbour in _neighbours(model, chosen, most):
+            for neighbour in _neighbours(model, chosen, settings, most):
                 if neighbour not in known:
                     known[neighbour] = model.evidence(neighbour)
 
 
-def _neighbours(model: LinearModel, chosen: frozenset[int], most: int) -> Iterator[frozenset[int]]:
+def _neighbours(model: LinearModel, chosen: frozenset[int], settings: Settings, most: int) -> Iterator[frozenset[int]]:
     """Sets with one column more, less or exchanged, and with one instead of all of a kind or of any two; of many
     additions the best."""
     if len(chosen) < most:
-        yield from _with_best(model, chosen, BEST_ADDED)
+        yield from _with_best(model, chosen, settings.best_added)
     for k in chosen:
         less = chosen - {k}
         yield less
-        yield from _with_best(model, less, BEST_EXCHANGED)
-    for several in {*map(frozenset, combinations(chosen, 2)), *_of_one_kind(model, chosen)}:
-        yield from _with_best(model, chosen - several, BEST_EXCHANGED)
+        yield from _with_best(model, less, settings.best_exchanged)
+    many = _of_one_kind(model, chosen, settings.many_of_a_kind)
+    for several in {*map(frozenset, combinations(chosen, 2)), *many}:
+        yield from _with_best(model, chosen - several, settings.best_exchanged)
 
 
-def _of_one_kind(model: LinearModel, chosen: frozenset[int]) -> Iterator[frozenset[int]]:
-    """Columns of a kind that is chosen three times or more: many parts that may be one whole."""
+def _of_one_kind(model: LinearModel, chosen: frozenset[int], least: int) -> Iterator[frozenset[int]]:
+    """The chosen columns of every kind that is chosen `least` times or more: many parts that may be one whole."""
     kinds = [model.columns[k].hypothesis.kind for k in chosen]
-    for kind in {kind for kind in kinds if kinds.count(kind) > 2}:
+    for kind in {kind for kind in kinds if kinds.count(kind) >= least}:
         yield frozenset(k for k in chosen if model.columns[k].hypothesis.kind == kind)
 
 
@@ -234,10 +232,9 @@ def _with_best(model: LinearModel, chosen: frozenset[int], count: int) -> Iterat
             yield chosen | {k}
 
 
-def worth_fitting(sets: Sequence[Proposal], present: int, count: int) -> list[Proposal]:
-    """Sets worth a full fit: the best, and of one to three effects more than are `present` the best each.
-
-    Where much is unexplained the linearised model is far from true and favours large sets; small steps are safer.
-    """
-    steps = [next((p for p in sets if len(p.chosen) == present + more), None) for more in (1, 2, 3)]
+def worth_fitting(sets: Sequence[Proposal], present: int, count: int, steps_up: int) -> list[Proposal]:
+    """Sets worth a full fit, each once: of `sets`, which stand best first, the best `count`, then the best of each size
+    with one to `steps_up` effects more than are `present`."""
+    sizes = range(present + 1, present + steps_up + 1)
+    steps = [next((p for p in sets if len(p.chosen) == size), None) for size in sizes]
     return list(dict.fromkeys([*sets[:count], *(step for step in steps if step is not None)]))

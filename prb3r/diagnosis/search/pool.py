@@ -107,12 +107,12 @@ class Pool:
         kept = frozenset(k for k in present if linear.columns[k].hypothesis in keeping)
         sets = [
             proposal
-            for proposal in best_sets(linear, [frozenset(), present], settings.beam, most)
+            for proposal in best_sets(linear, [frozenset(), present], settings, most)
             if kept <= proposal.chosen
         ]
         base, tasks = linear.evidence(present), []
         count = settings.costly_proposals if fitted.costly else settings.proposals
-        for proposal in worth_fitting(sets, len(present), count):
+        for proposal in worth_fitting(sets, len(present), count, settings.small_steps):
             hypotheses, start = self.beginning(fitted, linear, sorted(proposal.chosen))
             costly = any(hypothesis.costly for hypothesis in set(hypotheses) - effects)
             least = base + settings.costly_gain if costly else base - settings.proposal_reach

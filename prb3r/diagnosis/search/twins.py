@@ -16,9 +16,6 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.model.effects.plates import NonlinearPlate
 
 OF_SEGMENTS, OF_PLATEAUS = "segment_stiffness", "superelastic_plate"
-KNEE_OF_PLATEAU = 1.3
-"""Strain of the outermost fibre at which the knee of a law is that comes next to a rectangle's, over that at which its
-plateau begins: bilinear and smooth laws fitted to recordings of such plates had 1.14 to 1.42."""
 
 
 def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
@@ -50,7 +47,7 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
         if (effect.ratio or 1.0) >= 1:
             continue
         start = np.zeros(len(plateau.free))
-        start[0] = plateau.free[0].at(effect.knee_strain / KNEE_OF_PLATEAU)
+        start[0] = plateau.free[0].at(effect.knee_strain / model.settings.knee_of_plateau)
         twin = replace(model, hypotheses=(*present[:k], plateau, *present[k + 1 :]))
         whole = np.concatenate([constants, *shares[:k], start, *shares[k + 1 :]])
         if (ended := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:

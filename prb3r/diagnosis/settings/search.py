@@ -29,8 +29,19 @@ class SearchSettings:
     from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
     beam: int = 12
     """Sets of effects that the linearised selection carries on.  Choice, for time."""
+    best_added: int = 4
+    """Of all columns that a set could have in addition, how many are tried, the best.  Choice: the best of each step
+    alone leads into traps where two together would do."""
+    best_exchanged: int = 2
+    """Of all that could stand in the place of one or more of its columns, how many are tried.  Choice, for time."""
+    many_of_a_kind: int = 3
+    """Effects of a kind in a set from which on one in the place of all of them is tried too: so many parts may be one
+    whole.  Choice: in the place of any two that is tried anyway."""
     proposals: int = 5
     """New sets that are fitted in full around each fit.  Choice, for time."""
+    small_steps: int = 3
+    """How many effects more than the present set others may have of which the best of each size is fitted too.  Choice:
+    where much is unexplained the linearised model is far from true and favours large sets; small steps are safer."""
     proposal_reach: float = 3.0
     """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
     costly_proposals: int = 1
@@ -56,6 +67,11 @@ class SearchSettings:
     20, "strong" (Kass and Raftery), is asked of every effect that is named."""
     shortlist: int = 8
     """Replacements of an effect that are fitted in full.  Choice, for time."""
+    probes_fitted: int = 2
+    """Of the values that one effect is tried at, how many such fits begin from at most.  Choice, for time."""
+    knee_of_plateau: float = 1.3
+    """Strain of the outermost fibre at which the knee of a law is that comes next to a rectangle's, over that at which
+    its plateau begins: bilinear and smooth laws fitted to recordings of such plates had 1.14 to 1.42."""
     shortlist_share: float = 0.5
     """Share of what an effect gains that a replacement must promise.  Choice."""
     costly_share: float = 0.7

@@ -45,3 +45,9 @@ class LawsSettings:
     """Bound of a term in that scale: three times the largest cable moment.  Choice."""
     harder: float = 1.25
     """Proposed programs pull up to so many times the largest recorded tension.  Choice."""
+    pull_shares: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0)
+    """Shares of the largest pull that a proposed program pulls a cable by, step by step: drawn in up to the largest,
+    then let out.  Choice: quarters, up and down."""
+    held_pull: float = 0.7
+    """Share of the largest pull at which one cable is held while another one is drawn in and let go.  Choice: less than
+    all, as the two may pull together."""
