@@ -9,8 +9,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from prb3r.diagnosis.result.design_prediction import DRAWS, DesignPrediction, predict_design
+from prb3r.diagnosis.result.design_prediction import DesignPrediction, predict_design
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.files.table import write_table
 from prb3r.model.given import Given
 from prb3r.present import rc
@@ -81,7 +82,7 @@ def predict_on(
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
-    draws: int = DRAWS,
+    draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> Prediction:
     """What a diagnosis teaches about another design, or about the same one.

@@ -8,10 +8,6 @@ import numpy as np
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
-MOST_SEGMENTS = 8
-"""Segments, from the base, whose constants are told.  Choice, for the reader."""
-FEWEST_READINGS = 3
-"""Readings that tell the two constants of a part with one to spare."""
 SINGULAR = 1e8
 """Condition number of normal equations from which on a part does not tell its constants apart: of their derivatives it
 is the square, 1e4."""
@@ -32,8 +28,11 @@ class Clue:
     friction_sd: float | None
 
 
-def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Parts of a recording: by what it is parted, which part it is, and which readings are in it, a mask (r,)."""
+def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Parts of a recording: by what it is parted, which part it is, and which readings are in it, a mask (r,).
+
+    `most_segments`: how many segments, from the base, are parts.
+    """
     tension, step, disk = recording.loads.tension, recording.readings.step, recording.readings.disk
     change = np.diff(tension.sum(1), prepend=0.0)
     change[recording.begins] = tension.sum(1)[recording.begins]
@@ -43,7 +42,7 @@ def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
     for number, end in enumerate(recording.manipulator.segment_ends, 1):
         yield "segment", f"disks {first} to {end}", (disk >= first) & (disk <= end)
         first = end + 1
-        if number >= MOST_SEGMENTS:
+        if number >= most_segments:
             break
     pull = tension.max(1, initial=0.0)
     ends = np.quantile(pull[pull > 0], [0, 1 / 3, 2 / 3, 1]) if (pull > 0).any() else np.zeros(4)
@@ -54,20 +53,20 @@ def parts(recording: Recording) -> Iterator[tuple[str, str, np.ndarray]]:
 
 
 def clues(calibrated: Fit) -> list[Clue]:
-    """The constants of every part that tells them."""
-    varied = calibrated.model.varied
+    """The constants of every part that tells them, in the order of :func:`parts`."""
+    settings, varied = calibrated.model.settings, calibrated.model.varied
     factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
     count = calibrated.model.predict.recording.readings.count
     constants = []
-    for by, part, mask in parts(calibrated.model.predict.recording):
+    for by, part, mask in parts(calibrated.model.predict.recording, settings.most_segments_told):
         columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
         normal = columns.T @ columns
-        if mask.sum() < FEWEST_READINGS or np.linalg.cond(normal) > SINGULAR:
+        if mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > SINGULAR:
             continue
         covariance = np.linalg.inv(normal)
         step = -covariance @ (columns.T @ residual)
         sd = np.sqrt(np.diag(covariance))
-        if sd.max() > calibrated.model.settings.part_sd:
+        if sd.max() > settings.part_sd:
             continue
         friction = len(factors) > 1
         constants.append(

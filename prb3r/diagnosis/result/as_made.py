@@ -16,9 +16,6 @@ from prb3r.mechanics.chain import Chain
 from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.recording.recording import Tolerance
 
-TOLD_VARIANCE = 0.05
-"""Share of a direction's variance from which on it counts that a recording takes it away."""
-
 
 class PartsPosterior(Strict):
     """The tolerances of a rig's parts, given its readings under one model: a normal distribution."""
@@ -66,7 +63,7 @@ def parts_posterior(fitted: Fit, doubts: Doubts, kept: Sequence[int]) -> PartsPo
     slope = np.linalg.solve(known.covariance[told], mixed.T).T if len(kept) else mixed
     left = known.covariance[np.ix_(rows, rows)] - slope @ mixed.T
     variance, axes = np.linalg.eigh(left)
-    shrunk = variance < 1 - TOLD_VARIANCE
+    shrunk = variance < 1 - fitted.model.settings.told_variance
     return PartsPosterior(
         names=[known.names[k] for k in felt],
         sd=known.sd[felt].tolist(),

@@ -22,6 +22,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry
+from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
@@ -29,8 +30,6 @@ from prb3r.model.manipulator import Cable, Manipulator, Segment
 from prb3r.model.solve import solve, solve_in_blocks
 from prb3r.recording.recording import Tolerance
 
-DRAWS = 120
-"""Solved for a band: its ends at 2.5 % are then the third draw from either end."""
 PREDICTED = ("x_m", "y_m", "angle_rad")
 
 
@@ -62,7 +61,7 @@ def predict_design(
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
-    draws: int = DRAWS,
+    draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> DesignPrediction:
     """What a diagnosis teaches about another design, or about the same one.

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from prb3r.diagnosis.result.design_prediction import on_design, read_posterior
+from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator, load_manipulator
@@ -15,11 +16,11 @@ from prb3r.study.spec import load_study
 
 LEARNT = "learnt"
 """Name of the factor."""
-LEVELS = 64
-"""Rigs that are drawn: the ends of what 95 % of them do are then known within a few per cent of the rigs."""
 
 
-def learnt_study(diagnosis: str | Path, study: str | Path, into: str | Path, count: int = LEVELS, seed: int = 0) -> str:
+def learnt_study(
+    diagnosis: str | Path, study: str | Path, into: str | Path, count: int = Settings.learnt_rigs, seed: int = 0
+) -> str:
     """The text of a study file with the factor `learnt`: `count` rigs that a diagnosis leaves possible.
 
     Each is a level that sets the constants and effects of one draw (a model by its probability, then its parameters,

@@ -20,20 +20,19 @@ GOES_WITH = {
     "frame": "where the camera stands",
 }
 """What a mismatch may go with."""
-MOST_PLACES, MOST_QUANTITIES = 4, 3
-"""Where a mismatch sits and what it goes with is said of so many, the strongest; a sentence holds no more.  Choice."""
 
 
 def mismatch_of(investigation: Investigation) -> Mismatch:
     """Where and on what: of what calibration leaves, or of what the best model leaves where that is structured."""
     scores, fitted = investigation.unmet
+    settings = fitted.model.settings
     strong = [
         (float(z), direction.subject)
         for z, direction in zip(scores.z, scores.alternatives, strict=True)
         if not isinstance(direction.subject, Hypothesis) and z > scores.threshold
     ]
     strong.sort(key=lambda pair: -pair[0])
-    top = [law for z, law in strong if z > fitted.model.settings.near_largest * strong[0][0]]
+    top = [law for z, law in strong if z > settings.near_largest * strong[0][0]]
     if top and top[0].plate is None:  # a law of the whole arm is felt on single plates too
         top = [law for law in top if law.plate is None]
     depends = tuple(dict.fromkeys({"bend_cubed": "bend", "constant": "position"}.get(law.of, law.of) for law in top))
@@ -41,13 +40,14 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     for named in investigation.named:
         plates |= set(named.places["plate"][1]) if "plate" in named.places else set()
     recording, structured = fitted.model.predict.recording, investigation.choice.structured
-    sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], fitted.model.settings.loud_sd)
+    sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], settings.loud_sd)
     if not strong and not investigation.named and not structured:
         statement = "Nothing is left that chance does not explain."
     else:
-        places = dict.fromkeys(_place_in_words(law.place) for law in top[:MOST_PLACES])
+        places = dict.fromkeys(_place_in_words(law.place) for law in top[: settings.most_places_said])
         where = ", ".join(places) if places else "at no single place"
-        on = " and ".join(GOES_WITH.get(of, of) for of in depends[:MOST_QUANTITIES]) or "nothing that was tried"
+        said = depends[: settings.most_quantities_said]
+        on = " and ".join(GOES_WITH.get(of, of) for of in said) or "nothing that was tried"
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."

@@ -5,9 +5,6 @@ from typing import NamedTuple
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.model.effects.base import Effect
 
-BEYOND_TOLERANCE = 3.0
-"""Prior standard deviations from which on a tolerance is remarked upon: by chance once in 370."""
-
 
 class FittedModel(NamedTuple):
     """A fitted model without the means to fit it again."""
@@ -78,10 +75,9 @@ class ToleranceFound(NamedTuple):
     high: float
     prior_sd: float
 
-    @property
-    def beyond(self) -> bool:
-        """Whether it is farther off than tolerances are: three of their standard deviations."""
-        return abs(self.value) > BEYOND_TOLERANCE * self.prior_sd
+    def beyond(self, sd: float) -> bool:
+        """Whether it is more than `sd` prior standard deviations off, either way."""
+        return abs(self.value) > sd * self.prior_sd
 
 
 class LargestScore(NamedTuple):

@@ -20,9 +20,6 @@ from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
 from prb3r.recording.recording import Recording
 
-NEIGHBOURHOOD = 10.0
-"""Disks over which noise that is common to neighbours is so at most."""
-
 
 def scattered(repeated: Scatter | None) -> list[str]:
     """How much repeated sequences scatter beside what the recording states; nothing where none repeats another."""
@@ -47,7 +44,7 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
                 + (f": state it so, or look for what disturbs {disturbed}" if far else "")
             )
     if level.common:
-        where = "neighbouring disks" if level.reach < NEIGHBOURHOOD else "all disks of a photograph"
+        where = "neighbouring disks" if level.reach < settings.neighbouring_reach else "all disks of a photograph"
         remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
     for share, differing in [
         (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
@@ -145,23 +142,19 @@ def strained(fitted: Fit) -> list[str]:
     return remarks
 
 
-ALONE = 3.0
-"""How many times as far off as any other marker one is that stands out.  Choice: what bends the arm moves the others
-behind it too."""
-
-
 def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
     """That one marker alone seems to sit far beyond its tolerance, if constants alone are right; mostly nothing."""
+    settings = calibrated.model.settings
     told, off = tolerances_told(calibrated, doubts), dict[str, tuple[float, str, float]]()
     for name, value, prior in zip(told.names, told.value, told.prior_sd, strict=True):
         if name.startswith("marker "):
             disk, far = name.split()[1], abs(value) / prior
             off[disk] = max(off.get(disk, (0.0, "", 0.0)), (float(far), name.removesuffix(", m"), float(value)))
     ranked = sorted(off.values(), reverse=True)
-    if not ranked or ranked[0][0] < calibrated.model.settings.strained_sd:
+    if not ranked or ranked[0][0] < settings.strained_sd:
         return []
     (far, name, value), *others = ranked
-    if others and far < ALONE * others[0][0]:
+    if others and far < settings.lone_marker_ratio * others[0][0]:
         return []
     return [
         f"if nothing but constants were at work, {name} would be off by {1e3 * value:.2g} mm, {far:.0f} times its "

@@ -31,13 +31,9 @@ from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_constant
 from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.diagnosis.search.rivals import Rival
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
-
-SHOWN_RISE = 4.0
-"""Profiles are kept up to so many times the rise at the ends of an interval."""
-FINE = 101
-"""Points of a smooth profile."""
 
 
 def tell(investigation: Investigation) -> Diagnosis:
@@ -156,6 +152,7 @@ def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
 def _effect(named: Named, investigation: Investigation) -> NamedEffect:
     """A named effect as data: numbers with intervals, sentences and rivals, without its fits."""
     explained, probability = investigation.explained, investigation.choice.presence.get(named.hypothesis.kind, 0.0)
+    settings = explained.model.settings
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
     free = {free.name: free for free in hypothesis.free}
     return NamedEffect(
@@ -164,7 +161,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         place=dict(hypothesis.place),
         among={key: values for key, (_, values) in named.places.items()},
         parameters=dict(named.parameters),
-        profiles={name: profile_curve(curve, free[name], friction) for name, curve in named.profiles.items()},
+        profiles={name: profile_curve(known, free[name], friction, settings) for name, known in named.profiles.items()},
         statement=named.statement,
         rivals=tuple(
             RivalEffect(
@@ -178,7 +175,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
             for rival in named.rivals
         ),
         probability=probability,
-        certain=probability >= explained.model.settings.certain,
+        certain=probability >= settings.certain,
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,
@@ -193,16 +190,19 @@ def _values(rival: Rival) -> dict[str, float]:
     return {free.name: free.value(u, model.friction(p)) for free, u in pairs}
 
 
-def profile_curve(profile: Profile, free: Free, friction: float) -> ProfileCurve:
-    """A profile in the unit of its parameter, and a smooth curve through it, nearly a parabola on either side."""
-    inside = profile.rise < SHOWN_RISE * INTERVAL_RISE
+def profile_curve(profile: Profile, free: Free, friction: float, settings: Settings) -> ProfileCurve:
+    """A profile in the unit of its parameter, and a smooth curve through it, nearly a parabola on either side.
+
+    `friction`: the fitted coefficient beside it, which the values of some parameters are told against.
+    """
+    inside = profile.rise < settings.shown_rise * INTERVAL_RISE
     u, rise = profile.u[inside], np.maximum(profile.rise[inside], 0.0)
     distinct = np.concatenate([[True], np.diff(u) > 1e-12 * max(1.0, np.abs(u).max())])
     u, rise = u[distinct], rise[distinct]
     fine = fine_rise = np.zeros(0)
     if len(u) > 1:
         signed = np.sqrt(rise) * np.where(np.arange(len(u)) < np.argmin(rise), -1, 1)
-        fine = np.linspace(u[0], u[-1], FINE)
+        fine = np.linspace(u[0], u[-1], settings.profile_points)
         fine_rise = PchipInterpolator(u, signed)(fine) ** 2
     value, fine_value = (np.array([free.value(at, friction) for at in scale]) for scale in (u, fine))
     return ProfileCurve(value, rise, fine_value, fine_rise)

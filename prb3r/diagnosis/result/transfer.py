@@ -26,10 +26,6 @@ from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
-MOST_FAULTS = 2
-"""Plates of another stiffness that are taken for faults of single parts.  If one rig in ten has such a fault, three on
-one rig come by chance once in six thousand (Poisson): then this is how its plates are made."""
-
 
 @dataclass(frozen=True)
 class Carried:
@@ -50,39 +46,41 @@ def same_geometry(first: Manipulator, other: Manipulator) -> bool:
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     """Predict another recording with what `diagnosis` found, by the mean over its surviving models; before and after,
     as on held-out sequences."""
-    nominal, other = diagnosis.nominal, recording.manipulator
-    carried, left = carried_effects(diagnosis.explained.effects, nominal, other)
-    settings = Settings(**diagnosis.settings)
+    nominal, other, settings = diagnosis.nominal, recording.manipulator, Settings(**diagnosis.settings)
+    most, named = settings.most_faults, diagnosis.explained
+    carried, left = carried_effects(named.effects, nominal, other, most)
     predict = predictor(recording, settings)
-    named = diagnosis.explained
-    after = predict.solve(carried_constants(named.constants, nominal, other, named.effects), carried)
+    after = predict.solve(carried_constants(named.constants, nominal, other, named.effects, most), carried)
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, nominal, other), [])
 
     def seen(centre: Drawn) -> np.ndarray:
-        constants = carried_constants(centre.constants, nominal, other, centre.effects)
-        return _in_frame(predict, noise, constants, carried_effects(centre.effects, nominal, other)[0])
+        constants = carried_constants(centre.constants, nominal, other, centre.effects, most)
+        return _in_frame(predict, noise, constants, carried_effects(centre.effects, nominal, other, most)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
     return Carried(compared(predict, noise, calibrated, explained), same_geometry(nominal, other), carried, left)
 
 
 def carried_effects(
-    effects: Iterable[Effect], here: Manipulator, there: Manipulator
+    effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
-    """The effects of one manipulator as they act on another, and the reason for every one that is left behind."""
+    """The effects of one manipulator as they act on another, and the reason for every one that is left behind.
+
+    `most_faults`: plates of another stiffness that are taken for faults of single parts.
+    """
     if same_geometry(here, there):
         return tuple(effects), ()
-    return other_geometry(effects, here, there)
+    return other_geometry(effects, here, there, most_faults)
 
 
 def other_geometry(
-    effects: Iterable[Effect], here: Manipulator, there: Manipulator
+    effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The same where the two are different rigs, whatever their files say: what belongs to one part stays behind."""
     effects = tuple(effects)
     carried, left = list[Effect](), list[str]()
-    scatter = plate_scatter(effects, here)
+    scatter = plate_scatter(effects, here, most_faults)
     if scatter is not None:
         left.append(_SCATTERED.format(np.count_nonzero(scatter != 1), mean_stiffness(scatter)))
     for effect in effects:
@@ -103,10 +101,10 @@ _SCATTERED = (
 )
 
 
-def plate_scatter(effects: Iterable[Effect], here: Manipulator) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates, where more than `MOST_FAULTS` are not as nominal; else None."""
+def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
+    """(n,) factors on the stiffness of all plates, where more than `most_faults` are not as nominal; else None."""
     factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
-    if len(factors) <= MOST_FAULTS:
+    if len(factors) <= most_faults:
         return None
     return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
 
@@ -117,11 +115,18 @@ def mean_stiffness(scatter: np.ndarray) -> float:
 
 
 def carried_constants(
-    constants: Constants, here: Manipulator, there: Manipulator, effects: Iterable[Effect] = ()
+    constants: Constants,
+    here: Manipulator,
+    there: Manipulator,
+    effects: Iterable[Effect] = (),
+    most_faults: int = Settings.most_faults,
 ) -> Constants:
-    """Constants found `here`, beside `effects`, as factors on the nominal ones `there`; the frame not yet."""
+    """Constants found `here`, beside `effects`, as factors on the nominal ones `there`; the frame not yet.
+
+    `most_faults` as of :func:`carried_effects`.
+    """
     stiffness = constants.log_stiffness + np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)
-    scatter = None if same_geometry(here, there) else plate_scatter(effects, here)
+    scatter = None if same_geometry(here, there) else plate_scatter(effects, here, most_faults)
     if scatter is not None:
         stiffness += np.log(mean_stiffness(scatter))
     friction = 0.0
@@ -132,7 +137,7 @@ def carried_constants(
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
     """(r,) readings with these constants and effects, in the frame that fits the recording best under its prior."""
-    model = Model(predict, noise, tuple(given(effect) for effect in effects))
+    model = Model(predict, noise, tuple(given(effect) for effect in effects), predict.settings)
     start = np.array([getattr(constants, name) for name in model.varied])
     known = [k for k, name in enumerate(model.varied) if name not in FRAME]
     fitted = fit(model, start, fixed=known)

@@ -12,13 +12,14 @@ import numpy as np
 from scipy.stats import norm
 
 from prb3r.diagnosis.settings.blunders import BlundersSettings
+from prb3r.diagnosis.settings.designs import DesignsSettings
 from prb3r.diagnosis.settings.evidence import EvidenceSettings, RatesSettings
 from prb3r.diagnosis.settings.fits import FitsSettings
 from prb3r.diagnosis.settings.library import LibrarySettings
 from prb3r.diagnosis.settings.noise import DoubtSettings, NoiseSettings, SequencesSettings
 from prb3r.diagnosis.settings.search import SearchSettings
 from prb3r.diagnosis.settings.sharing import SharingSettings
-from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings
+from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings, RemarksSettings
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,9 @@ class Settings(
     BlundersSettings,
     LocationSettings,
     LawsSettings,
+    RemarksSettings,
     SharingSettings,
+    DesignsSettings,
 ):
     """Thresholds, limits and choices of a diagnosis."""
 

@@ -1,4 +1,4 @@
-"""Location of a mismatch, empirical laws, the next experiment."""
+"""Location of a mismatch, empirical laws, the next experiment, what is remarked on and shown."""
 
 from dataclasses import dataclass
 
@@ -29,8 +29,16 @@ class LocationSettings:
     """Laws whose score is at least this share of the largest are said to be what the mismatch goes with.  Choice."""
     loud_sd: float = 3.0
     """A sequence is said to show the mismatch where its mean square is so many sd above one.  Choice."""
+    most_places_said: int = 4
+    """Places of a mismatch that are said, the strongest.  Choice: a sentence holds no more."""
+    most_quantities_said: int = 3
+    """Quantities that a mismatch is said to go with, those of the strongest laws.  Choice, as of places."""
     part_sd: float = 0.5
     """A part of the recording tells a constant if it leaves a smaller relative sd than this.  Choice."""
+    fewest_readings_of_part: int = 3
+    """Readings from which on a part of the recording tells the two constants: one to spare."""
+    most_segments_told: int = 8
+    """Segments, from the base, whose constants are told.  Choice, for the reader."""
 
 
 @dataclass(frozen=True)
@@ -51,3 +59,22 @@ class LawsSettings:
     held_pull: float = 0.7
     """Share of the largest pull at which one cable is held while another one is drawn in and let go.  Choice: less than
     all, as the two may pull together."""
+
+
+@dataclass(frozen=True)
+class RemarksSettings:
+    """What is remarked on, and how much of what was found is shown."""
+
+    neighbouring_reach: float = 10.0
+    """Disks below which noise that disks have in common is said to be that of neighbours, else of the whole photograph.
+    Choice: between the two `common_reaches`."""
+    far_tolerance_sd: float = 3.0
+    """Prior standard deviations from which on a part is said to be beyond its tolerance: by chance once in 370."""
+    lone_marker_ratio: float = 3.0
+    """How many times as far off as any other marker one is that seems misplaced.  Choice: what bends the arm moves the
+    others behind it too."""
+    shown_rise: float = 4.0
+    """Profiles are shown up to so many times the rise of chi-square at the ends of an interval.  Choice: twice the
+    interval to either side, where chi-square is a parabola."""
+    profile_points: int = 101
+    """Points of the smooth curve through a profile.  Choice, for the eye."""

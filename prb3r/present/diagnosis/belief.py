@@ -70,14 +70,14 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
 
 
 def tolerance_table(diagnosis: Diagnosis) -> Table | None:
-    """How far the rig is off its drawing, where the recording tells; beyond three deviations in bold."""
-    rows = []
+    """How far the rig is off its drawing, where the recording tells; beyond `Settings.far_tolerance_sd` in bold."""
+    rows, far_sd = [], Settings(**diagnosis.settings).far_tolerance_sd
     far = sorted(diagnosis.tolerances, key=lambda tolerance: -abs(tolerance.value) / tolerance.prior_sd)
     for tolerance in far[:MOST_SHOWN]:
         ends = (tolerance.value, tolerance.low, tolerance.high, tolerance.prior_sd)
         what, unit = _tolerance_in_words(tolerance.name)
         value, low, high, sd = (say.value_text(unit, end) if unit else say.percent(end) for end in ends)
-        judgement = "**beyond tolerance**" if tolerance.beyond else "within tolerance"
+        judgement = "**beyond tolerance**" if tolerance.beyond(far_sd) else "within tolerance"
         rows.append([what, value, f"{low} to {high}", sd, judgement])
     head = ["What", "Off by", "95 % interval", "Tolerance (sd)", ""]
     return Table(head, rows, (0, 4)) if rows else None
@@ -139,7 +139,8 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
         yield "Nothing is sure to carry over while a mismatch remains: E, μ and effects may stand in for it."
         return
     known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]
-    carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal)
+    most_faults = Settings(**diagnosis.settings).most_faults
+    carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal, most_faults)
     if carried:
         kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
         constants = say.constants_in_brief(diagnosis).replace(" and", ",")

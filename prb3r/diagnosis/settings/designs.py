@@ -1,0 +1,26 @@
+"""What is said of other designs, and of the parts of the recorded rig."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DesignsSettings:
+    """What is said of other designs, and of the parts of the recorded rig.
+
+    A diagnosis is made without the numbers of draws: they are what predictions from it draw unless they are asked for
+    more.
+    """
+
+    told_variance: float = 0.05
+    """Share of the variance of a direction of the tolerances that a recording takes away from which on that counts.
+    Choice: what takes less leaves 97 % of the standard deviation."""
+    most_faults: int = 2
+    """Plates of another stiffness that are taken for faults of single parts, which stay behind.  If one rig in ten has
+    such a fault, three on one rig come by chance once in six thousand (Poisson): then this is how its plates are
+    made."""
+    band_draws: int = 120
+    """Draws of models and parameters that are solved for a band.  Choice, for time: its ends at 2.5 % are then the
+    third draw from either end."""
+    learnt_rigs: int = 64
+    """Rigs that are drawn for a study.  Choice, for time, a power of two as Sobol's sequences have it: the ends of what
+    95 % of them do are then known within a few per cent of the rigs."""
