@@ -19,13 +19,13 @@ def test_disks_are_not_one_off_where_a_number_would_have_no_disk():
     }
     for label, possible in ends.items():
         seen = replace(known, readings=known.readings._replace(disk=label * everywhere))
-        said = {remedy.blunder for remedy in remedies(seen) if "one off" in remedy.blunder}
+        said = {remedy.blunder for remedy in remedies(seen, Settings()) if "one off" in remedy.blunder}
         assert said == {f"the disks are counted one off: {possible}"}
 
 
 def test_one_of_all_blunders_is_said_by_chance_in_no_more_than_the_rate_asked_for():
     """A likelihood ratio exceeds x by chance in a share 1 / x at most (Markov): the shares of all remedies add up."""
-    settings, among = Settings(), remedies(recorded())
+    settings, among = Settings(), remedies(recorded(), Settings())
     least = least_gains(among, settings)
     assert sum(np.exp(-value) for value in least.values()) == pytest.approx(settings.blunder_rate)
     of_kind = {

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from prb3r.diagnosis.checks.setup.find import remedies
+from prb3r.diagnosis.settings import Settings
 from prb3r.errors import RecordingError
 from prb3r.proof.concealed.apart import squared_distances
 from prb3r.proof.concealed.blunders import BLUNDERS
@@ -162,7 +163,7 @@ def test_every_blunder_is_undone_by_what_is_to_be_said_of_it(design, label, kind
             recording_from_folder(design, wrong)
         return
     after = recording_from_folder(design, wrong)
-    remedy = next(remedy for remedy in remedies(after) if remedy.blunder == blunder["said"])
+    remedy = next(remedy for remedy in remedies(after, Settings()) if remedy.blunder == blunder["said"])
     mended = remedy.mend(after).recording
     assert np.allclose(mended.loads.tension, before.loads.tension, atol=1e-3)
     assert np.array_equal(mended.loads.slip, before.loads.slip)

@@ -26,5 +26,10 @@ class BlundersSettings:
     blunder_fall: float = 10.0
     """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
     order of magnitude."""
+    most_angle_rad: float = float(np.pi)
+    """Largest angle from which on angles may be in degrees: below, the whole arm would turn by three degrees.  Choice:
+    half a turn."""
+    most_bend_rad: float = 1.0
+    """The same of a plate's bend: below, plates would bend by one degree.  Choice."""
     most_blunders: int = 3
     """Blunders that are looked for in one recording.  Choice."""

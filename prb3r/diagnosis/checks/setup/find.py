@@ -61,10 +61,10 @@ class Trial:
     """Robust misfit of all photographs and improbability of the constants."""
 
 
-def remedies(recording: Recording) -> list[Remedy]:
+def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
     """The remedy of every blunder that a recording could hold: of pictures, cables, units and order, in this order."""
-    families = (picture_blunders, cable_blunders, unit_blunders, order_blunders)
-    return [remedy for family in families for remedy in family(recording)]
+    others = (cable_blunders, unit_blunders, order_blunders)
+    return [*picture_blunders(recording, settings), *(remedy for family in others for remedy in family(recording))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     seen = tuple(sight(base, constants, base.equilibria(constants)) for constants in grid)
     standings = [trying.framed(base, rows, *known) for known in zip(grid, seen, strict=True)]
     here = min([*standings, *([fitted] if fitted else [])], key=lambda standing: standing.total)
-    return Attempt(recording, remedies(recording), trying, here, grid, seen)
+    return Attempt(recording, remedies(recording, settings), trying, here, grid, seen)
 
 
 def blunders_of(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:

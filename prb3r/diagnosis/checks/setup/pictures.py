@@ -7,20 +7,18 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels, with_values
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind, Recording
 
-MOST_RADIANS = {Kind.ANGLE: np.pi, Kind.BEND: 1.0}
-"""Readings that stay below are radians: in degrees, the whole arm would turn by three, its plates by one."""
 
-
-def picture_blunders(recording: Recording) -> Iterator[Remedy]:
+def picture_blunders(recording: Recording, settings: Settings) -> Iterator[Remedy]:
     """Every blunder with readings that a recording could hold."""
-    yield from _views(recording)
+    yield from _views(recording, settings)
     yield from _counts(recording)
     yield from _exchanges(recording)
 
 
-def _views(recording: Recording) -> Iterator[Remedy]:
+def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
     """Remedies of pictures that are mirrored, whose axes point the wrong way, or whose angles are in degrees."""
     kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
     across = [kind for kind in kinds if kind != Kind.X]
@@ -32,7 +30,7 @@ def _views(recording: Recording) -> Iterator[Remedy]:
     if len(across) > 1:
         for kind in across:
             yield _factor("axes", f"{kind.column} has the wrong sign", [kind])
-    for turned, most in MOST_RADIANS.items():
+    for turned, most in ((Kind.ANGLE, settings.most_angle_rad), (Kind.BEND, settings.most_bend_rad)):
         if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
             yield _factor("degrees", f"{turned.column} is in degrees", [turned], np.pi / 180)
 
