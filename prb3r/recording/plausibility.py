@@ -4,18 +4,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prb3r.recording.recording import Kind, Recording
+from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
 ENOUGH = 0.9
-"""Share of what was looked at that has to contradict the file before anything is said.  Choice."""
+"""Share of the steps at which one cable is pulled that has to contradict its side before that is said.  Choice: the
+rest may be wrong for other reasons."""
 FEWEST = 3
-"""Steps, or disks, that have to."""
+"""Steps, or disks, that have to contradict the file.  Choice: one or two may be slips."""
 LEAST_TURN = 10.0
-"""Deflections smaller than so many standard deviations tell no side."""
+"""Mean deflections of a step smaller than so many standard deviations of a reading tell no side.  Choice: far more
+than noise and a frame that is a little off make."""
 SLACK = 0.25
-"""Share of the distance between disks by which one may seem too far from the base: tolerances, a camera's scale."""
+"""Share of the distance between disks by which one may seem too far from the base.  Choice: more than tolerances and a
+camera's scale make, and less than a disk that is counted wrongly."""
 FEWEST_TO_SET_ASIDE = 3
-"""Sequences from which on a diagnosis sets one aside."""
+"""Sequences from which on a diagnosis sets one aside: two are left."""
 ALIKE = 5.0
 """Largest ratio of the strongest pulls of cables in kilograms and in newtons on one rig.  Choice: half of g."""
 
@@ -41,7 +44,7 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
     away = np.linalg.norm(np.array(list(places.values())).reshape(-1, 2), axis=1)
     known = np.isfinite(away)
     disks, away = np.array([d for _, d in places], int)[known], away[known]
-    slack = SLACK * spacing.mean() + 3 * recording.measurement.frame_position_sd_m
+    slack = SLACK * spacing.mean() + FRAME_REACH * recording.measurement.frame_position_sd_m
     far = [d for d in np.unique(disks).tolist() if np.median(away[disks == d]) > along[d] + slack]
     if len(far) >= FEWEST:
         first = far[0]

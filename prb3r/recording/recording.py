@@ -90,8 +90,10 @@ class Sharing(Strict):
 
 
 OWN_SHARE, MARKER_SHARE = 0.005, 0.01
-"""Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths: a
-part made by hand, and a marker of the width of a plate's thickness put on by eye."""
+"""Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths.
+Choice: a part made by hand, and a marker of the width of a plate's thickness put on by eye."""
+FRAME_REACH = 3.0
+"""Standard deviations of the camera's frame that it may be off by: more by chance once in 370."""
 
 
 class RecordingFile(Strict):

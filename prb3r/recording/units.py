@@ -8,14 +8,23 @@ import pandas as pd
 
 from prb3r.errors import Problem
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import Kind, Measurement
+from prb3r.recording.recording import FRAME_REACH, Kind, Measurement
 
 FARTHEST_POSITION, NEAREST_POSITION = 3.0, 0.01
 """Positions are of another unit beyond so many lengths of the manipulator, or within so small a part of each disk's
-distance from the base along the axis."""
+distance from the base along the axis.  Choice: far from one either way, and less than the factor of 100 or 1000 that
+centimetres and millimetres make."""
+IN_MILLIMETRES = 300.0
+"""How many times too far positions are from which on they are taken for millimetres, else for centimetres: between a
+hundred and a thousand."""
+JUDGING_SHARE = 0.9
+"""Share of the readings that judges their unit, the nearest: the rest may be gross outliers.  Choice."""
 MOST_TURNS, MEAN_BEND = 1.5, 0.6
 """Angles are taken for degrees beyond so many turns, if the plates up to there bend by more than this on average, rad;
-bends beyond half a turn."""
+bends beyond half a turn.  Choice: no rig coils up so far."""
+DOUBTED_POSITION, DOUBTED_ANGLE, DOUBTED_TENSION = 0.1, 0.3, 0.2
+"""Standard deviations from which on their unit is doubted: of positions as a share of the length, of angles, rad, and
+of tensions, relative.  Choice: nobody would read or pull so badly."""
 
 
 def position_problems(
@@ -23,13 +32,13 @@ def position_problems(
 ) -> Iterator[Problem]:
     """Positions that no disk of a manipulator of this length can have; `readings` with the disk of each row."""
     positions = readings[[kind.column for kind in Kind if kind.is_position and kind.column in readings]]
-    slack = 3 * measurement.frame_position_sd_m if measurement else 0.0
+    slack = FRAME_REACH * measurement.frame_position_sd_m if measurement else 0.0
     chain = manipulator.chain()
     along = np.concatenate([[np.nan], np.cumsum(chain.arc + 2 * chain.clamp + chain.disk)])
-    relative = positions.abs().div(along[readings["disk"].to_numpy(int)], axis=0).max(axis=1).quantile(0.9)
+    relative = positions.abs().div(along[readings["disk"].to_numpy(int)], axis=0).max(axis=1).quantile(JUDGING_SHARE)
     length, guess = f"the manipulator is {chain.length:.4g} m long", ""
     if relative > FARTHEST_POSITION:
-        guess = "; millimetres? write metres" if relative > 300 else "; centimetres? write metres"
+        guess = "; millimetres? write metres" if relative > IN_MILLIMETRES else "; centimetres? write metres"
     for name, column in positions.items():
         if (far := column.abs() > FARTHEST_POSITION * chain.length + slack).any():
             row, share = column.abs().idxmax(), f"{far.sum()} of {column.count()} readings are too far away"
@@ -54,9 +63,9 @@ def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
 def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
     """Sentences on standard deviations that are so large that they look like another unit."""
     length, position, angle = manipulator.chain().length, measurement.position_sd_m, measurement.angle_sd_rad
-    if position and position > length / 10:
+    if position and position > DOUBTED_POSITION * length:
         yield f"position_sd_m = {position:g} is much for a length of {length:.4g} m; in metres?"
-    if angle and angle > 0.3:
+    if angle and angle > DOUBTED_ANGLE:
         yield f"angle_sd_rad = {angle:g} is {math.degrees(angle):.3g} degrees; in radians?"
-    if (share := measurement.tension_sd_relative) > 0.2:
+    if (share := measurement.tension_sd_relative) > DOUBTED_TENSION:
         yield f"tension_sd_relative = {share:g} is {share:.0%}; not in percent?"
