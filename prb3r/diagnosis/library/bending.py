@@ -40,7 +40,7 @@ def law_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there."""
+    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there.  Choice."""
     if place["law"] == "cubic":
         return ()
     most = scope.strain if scope.in_strain else scope.curvature
@@ -99,7 +99,8 @@ def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def loop_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Slip that begins low, in the middle and high in the range of curvatures."""
+    """Slip of a third of the stiffness, nearly, that begins low, in the middle and high in the range of curvatures.
+    Choice."""
     most = scope.strain if scope.in_strain else scope.curvature
     return tuple((part * most, 0.3) for part in (0.15, 0.4, 0.7))
 

@@ -16,7 +16,8 @@ def _scale(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to where a marker one length away from the image centre is seen twice as far, or at the centre."""
+    """Up to where a marker one length away from the image centre is seen twice as far, or at the centre; mostly a
+    fifth of that."""
     size = 1 / scope.chain.length**2
     return (Free("k1_per_m2", 0.0, -size, size, scale=size, sd=0.2),)
 

@@ -46,7 +46,8 @@ def _rubbing_sentence(fitted: Occurrence) -> str:
 
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Down to 0.2, what a cable keeps of its tension over half a turn with a coefficient of 0.5."""
+    """Down to 0.2, what a cable keeps of its tension over half a turn with a coefficient of 0.5; mostly 0.8 and
+    more."""
     return (Free("efficiency", 1.0, 0.2, 1.0, log=True, sd=0.2),)
 
 
@@ -155,7 +156,8 @@ def _holes(scope: Scope) -> Iterator[Place]:
 
 
 def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 5, where half a turn already holds any tension; below the others down to no friction at all."""
+    """Up to 5, where half a turn already holds any tension; below the others down to no friction at all; mostly within
+    0.5 of the others."""
     return (Free("coefficient", 0.0, 0.0, 5.0, above=True, sd=0.5),)
 
 

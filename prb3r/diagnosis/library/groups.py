@@ -9,6 +9,7 @@ from prb3r.diagnosis.library.suspect import Group
 from prb3r.recording.recording import Recording
 
 GIGA = 1e9
+"""Pascals in the unit that moduli are read in."""
 
 
 class Groups(NamedTuple):

@@ -10,7 +10,8 @@ from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, a
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to twice that of the earth, as the mass of disks is seldom known well."""
+    """Up to twice that of the earth, as the mass of disks is seldom known well; mostly 7 m/s^2 along either axis, which
+    makes the earth's of both."""
     return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
 
 
@@ -36,7 +37,7 @@ def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Down to a twentieth, where the recorded load is hardly felt any more."""
+    """Down to a twentieth, where the recorded load is hardly felt any more; mostly two thirds and more."""
     return (Free("efficiency", 1.0, 0.05, 1.0, log=True, sd=0.4),)
 
 
