@@ -19,6 +19,9 @@ from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind, Recording
 
+UNFELT_WEIGHT = 1e-9
+"""Size, in units of the noise, that the change by a weight counts as having at least: against division by zero."""
+
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -175,7 +178,8 @@ class Unseen:
         if not np.isfinite(misfit).all() or not len(steps):
             return self
         white = noise.whiten(tension_response(self.predict, solved)[:, steps, cables])
-        z = np.abs(white.T @ noise.whiten(misfit)) / np.maximum(np.linalg.norm(white, axis=0), 1e-9)
+        size = np.maximum(np.linalg.norm(white, axis=0), UNFELT_WEIGHT)
+        z = np.abs(white.T @ noise.whiten(misfit)) / size
         worst = int(np.argmax(z))
         if z[worst] <= normal.isf(self.settings.alarm_rate / 2 / len(z)):
             return self

@@ -9,8 +9,8 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
 SINGULAR = 1e8
-"""Condition number of normal equations from which on a part does not tell its constants apart: of their derivatives it
-is the square, 1e4."""
+"""Condition number of normal equations beyond which they are not solved, as a part does not tell its constants apart:
+it is the square of that of the derivatives, 1e4."""
 
 
 @dataclass(frozen=True)

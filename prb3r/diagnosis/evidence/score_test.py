@@ -22,6 +22,8 @@ REPEATED_SHARE = 1e-10
 """Share of the largest variance below which a combination of alternatives repeats others but for rounding."""
 NOTHING, REPEATED = 1e-6, 1e-6
 """A change that is freed of all but this share of it is not felt; columns are repetitions of others up to this."""
+LEAST_CHANGE = 1e-3
+"""Size, in units of the noise, that a change is judged against at least: what rounding leaves of none is not felt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ def alternative(fitted: Fit, subject: Any, moved: np.ndarray, basis: np.ndarray)
     free = whole - basis @ (basis.T @ whole)
     free -= basis @ (basis.T @ free)
     size = np.linalg.norm(free, axis=0)
-    felt = size > NOTHING * np.maximum(np.linalg.norm(whole, axis=0), 1e-3)
+    felt = size > NOTHING * np.maximum(np.linalg.norm(whole, axis=0), LEAST_CHANGE)
     if not felt.any():
         return Alternative(subject, np.zeros((len(whole), 0)), 0.0)
     if felt.sum() == 1:

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+INDEPENDENT = 1e-8
+"""Singular value, of columns of length 1, up to which a combination of them repeats others but for rounding."""
+
 
 def basis_of(jacobian: np.ndarray) -> np.ndarray:
     """Orthonormal basis of the columns, without those that are nothing or repeat others."""
@@ -10,4 +13,4 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     if not columns.size:
         return np.zeros((len(jacobian), 0))
     basis, length, _ = np.linalg.svd(columns, full_matrices=False)
-    return basis[:, length > 1e-8]
+    return basis[:, length > INDEPENDENT]

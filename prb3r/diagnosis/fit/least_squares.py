@@ -36,7 +36,10 @@ class Fittable(Protocol[S, F_co]):
 
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e8
-"""Of the normal equations, relative to their diagonal: at first, and where a step is as good as undamped or nothing."""
+"""Of the normal equations, relative to their diagonal: at first, nearly undamped as starts are near; and where a step
+is as good as undamped or nothing."""
+RIDGE = 1e-12
+"""What the diagonal of the normal equations has in addition, so that a parameter that no reading feels stays."""
 HARDER, EASIER = 4.0, 10.0
 """Times by which the damping grows after a step that leads uphill, doubled with every further one, and shrinks after
 one that leads downhill: by ten as Marquardt's (J. SIAM 11 (1963) 431), doubled as Nielsen's (IMM-REP-1999-05)."""
@@ -177,7 +180,7 @@ class Downhill(NamedTuple):
     def change(self, damping: float) -> np.ndarray:
         """(p,) the step of the damped normal equations (Marquardt), 0 for parameters that are fixed or press on a
         bound."""
-        system = self.normal + np.diag(damping * np.diag(self.normal) + 1e-12)
+        system = self.normal + np.diag(damping * np.diag(self.normal) + RIDGE)
         system[self.held], system[:, self.held] = 0.0, 0.0
         system[self.held, self.held] = 1.0
         return -np.linalg.solve(system, np.where(self.held, 0.0, self.gradient))

@@ -8,6 +8,9 @@ from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 
+LEAST_SD = 1e-12
+"""Standard deviation of a parameter at least, in its own scale: against division by zero."""
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -25,7 +28,7 @@ class Profile:
 def profile(fitted: Fit, number: int) -> Profile:
     """Profile of parameter `number`: from the linearised interval outward, until the rise is passed on both sides."""
     settings, middle = fitted.model.settings, fitted.p[number]
-    sd = float(np.sqrt(max(fitted.covariance[number, number], 1e-24)))
+    sd = float(np.sqrt(max(fitted.covariance[number, number], LEAST_SD**2)))
     low, high = (bound[number] for bound in fitted.model.bounds(fitted.p))
     u, rise, ends = [middle], [0.0], []
     for sign, bound in ((-1, low), (1, high)):
@@ -65,13 +68,13 @@ def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
     """
     within = fitted.model.settings.linear_within
     sd = float(np.sqrt(fitted.covariance[number, number]))
-    direction = fitted.covariance[:, number] / max(sd, 1e-12)
+    direction = fitted.covariance[:, number] / max(sd, LEAST_SD)
     bounds, ends = fitted.model.bounds(fitted.p), []
     for sign, bound in zip((-1, 1), bounds, strict=True):
         away = min(NORMAL_REACH * sd, abs(bound[number] - fitted.p[number]))
-        p = np.clip(fitted.p + sign * away / max(sd, 1e-12) * direction, *bounds)
+        p = np.clip(fitted.p + sign * away / max(sd, LEAST_SD) * direction, *bounds)
         residual = fitted.model.residuals(p, fitted.model.solve(p))
-        risen, due = float(residual @ residual) - fitted.chi2, (away / max(sd, 1e-12)) ** 2
+        risen, due = float(residual @ residual) - fitted.chi2, (away / max(sd, LEAST_SD)) ** 2
         cut = away < NORMAL_REACH * sd
         if not risen < within**2 * due or (risen < due / within**2 and not cut):
             return None

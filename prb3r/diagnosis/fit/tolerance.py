@@ -21,6 +21,11 @@ THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
 SMALL = 0.01
 """Part of a standard deviation over which elementary functions are differenced."""
+FLAT = 1e-9
+"""Information on a parameter that its prior has, as a share of that of the readings: next to none, and enough for a
+matrix that can be inverted."""
+UNFELT = 1e-12
+"""Size, in units of the noise, of the change by a parameter at least, so that its prior holds some information."""
 
 
 class Tolerances(NamedTuple):
@@ -170,8 +175,8 @@ def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.nda
     `plain`: the covariance of the readings without tolerances.
     """
     whole, count = plain.whiten(np.hstack([known.moved, moved])), len(known.sd)
-    scale = np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
-    prior = np.concatenate([np.ones(count), 1e-9 * scale[count:] ** 2])
+    scale = np.maximum(np.linalg.norm(whole, axis=0), UNFELT)
+    prior = np.concatenate([np.ones(count), FLAT * scale[count:] ** 2])
     covariance = np.linalg.inv(whole.T @ whole + np.diag(prior))
     share = covariance @ (whole.T @ plain.whiten(misfit))
     sd = np.sqrt(np.diag(covariance))

@@ -16,6 +16,11 @@ from prb3r.mechanics.chain import Chain
 from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.recording.recording import Tolerance
 
+DIGITS = 4
+"""To which numbers stand in a file: far more than are told."""
+LEAST_ROUNDED = 1e-12
+"""Number below which one is rounded to the same place as this: zero has no first digit."""
+
 
 class PartsPosterior(Strict):
     """The tolerances of a rig's parts, given its readings under one model: a normal distribution."""
@@ -75,8 +80,8 @@ def parts_posterior(fitted: Fit, doubts: Doubts, kept: Sequence[int]) -> PartsPo
 
 
 def _short(numbers: np.ndarray) -> list:
-    """As lists for a file, to four digits."""
-    size = 10.0 ** (3 - np.floor(np.log10(np.maximum(np.abs(numbers), 1e-12))))
+    """As lists for a file, each number to `DIGITS` digits."""
+    size = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.maximum(np.abs(numbers), LEAST_ROUNDED))))
     return (np.round(numbers * size) / size).tolist()
 
 

@@ -13,6 +13,7 @@ from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.markdown import few
 
 SCHEMA = 2
+"""Version of the layout of `diagnosis.json`, for programs that read it."""
 MENDED = "mended"
 """Folder beside the report for the recording without the blunders of its set-up."""
 

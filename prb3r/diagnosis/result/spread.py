@@ -9,14 +9,12 @@ from scipy.stats import norm
 
 from prb3r.diagnosis.confidence import NORMAL_REACH, TAIL
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.profile import linear_interval
+from prb3r.diagnosis.fit.profile import LEAST_SD, linear_interval
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.selection import Choice
 
 TAIL_REACH = 8.0
 """Standard deviations beyond which nothing of a normal distribution is looked for."""
-LEAST_DEVIATION = 1e-12
-"""Standard deviation that a parameter has at least, in its own scale."""
 
 
 class SaidOfParameter(NamedTuple):
@@ -65,7 +63,7 @@ def ends_over_models(
     probability = sum(survivor.probability for survivor in choice.survivors) - sum(
         survivor.probability for survivor in others
     )
-    sides = [max(abs(end - value) / NORMAL_REACH, LEAST_DEVIATION) for end in ends]
+    sides = [max(abs(end - value) / NORMAL_REACH, LEAST_SD) for end in ends]
     told = [SaidOfParameter(probability, value, *sides)]
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
@@ -82,7 +80,7 @@ def ends_over_models(
 def _deviation(fitted: Fit, number: int) -> float:
     """Standard deviation of a parameter, linearised; NaN where the readings do not tell it."""
     variance = fitted.covariance[number, number]
-    return max(float(np.sqrt(variance)), LEAST_DEVIATION) if variance >= 0 else float("nan")
+    return max(float(np.sqrt(variance)), LEAST_SD) if variance >= 0 else float("nan")
 
 
 def number_of_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], int | None]:

@@ -35,6 +35,9 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
+ONE_POINT = 1e-12
+"""Distance of two points of a profile, as a share of the largest or of 1, up to which rounding alone parts them."""
+
 
 def tell(investigation: Investigation) -> Diagnosis:
     """All that is said of an investigated recording, without the fits that it is said from."""
@@ -197,7 +200,7 @@ def profile_curve(profile: Profile, free: Free, friction: float, settings: Setti
     """
     inside = profile.rise < settings.shown_rise * INTERVAL_RISE
     u, rise = profile.u[inside], np.maximum(profile.rise[inside], 0.0)
-    distinct = np.concatenate([[True], np.diff(u) > 1e-12 * max(1.0, np.abs(u).max())])
+    distinct = np.concatenate([[True], np.diff(u) > ONE_POINT * max(1.0, np.abs(u).max())])
     u, rise = u[distinct], rise[distinct]
     fine = fine_rise = np.zeros(0)
     if len(u) > 1:
