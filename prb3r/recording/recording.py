@@ -25,7 +25,7 @@ class Kind(IntEnum):
 
     @property
     def column(self) -> str:
-        """Its column in the table of markers."""
+        """Name of the column of the table of markers that holds such readings; it ends with their unit."""
         return ("x_m", "y_m", "angle_rad", "bend_rad")[self]
 
     @property
@@ -67,11 +67,11 @@ class Tolerance(Strict):
     """Of a marker's place in its disk's own frame; absent: 1 % of the longest plate."""
 
     def offset(self, arm: float) -> float:
-        """Of a cable with an offset of `arm`, m."""
+        """Standard deviation of the place of a cable with an offset of `arm`, m; by itself a share of `arm`."""
         return OWN_SHARE * arm if self.offset_m is None else self.offset_m
 
     def length(self, segment: Segment) -> float:
-        """Of a plate of a segment, m."""
+        """Standard deviation of the length of each plate of a segment, m; by itself a share of that length."""
         return OWN_SHARE * segment.length_m if self.length_m is None else self.length_m
 
     def marker(self, segments: Sequence[Segment]) -> float:
@@ -123,7 +123,7 @@ class Readings(NamedTuple):
 
     @property
     def count(self) -> int:  # type: ignore[override]
-        """Number of readings."""
+        """Number `r` of readings, each coordinate, angle and bend of a marker as one."""
         return len(self.value)
 
     def where(self, chosen: np.ndarray) -> "Readings":
@@ -155,7 +155,7 @@ class Recording:
     """What reading repaired, counted or took for something else, each one sentence."""
 
     def __repr__(self) -> str:
-        """Its size and its name."""
+        """Its name with the numbers of its sequences, load steps and readings, on one line."""
         sizes = f"sequences={len(self.sequences)}, steps={len(self.steps)}, readings={self.readings.count}"
         return f"Recording({self.name!r}, {sizes})"
 

@@ -33,7 +33,7 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
 
     Raises
     ------
-    ValueError
+    OutOfBalance
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
     matched = list(matches(recording, settings))

@@ -87,7 +87,7 @@ def _along_own_path(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> n
 
 
 def _seen(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
-    """Of an effect of the camera; the states stay."""
+    """(r, k) change of the readings per unit of each free parameter of an effect of the camera; the states stay."""
     predict, friction, columns = fitted.model.predict, fitted.model.friction(fitted.p), []
     for k, free in enumerate(hypothesis.free):
         ends, seen = interval(start[k], *free.bounds(friction)), []
@@ -100,6 +100,6 @@ def _seen(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
 
 
 def _whole(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
-    """Of an effect that has no small size."""
+    """(r, 1) change of the readings by all of an effect that has no small size; 0 where a step loses balance."""
     moved = fitted.model.predict(fitted.constants, _effects(fitted, hypothesis, start)) - fitted.solved.readings
     return moved[:, None] if np.isfinite(moved).all() else np.zeros((len(moved), 1))

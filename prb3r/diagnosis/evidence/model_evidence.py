@@ -68,7 +68,8 @@ def improves_left_out(simple: Fit, rich: Fit) -> bool:
 
 
 def plausible(fitted: Fit) -> bool:
-    """Whether no parameter of an effect ends on its bound, but for limits where all values act alike."""
+    """Whether no parameter of an effect ends on its bound, but for limits where all values act alike, and no effect
+    that comes by degrees ends at nothing."""
     low, high = fitted.model.bounds(fitted.p)
     of_effects = slice(len(fitted.model.varied), None)
     hypotheses = fitted.model.hypotheses

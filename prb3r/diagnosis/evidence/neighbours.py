@@ -21,7 +21,7 @@ def neighbours(recording: Recording, line: Line) -> tuple[np.ndarray, np.ndarray
 
 
 def correlation(recording: Recording, residual: np.ndarray, line: Line) -> float:
-    """Of the residuals (r,) of neighbours along a line; 0 without any."""
+    """Correlation of the residuals (r,) of neighbours along a line, around zero; 0 where there are no neighbours."""
     first, second = neighbours(recording, line)
     size = np.sqrt((residual[first] ** 2).sum() * (residual[second] ** 2).sum())
     return float(residual[first] @ residual[second] / size) if size else 0.0

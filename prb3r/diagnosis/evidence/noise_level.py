@@ -79,7 +79,7 @@ def noise_level(
     sd = reading_sd(recording) * inflation
 
     def seen(common: float, reach: float) -> "_Seen":
-        """Through the correlation of a photograph, and what that costs."""
+        """Misfit and directions whitened by the correlation of a photograph, and what that adds to the deviance."""
         root = correlation_root(recording, sd, lasts._replace(common=common, reach=reach))
         volume = -2 * float(np.sum(np.log(root.diagonal() * sd)))  # of P alone: its root is triangular
         return _seen(

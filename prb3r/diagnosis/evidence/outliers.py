@@ -224,7 +224,8 @@ def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) 
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
-    """Readings beyond `Settings.listed_sd` of the fitted model or weighed down."""
+    """Numbers of the readings that were weighed down, or that the fitted model misses by more than
+    `Settings.listed_sd`."""
     count = fitted.model.predict.recording.readings.count
     beyond = np.abs(fitted.residual[:count]) > fitted.model.settings.listed_sd
     return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

@@ -160,7 +160,7 @@ class JointFit:
 
     @property
     def balanced(self) -> bool:
-        """Whether all steps are in equilibrium."""
+        """Whether every step of every recording has an equilibrium, so that all readings are predicted as numbers."""
         return all(np.isfinite(solved.readings).all() for solved in self.solved)
 
     @property

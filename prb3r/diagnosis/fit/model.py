@@ -116,7 +116,7 @@ class Fit:
 
     @property
     def balanced(self) -> bool:
-        """Whether all steps are in equilibrium."""
+        """Whether every step has an equilibrium, so that all readings are predicted as numbers."""
         return bool(np.isfinite(self.solved.readings).all())
 
     @property

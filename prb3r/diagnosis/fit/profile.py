@@ -26,7 +26,8 @@ class Profile:
 
 
 def profile(fitted: Fit, number: int) -> Profile:
-    """Profile of parameter `number`: from the linearised interval outward, until the rise is passed on both sides."""
+    """Profile of parameter `number`: refits from the ends of the linearised interval on, inward or outward, until
+    chi-square has risen by that of a 95 % interval, at most `Settings.profile_trials` on either side."""
     settings, middle = fitted.model.settings, fitted.p[number]
     sd = float(np.sqrt(max(fitted.covariance[number, number], LEAST_SD**2)))
     low, high = (bound[number] for bound in fitted.model.bounds(fitted.p))

@@ -59,7 +59,7 @@ class Occurrence(NamedTuple):
 
     @property
     def more(self) -> str:
-        """Whether a coefficient is `more` or `less` than what is beside it."""
+        """`more` where the coefficient that was fitted is above the calibrated one beside it, else `less`."""
         return "more" if self.size.value > self.friction else "less"
 
     @property
@@ -88,7 +88,7 @@ Transfer = Callable[[Effect, Manipulator, Manipulator], Effect | str]
 
 
 def left_behind(reason: str) -> Transfer:
-    """What does not carry over to another geometry."""
+    """The transfer of what does not carry over to another geometry, whatever the two are, for this `reason`."""
     return lambda effect, here, there: f"{effect_in_words(effect)}, which {reason}"
 
 

@@ -105,8 +105,8 @@ def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Es
 
 
 def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...]:
-    """The load programs that tell apart best every named effect from each of its nearest rivals, and what is chosen
-    from the sets of effects that could stand in its place."""
+    """The load programs that tell apart best every named effect from each of the rivals that fit best, at most
+    `Settings.most_rivals`, and what is chosen from the sets of effects that could stand in its place."""
     out: list[Separation] = []
     for effect in named:
         near = effect.rivals[: choice.fitted.model.settings.most_rivals]

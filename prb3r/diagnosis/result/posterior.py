@@ -75,7 +75,7 @@ class ModelPosterior(Strict):
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """The effects with what is free of them."""
+        """The effects as hypotheses, in their order: what was fitted is free, all other fields are the place."""
         out = []
         for number, effect in enumerate(self.effects, 1):
             free = tuple(part.free for part in self.free if part.name.startswith(f"effect.{number}."))

@@ -40,7 +40,10 @@ class ProposedExperiment(NamedTuple):
 
 
 def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:
-    """The proposed experiments, each load program once."""
+    """The load programs of `experiments` by their titles, each once with all pairs that it is proposed for.
+
+    In the order in which they come first; the separation of each is that of the pair that it separates least.
+    """
     by_title: dict[str, list[Separation]] = {}
     for pair in experiments:
         by_title.setdefault(pair.experiment.title, []).append(pair)

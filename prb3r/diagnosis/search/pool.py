@@ -39,7 +39,7 @@ class Survivor:
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of its effects, each once."""
+        """The kinds of the effects of its model, such as `worn_hole`; an effect at two places counts once."""
         return frozenset(hypothesis.kind for hypothesis in self.effects)
 
 

@@ -38,7 +38,8 @@ def distance(of: Fit, to: Fit) -> float:
 
 
 def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
-    """Rivals of the chosen effect `number`, the nearest first; those that cannot be told apart and those that can."""
+    """Rivals of the chosen effect `number`, each hypothesis once, those that fit best first, whether they can be told
+    apart or not; none of an effect that other recordings show too."""
     chosen = choice.fitted
     effects, others = chosen.model.hypotheses, chosen.model.without(number).hypotheses
     if effects[number] in choice.settled:

@@ -63,7 +63,7 @@ class Choice:
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Kinds of the chosen effects, each once."""
+        """The kinds of the effects of the chosen model, such as `worn_hole`; empty where constants alone are chosen."""
         return frozenset(hypothesis.kind for hypothesis in self.fitted.model.hypotheses)
 
     @property

@@ -61,12 +61,13 @@ class Settings(
 
     @cached_property
     def close_fit(self) -> float:
-        """Twice the logarithm of `likelihood_ratio`: 5.99."""
+        """Rise of chi-square with its penalty up to which a rival fits as well: twice the ln of `likelihood_ratio`,
+        5.99."""
         return float(2 * np.log(self.likelihood_ratio))
 
     @cached_property
     def farthest(self) -> float:
-        """Largest ln of a factor on stiffness or friction."""
+        """Largest ln of a factor on stiffness or friction, either way: that of `widest_factor`, 3.91."""
         return float(np.log(self.widest_factor))
 
     def plain(self) -> dict[str, Any]:

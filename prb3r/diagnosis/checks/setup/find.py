@@ -190,7 +190,8 @@ def _log(values: np.ndarray) -> np.ndarray:
 
 
 def touched(recording: Recording, mended: Mended) -> np.ndarray:
-    """(r,) readings of a recording that its mending concerns."""
+    """(r,) whether its mending concerns a reading of a recording: its loads, its label or its value, or all of them
+    where the manipulator is another one."""
     changed, before = mended.recording, recording.readings.where(mended.rows)
     if changed.manipulator is not recording.manipulator:
         return np.ones(recording.readings.count, bool)

@@ -36,7 +36,7 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
 
 
 def _factor(kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
-    """Readings of some kinds that have to be multiplied."""
+    """The remedy that multiplies all readings of some kinds by a factor; by itself turns their signs."""
 
     def mend(recording: Recording) -> Mended:
         readings = recording.readings
