@@ -11,6 +11,8 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.settings import Settings
 
 
 def names(scope, *kinds):
@@ -209,3 +211,25 @@ def test_what_a_rig_has_once_is_not_suspected_where_it_is_known(rubbing):
 def test_kinds_can_be_left_out(rubbing):
     rest = hypotheses(rubbing, frozenset({"worn_hole", "gravity"}))
     assert rest == tuple(h for h in hypotheses(rubbing) if h.kind not in ("worn_hole", "gravity"))
+
+
+def test_what_is_suspected_follows_the_settings(nitinol, limp):
+    kinds = [{each.kind for each in hypotheses(known)} for known in (nitinol, stricter(nitinol), limp, stricter(limp))]
+    assert "superelastic_plate" in kinds[0] - kinds[1]
+    assert "notch_closing" in kinds[2] - kinds[3]
+
+
+def stricter(known):
+    """A scope with settings by which less is suspected."""
+    return known._replace(settings=Settings(stiffest_superelastic_pa=1e10, closing_range=(50.0, 100.0)))
+
+
+def test_how_common_kinds_are_follows_the_settings(rubbing):
+    suspected = hypotheses(rubbing)
+    usual, rarer = (Search(suspected, 0, settings=Settings(usual_presence=p)).log_odds for p in (0.1, 0.05))
+    moved = {each.kind for each in suspected if usual[each] != rarer[each]}
+    assert {"worn_hole", "weakened_plate"} <= moved
+    assert not {"cable_friction", "dead_cable", "hysteretic_plate"} & moved
+    places = sum(each.kind == "worn_hole" for each in suspected)
+    worn = next(each for each in suspected if each.kind == "worn_hole")
+    assert np.exp(rarer[worn]) * places == pytest.approx(0.05 / 0.95)
