@@ -2,6 +2,10 @@
 
 "Choice" marks what was set by judgement; what it is worth shows `prb3r prove --settings`, which moves each threshold by
 20 % to either side.  Closed forms are computed here and nowhere else.
+
+What is no choice about the diagnosis stands elsewhere, each with a word on it: how large an effect may be and where its
+fits begin, in its record (`prb3r.diagnosis.library`); what reading a recording doubts (`prb3r.recording`), which knows
+of no diagnosis; and guards and steps of the arithmetic, beside what they guard.
 """
 
 from dataclasses import asdict, dataclass
