@@ -111,7 +111,7 @@ def noise_level(
     reading = _scale(logs, logsumexp(density, axis=0))
     tension = EstimatedScale(1.0, 1.0, 1.0)
     if scattered:
-        tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1), settings.points_between))
+        tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1), settings.spline_points))
     common, reach = shape
     level = lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
     return EstimatedLevel(level, reading, tension)

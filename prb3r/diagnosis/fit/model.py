@@ -41,7 +41,7 @@ class Model(Parametrisation):
         if lost is None:
             white = self.noise.whiten(self.predict.misfit(solved.readings))
         else:
-            dearer, least = 1 + self.settings.lost_factor * lost.missing, self.settings.lost_sd
+            dearer, least = 1 + self.settings.out_of_balance_factor * lost.missing, self.settings.out_of_balance_sd
             white = self.noise.whiten(self.predict.misfit(lost.readings)) * dearer
             white += np.where(lost.missing > 0, np.where(white < 0, -least, least), 0.0)
         others = self.believed

@@ -75,7 +75,7 @@ class Predictor:
     def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
         """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
         chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
-        begins, smallest = self.recording.begins, self.settings.path_end
+        begins, smallest = self.recording.begins, self.settings.path_end_error
         path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=smallest)
         states = path.equilibria if path else equilibria_of(chain, loads, from_rest=begins, number=self.number)
         readings = self.read(states, constants, effects)
@@ -125,7 +125,7 @@ class Predictor:
         ]
         readings = self.read(replace(states, x=held[0], y=held[1], angle=held[2]), solved.constants, solved.effects)
         missing = np.where(good, 0.0, 1.0 - np.clip(states.reached, 0.0, 1.0))
-        least = np.where(good, 0.0, self.settings.least_lost)
+        least = np.where(good, 0.0, self.settings.least_out_of_balance)
         return Lost(readings, np.maximum(missing, least)[self.recording.readings.step])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:

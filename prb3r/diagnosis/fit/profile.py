@@ -49,10 +49,10 @@ def profile(fitted: Fit, number: int) -> Profile:
                 break
             guess = (inside + away) / 2
             if np.isfinite(risen):
-                guess = away * np.sqrt(INTERVAL_RISE / max(risen, settings.least_rise))
+                guess = away * np.sqrt(INTERVAL_RISE / max(risen, settings.least_trial_rise))
             if risen < INTERVAL_RISE:
                 inside = away
-            shortest, longest = max(settings.least_reach * away, inside), settings.most_reach * away
+            shortest, longest = max(settings.least_trial_ratio * away, inside), settings.most_trial_ratio * away
             reach, crossing = float(np.clip(guess, shortest, longest)), guess
         ends.append(middle + sign * min(crossing or reach, most))
     order = np.argsort(u)
@@ -64,10 +64,10 @@ def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
     """Ends of the linearised 95 % interval of parameter `number`, in its own scale and within its bounds.
 
     None where chi-square, the others moved along as they are where all is linear, has not risen there as it should: the
-    interval would be wrong by a factor of more than `Settings.linear_within`, as where the readings feel a parameter to
-    one side alone.  Two predictions are made.
+    interval would be wrong by a factor of more than `Settings.linear_interval_factor`, as where the readings feel a
+    parameter to one side alone.  Two predictions are made.
     """
-    within = fitted.model.settings.linear_within
+    within = fitted.model.settings.linear_interval_factor
     sd = float(np.sqrt(fitted.covariance[number, number]))
     direction = fitted.covariance[:, number] / max(sd, LEAST_SD)
     bounds, ends = fitted.model.bounds(fitted.p), []

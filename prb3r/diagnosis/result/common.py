@@ -94,7 +94,7 @@ class Common:
     @property
     def sentences(self) -> Iterator[str]:
         """What is shared, whether that is borne out, and what is each rig's own."""
-        factor, least = self.log_bayes_factor, self.settings.log_bayes_decides
+        factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
         ruled = "bears sharing out" if factor > least else "speaks against sharing" if factor < -least else "is open"
         yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
         yield from (parameter.statement for parameter in self.shared)

@@ -68,7 +68,8 @@ def ends_over_models(
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
-            wrong = sd > chosen.model.settings.linear_within * min(sides) and linear_interval(fitted, there) is None
+            far = sd > chosen.model.settings.linear_interval_factor * min(sides)
+            wrong = far and linear_interval(fitted, there) is None
             told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
     if len(told) == 1 or probability <= 0:
         return ends

@@ -39,28 +39,28 @@ class FitsSettings:
     """Refits on either side of a profile at most.  Choice, for time."""
     profile_error: float = 0.1
     """Error of the rise of chi-square at the end of an interval.  Choice: of 3.84, so that 95 % are 94.7 to 95.3 %."""
-    least_reach: float = 0.3
-    """Share of a trial's distance from the best value that the next one has at least: one poor trial does not send a
-    profile back to where it began.  Choice, for time."""
-    most_reach: float = 3.0
-    """How many times a trial's distance the next one has at most: where chi-square hardly rises, its square root tells
-    little of where it will.  Choice, for time."""
-    least_rise: float = 0.05
+    least_trial_ratio: float = 0.3
+    """Distance of a trial of a profile from the best value over that of the trial before, at least: one poor trial does
+    not send a profile back to where it began.  Choice, for time."""
+    most_trial_ratio: float = 3.0
+    """The same at most: where chi-square hardly rises, its square root tells little of where it will.  Choice, for
+    time."""
+    least_trial_rise: float = 0.05
     """Rise of chi-square from which the end of an interval is extrapolated at the least, as the square root of a
-    smaller one would promise an end beyond `most_reach`: 3.84 is reached at 8.8 times the distance."""
-    linear_within: float = 2.0
+    smaller one would promise an end beyond `most_trial_ratio`: 3.84 is reached at 8.8 times the distance."""
+    linear_interval_factor: float = 2.0
     """Factor within which the length of a linearised interval is believed, as chi-square at its ends tells.  Choice."""
-    lost_sd: float = 3.0
+    out_of_balance_sd: float = 3.0
     """What a reading costs whose step is not in balance, sd, beside what the last step in balance misses it by.
     Choice: more than noise alone mostly moves a reading by."""
-    lost_factor: float = 10.0
-    """By how many times itself what it is missed by grows, if nothing of its step has an equilibrium; in proportion
-    where a part has.  Choice: large enough that a fit is drawn to where more of the step is in balance."""
-    path_end: float = 1.0 / 2**10
-    """Part of a load step to which it is found how far a step leads that has no equilibrium, a power of a half as steps
-    are halved.  Choice: fits count it in per cents."""
-    least_lost: float = 1e-6
-    """Part of a step that one without equilibrium lacks at least, so that it counts as lost.  Choice: far less than
-    `path_end`."""
+    out_of_balance_factor: float = 10.0
+    """How many times itself the misfit of such a reading has in addition where nothing of its step has an equilibrium;
+    in proportion where a part has none.  Choice: large, so that a fit is drawn to where more of a step has one."""
+    path_end_error: float = 1.0 / 2**10
+    """Error of the place, as a share of a load step, at which the step loses its equilibrium; a power of a half, as
+    steps are halved to find it.  Choice: fits count what is missing in per cents."""
+    least_out_of_balance: float = 1e-6
+    """Share of a step without equilibrium that is missing at least, so that none counts as in balance.  Choice: far
+    less than `path_end_error`."""
     draws: int = 4000
     """Random residuals that thresholds are drawn from: the last of them in 333 is told to a tenth."""

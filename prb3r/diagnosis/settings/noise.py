@@ -19,8 +19,9 @@ class NoiseSettings:
     Choice."""
     tension_scales: tuple[float, float, int] = (-1.05, 1.4, 8)
     """The same for these; what lies between is interpolated.  Choice, for time."""
-    points_between: int = 20
-    """Points of a fine grid for each of `tension_scales`, by a cubic spline.  Choice: a factor is told to 2 %."""
+    spline_points: int = 20
+    """Points of a cubic spline through the log density for each of `tension_scales`.  Choice: a factor is told to
+    2 %."""
     same_scale: float = 0.03
     """Change of the ln of the factor on the noise of the readings below which the search counts as settled.  Choice:
     6 % of chi-square, that no decision depends on."""

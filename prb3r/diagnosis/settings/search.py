@@ -35,13 +35,13 @@ class SearchSettings:
     best_exchanged: int = 2
     """Of all that could stand in the place of one or more of its columns, how many are tried.  Choice, for time."""
     many_of_a_kind: int = 3
-    """Effects of a kind in a set from which on one in the place of all of them is tried too: so many parts may be one
-    whole.  Choice: in the place of any two that is tried anyway."""
+    """Effects of one kind in a set from which on one effect in the place of all of them is tried: so many parts may be
+    one whole.  Choice: in the place of any two effects one is tried anyway."""
     proposals: int = 5
     """New sets that are fitted in full around each fit.  Choice, for time."""
     small_steps: int = 3
-    """How many effects more than the present set others may have of which the best of each size is fitted too.  Choice:
-    where much is unexplained the linearised model is far from true and favours large sets; small steps are safer."""
+    """The best set of each size is fitted too, up to so many effects more than the present one has.  Choice: where much
+    is unexplained the linearised model is far from true and favours large sets; small steps are safer."""
     proposal_reach: float = 3.0
     """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
     costly_proposals: int = 1
@@ -68,7 +68,7 @@ class SearchSettings:
     shortlist: int = 8
     """Replacements of an effect that are fitted in full.  Choice, for time."""
     probes_fitted: int = 2
-    """Of the values that one effect is tried at, how many such fits begin from at most.  Choice, for time."""
+    """Fits of one such replacement at most, each from another of the values that it is tried at.  Choice, for time."""
     knee_of_plateau: float = 1.3
     """Strain of the outermost fibre at which the knee of a law is that comes next to a rectangle's, over that at which
     its plateau begins: bilinear and smooth laws fitted to recordings of such plates had 1.14 to 1.42."""

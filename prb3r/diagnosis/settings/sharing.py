@@ -14,7 +14,7 @@ class SharingSettings:
     """Probability of one value on all rigs from which on it is said to be possible although each recording tells
     another: an effect of one rig can make up the difference.  Choice."""
     all_probability: float = 0.995
-    """Probability of joint models from which on they are said to be all.  Choice: in per cent less rounds to 99."""
-    log_bayes_decides: float = 3.0
+    """Probability of joint models from which on they are said to be all.  Choice: less rounds to 99 %."""
+    strong_log_bayes_factor: float = 3.0
     """ln of a Bayes factor for or against sharing from which on it decides: odds of 20, "strong" (Kass and Raftery, J.
     Am. Stat. Assoc. 90 (1995) 773)."""
