@@ -13,7 +13,7 @@ from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import SMALLEST_STEP, follow, history_space, path_space
+from prb3r.mechanics.path import SMALLEST_STEP, Program, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import pack
 from prb3r.mechanics.tangent import segment_modes
@@ -139,8 +139,9 @@ def solve_chain(
     rows = acting(chain, loads)
     load_path = rows_of_loads(rows)
     onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
-    way = Way(load_path, np.zeros(2, np.int64))
-    dead = rows.force.any((1, 2)) | rows.tip.any(1) | (chain.umbilical != 0)
+    dead = np.array(rows.force.any((1, 2)) | rows.tip.any(1) | (chain.umbilical != 0))
+    anew = np.array(np.broadcast_to(from_rest, steps), bool)
+    program = Program(onset, Way(load_path, np.zeros(2, np.int64)), dead, anew)
     packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
@@ -161,8 +162,7 @@ def solve_chain(
     work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
     space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)
     memory = history_space(chain, packed, space) if history else None
-    anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    follow(packed, onset, way, dead, anew, modes, space, memory, work, path)
+    follow(packed, program, modes, space, memory, work, path)
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT

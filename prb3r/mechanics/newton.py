@@ -105,9 +105,7 @@ def newton_march(packed, loads, work):
         transmit(model, plate, span, column, change)
         depart(plate, span, cable)
         next_frame(model, plate, after)
-        at_tip = 1.0 if i + 1 == plates else 0.0
-        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
-        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, change)
+        shed(packed, i, force, tip, outer, change)
     return largest, outer[2], close_guesses(cable, change, outer[2], work)
 
 

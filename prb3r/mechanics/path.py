@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, keep_state
-from prb3r.mechanics.attempt import attempt
+from prb3r.mechanics.attempt import Way, attempt
 from prb3r.mechanics.budget import GAVE_UP, allowance
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.cable import measure_span
@@ -47,6 +47,20 @@ class PathSpace(NamedTuple):
     """(1,) work that the sequence may have taken up to the end of the present step; see `Scratch.spent`."""
     allowance: np.ndarray
     """(2,) by which it grows: for a sequence, and for each of its steps."""
+
+
+@bundle
+class Program(NamedTuple):
+    """The load steps that a path goes through."""
+
+    onset: Way
+    """From no load, in its row 0, to rest, in row 1."""
+    way: Way
+    """Its `rows` hold rest and then each step."""
+    dead: np.ndarray
+    """(s + 1,) which rows have dead loads."""
+    from_rest: np.ndarray
+    """(s,) which steps start from rest instead of from the step before."""
 
 
 @bundle
@@ -132,20 +146,19 @@ def come_to_rest(packed, onset, dead, modes, space, work):
 
 
 @entrance
-def follow(packed, onset, way, dead, from_rest, modes, space, history, work, path):
-    """Solve every load step of `rows` (see `rows_of_loads`) after row 0, which is rest, and write `path`.
+def follow(packed, program, modes, space, history, work, path):
+    """Solve every load step of a program and write `path`.
 
-    `from_rest` (s,) tells the steps that start from rest instead of from the step before.  `onset` has no load in
-    row 0 and rest in row 1.  `dead` (s + 1,) tells the rows with dead loads.  `modes` (n, nodes, c) ties node angles
-    together; None: they are free, and what ties them need not be compiled.  `history` is None, likewise, where slip is
-    declared.  Where `path.lowest` is not empty the lowest eigenvalue is written where it is cheap: for free angles
-    without dead loads or history.  A step in the direction of the one before, where that was lost on the same way, is
-    lost where that was.
+    `modes` (n, nodes, c) ties node angles together; None: they are free, and what ties them need not be compiled.
+    `history` is None, likewise, where slip is declared.  Where `path.lowest` is not empty the lowest eigenvalue is
+    written where it is cheap: for free angles without dead loads or history.  A step in the direction of the one
+    before, where that was lost on the same way, is lost where that was.
     """
+    way, dead, from_rest = program.way, program.dead, program.from_rest
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
     rows = way.rows
     work.spent[0], space.allowed[0] = 0, space.allowance[0]
-    rest = come_to_rest(packed, onset, dead[0], modes, space, work)
+    rest = come_to_rest(packed, program.onset, dead[0], modes, space, work)
     possible = rest >= 0
     last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
     restore(packed, work, space.rest)

@@ -106,9 +106,7 @@ def stick_slip_march(packed, tension, force, tip, holes):
         transmit(model, plate, span, column[i], change)
         depart(plate, span, cable)
         next_frame(model, plate, after)
-        at_tip = 1.0 if i + 1 == plates else 0.0
-        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
-        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, change)
+        shed(packed, i, force, tip, outer, change)
     for d in range(columns):
         guess = 0.0 if d == 1 else -(change.moment[d] + (outer[2] if d == 0 else 0.0)) / change.moment[1]
         holes.guess[d] = guess

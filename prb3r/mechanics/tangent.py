@@ -58,9 +58,7 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
                 cable[j].length += packed.span[i, j].length
         transmit(model, plate, packed.span[i], modes[i], variation)
         next_frame(model, plate, after)
-        at_tip = 1.0 if i + 1 == plates else 0.0
-        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
-        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, variation)
+        shed(packed, i, force, tip, outer, variation)
     moment = -outer[2]
     for d in range(columns):
         work.column[0, 0, d] = -variation.moment[d]
@@ -100,9 +98,7 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
                         system[c, d] += share * work.block[k, d]
         transmit(model, plate, span, modes[i], variation)
         depart(plate, span, cable)
-        at_tip = 1.0 if i + 1 == plates else 0.0
-        gx, gy, held = at_tip * tip[0], at_tip * tip[1], at_tip * model.umbilical
-        shed(model, after.frame, force[i, 0], force[i, 1], gx, gy, held, outer, variation)
+        shed(packed, i, force, tip, outer, variation)
     for c in range(columns):
         if not abs(system[c, columns]) <= largest:
             largest = abs(system[c, columns])

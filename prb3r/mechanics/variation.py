@@ -145,22 +145,29 @@ def transmit(model, plate, span, dq, change):
 
 
 @kernel
-def unload(model, frame, fx, fy, gx, gy, held, sum):
-    """Take the loads of one disk off `sum` (force x, y, moment): `f` at its centre, `g` at its distal face, and the
-    couple by which its turn is `held` back, N m/rad."""
-    c, s = frame[3], frame[4]
-    half = model.disk / 2
-    x, y = frame[0] - half * c, frame[1] - half * s
+def unload(packed, i, force, tip, sum):
+    """Take the loads of the distal disk of plate `i` off `sum` (force x, y, moment about the world origin).
+
+    `force` (n, 2) acts at the disks' centres, `tip` (2,) at the tip disk's distal face; the umbilical turns that back.
+    """
+    frame, half = packed.plate[i + 1].frame, packed.model[0].disk / 2
+    at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
+    fx, fy, gx, gy = force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1]
+    held = at_tip * packed.model[0].umbilical
+    x, y = frame[0] - half * frame[3], frame[1] - half * frame[4]
     sum[0] -= fx + gx
     sum[1] -= fy + gy
     sum[2] -= (x * fy - y * fx) + (frame[0] * gy - frame[1] * gx) - held * frame[2]
 
 
 @kernel
-def shed(model, frame, fx, fy, gx, gy, held, sum, change):
+def shed(packed, i, force, tip, sum, change):
     """The same, written out as a call here costs the solver a twentieth, and the variation of it off `change`."""
+    frame, half = packed.plate[i + 1].frame, packed.model[0].disk / 2
+    at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
+    fx, fy, gx, gy = force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1]
+    held = at_tip * packed.model[0].umbilical
     c, s = frame[3], frame[4]
-    half = model.disk / 2
     x, y = frame[0] - half * c, frame[1] - half * s
     sum[0] -= fx + gx
     sum[1] -= fy + gy

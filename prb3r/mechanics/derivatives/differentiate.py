@@ -10,11 +10,10 @@ import numpy as np
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.derivatives.feedback import Sweep, sweep
 from prb3r.mechanics.derivatives.loops import Sliders, drag_sliders, recall_sliders
-from prb3r.mechanics.derivatives.partials import difference, hand_back, place_chain, put_loads, put_state
+from prb3r.mechanics.derivatives.partials import HeldState, difference, hand_back, place_chain, put_loads, put_state
 from prb3r.mechanics.derivatives.response import Room, respond, unbalance
 from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import entrance, kernel
-from prb3r.mechanics.load_row import LoadRow
 from prb3r.mechanics.tangent import chain_tangent
 from prb3r.mechanics.variation import Scratch
 
@@ -36,20 +35,16 @@ class Memory(NamedTuple):
 class DerivativeSpace(NamedTuple):
     """Working space of :func:`differentiate`."""
 
-    now: LoadRow
-    handed: np.ndarray
-    """(1,) moment of the dead loads about the world origin; none where none act."""
+    state: HeldState
     memory: Memory
     at_rest: Memory
-    partial: np.ndarray
-    """(n, rows, p)."""
-    left: np.ndarray
-    """(p,) derivative of the moment left at the tip."""
     room: Room
     sweep: Sweep
     work: Scratch
     tied: np.ndarray
     """(c, c + p) linear system in `c` modes."""
+    out: np.ndarray
+    """(s, n, rows, p) derivatives at the end of each load step: the result."""
 
 
 @kernel
@@ -125,22 +120,23 @@ def tie(packed, now, modes, work, system, partial):
 
 
 @entrance
-def differentiate(packed, held, sides, rows, steps, modes, space, out):
-    """Derivatives of all states of `steps`, written to `out` (s, plates, rows, p) where they end a load step.
+def differentiate(packed, held, sides, steps, modes, space):
+    """Derivatives of all states of `steps`, written to `space.out` where they end a load step.
 
     `held` is the chain once more, as records of a held shape.
     """
-    now, handed, partial, left, outer = space.now, space.handed, space.partial, space.left, space.room.outer
+    state, out = space.state, space.out
+    now, handed, partial, left, outer = state.now, state.handed, state.partial, state.left, state.outer
     history, slides, tied = packed.model[0].presliding != 0.0, packed.model[0].elements > 0, modes is not None
     for e in range(len(steps.row)):
-        put_loads(rows[steps.last[e]], rows[steps.row[e]], steps, e, now)
+        put_loads(state.rows[steps.last[e]], state.rows[steps.row[e]], steps, e, now)
         put_state(held, steps, e, now, None)
         place_chain(held)
         hand_back(held, now, handed, outer)
         if modes is None:
-            difference(held, sides, steps, e, now, None, handed, outer, partial, left)
+            difference(held, sides, steps, e, state, None)
         else:
-            difference(held, sides, steps, e, now, held.plate, handed, outer, partial, left)
+            difference(held, sides, steps, e, state, held.plate)
         for j in range(len(now.tension)):
             now.tension[j] = max(now.tension[j], 0.0)
         put_state(packed, steps, e, now, None)

@@ -96,7 +96,7 @@ def sweep(packed, now, partial, left, gain, room):
     for d in range(p):
         beyond[m, y + d] = -left[d]
     for i in range(len(packed.span) - 1, -1, -1):
-        plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
+        plate, span = packed.plate[i], packed.span[i]
         tip = 1.0 if i + 1 == len(packed.span) else 0.0
         outer[0] += now.force[i, 0] + tip * now.tip[0]
         outer[1] += now.force[i, 1] + tip * now.tip[1]
@@ -104,8 +104,7 @@ def sweep(packed, now, partial, left, gain, room):
         enter(packed.cable, span, change)
         feel(plate, span, outer, change, felt, 0)
         transmit(model, plate, span, room.column, change)
-        gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
-        shed(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, held, none, change)
+        shed(packed, i, now.force, now.tip, none, change)
         for d in range(u + y + p):
             for k in range(n):
                 block[k, d] = felt[k, d] + (plate.tangent[k, d] if d < n else 0.0)

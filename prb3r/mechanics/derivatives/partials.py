@@ -57,6 +57,24 @@ class Sides(NamedTuple):
     """(2, n, rows) of one parameter, ahead and behind."""
 
 
+@bundle
+class HeldState(NamedTuple):
+    """A state whose shape is held, and what changes of the parameters leave in it; working space but for `rows`."""
+
+    rows: np.ndarray
+    """(s + 1, l) what acts on the chain itself at rest and at each step, as `rows_of_loads`."""
+    now: LoadRow
+    """What acts in the state."""
+    handed: np.ndarray
+    """(1,) moment of the dead loads about the world origin; none where none act."""
+    outer: np.ndarray
+    """(3,) force and moment of the dead loads further out than a plate."""
+    partial: np.ndarray
+    """(n, rows, p) derivatives of the rows of the plates; see `response.py`."""
+    left: np.ndarray
+    """(p,) derivative of the moment left at the tip, N m."""
+
+
 @kernel
 def put_loads(start, target, steps, e, now):
     """Loads of state `e` on the way between two rows, tensions below zero included."""
@@ -112,29 +130,26 @@ def place_alike(packed, like):
 def hand_back(packed, now, handed, outer):
     """Moment of the dead loads about the world origin in the present shape; `outer` is working space."""
     if len(handed) > 0:
-        outer[2], last, model = 0.0, len(packed.span) - 1, packed.model[0]
-        for i in range(last + 1):
-            tip = 1.0 if i == last else 0.0
-            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
-            unload(model, packed.plate[i + 1].frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer)
+        outer[2] = 0.0
+        for i in range(len(packed.span)):
+            unload(packed, i, now.force, now.tip, outer)
         handed[0] = -outer[2]
 
 
 @kernel
-def difference(held, sides, steps, e, now, rest, handed, outer, partial, left):
-    """Derivatives with the shape of state `e` held: rows `partial` (n, rows, p) and `left` (p,), at the tip.
+def difference(held, sides, steps, e, state, rest):
+    """Derivatives with the shape of state `e` of `steps` held: `partial` and `left` of `state`.
 
-    `held` is the chain itself in that state under the loads `now`; slack cables stay slack.  `rest` is that of
-    `put_state`; `handed` and `outer` are those of `unbalance`.
+    `held` is the chain itself in that state under its loads; slack cables stay slack.  `rest` is that of `put_state`.
     """
-    packed, out, acting = sides.packed, sides.out, sides.now
+    packed, out, acting, partial, left = sides.packed, sides.out, sides.now, state.partial, state.left
     start, target = sides.rows[steps.last[e]], sides.rows[steps.row[e]]
     for v in range(len(sides.alike)):
         d, behind = v // 2, v % 2
         side: Any = alike(held, (packed.model[v], packed.plate[v], packed.span[v], packed.cable[v]))  # type: ignore[call-arg]
         put_loads(start[v], target[v], steps, e, acting)
-        for j in range(len(now.tension)):
-            if now.tension[j] < 0.0:
+        for j in range(len(state.now.tension)):
+            if state.now.tension[j] < 0.0:
                 acting.tension[j] = 0.0
         put_state(side, steps, e, acting, rest)
         if sides.alike[v]:
@@ -142,8 +157,8 @@ def difference(held, sides, steps, e, now, rest, handed, outer, partial, left):
         else:
             place_chain(side)
         if rest is not None:
-            hand_back(side, acting, handed, outer)
-        over = unbalance(side, acting, handed, outer, out[behind])
+            hand_back(side, acting, state.handed, state.outer)
+        over = unbalance(side, acting, state.handed, state.outer, out[behind])
         if not behind:
             left[d] = over
             continue

@@ -113,9 +113,7 @@ def unbalance(packed, now, handed, outer, out):
         balance_plate(model, plate, span, cable)
         depart(plate, span, cable)
         if loaded:
-            tip = 1.0 if i + 1 == plates else 0.0
-            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
-            unload(model, after.frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer)
+            unload(packed, i, now.force, now.tip, outer)
         for k in range(n):
             out[i, k] = plate.residual[k]
         out[i, n] = after.frame[0] - half * after.frame[3]
@@ -181,9 +179,7 @@ def respond(packed, now, handed, partial, left, known, room):
         depart(plate, span, cable)
         next_frame(model, plate, after)
         if loaded:
-            tip = 1.0 if i + 1 == plates else 0.0
-            gx, gy, held = tip * now.tip[0], tip * now.tip[1], tip * model.umbilical
-            shed(model, frame, now.force[i, 0], now.force[i, 1], gx, gy, held, outer, change)
+            shed(packed, i, now.force, now.tip, outer, change)
         for d in range(columns):
             turned = half * change.frame[2, d]
             answer[i, n, d] = change.frame[0, d] + frame[4] * turned

@@ -19,7 +19,7 @@ from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, differentiate
 from prb3r.mechanics.derivatives.feedback import sweep_room
 from prb3r.mechanics.derivatives.loops import sliders_at_zero
-from prb3r.mechanics.derivatives.partials import PathStates, Sides
+from prb3r.mechanics.derivatives.partials import HeldState, PathStates, Sides
 from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
@@ -136,21 +136,26 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     )
     modes = segment_modes(chain) if chain.tied else None
     tied = 0 if modes is None else modes.shape[2]
-    space = DerivativeSpace(
+    state = HeldState(
+        rows=rows_of_loads(rows),
         now=load_row(rows),
         handed=np.zeros(int(dead)),
-        memory=next(memories),
-        at_rest=next(memories),
+        outer=np.zeros(3),
         partial=np.zeros((plates, height, count)),
         left=np.zeros(count),
+    )
+    space = DerivativeSpace(
+        state=state,
+        memory=next(memories),
+        at_rest=next(memories),
         room=room(packed, int(dead and not chain.tied), count, history),
         sweep=sweep_room(packed, count if history else 0),
         work=scratch(packed, tied),
         tied=np.zeros((tied, tied + count)),
+        out=np.empty((rows.steps - 1, *state.partial.shape)),
     )
-    out = np.empty((rows.steps - 1, *space.partial.shape))
-    differentiate(packed, held, sides, rows_of_loads(rows), steps, modes, space, out)
-    return out
+    differentiate(packed, held, sides, steps, modes, space)
+    return space.out
 
 
 def _problems(directions: Sequence[Direction]) -> list[LoadedChain]:
