@@ -6,13 +6,12 @@ Polynomials are summed by halves (Estrin): a processor works on several terms at
 from math import atan2, cos, exp, sin
 
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.lanes.number import some, where
 
 
 @kernel
 def cos_sin(angle):
     """Cosine and sine to the last digit; the polynomials hold to pi / 4 (Moshier, Cephes, sin.c)."""
-    if abs(angle) > 0.78:
-        return cos(angle), sin(angle)
     z = angle * angle
     w = z * z
     s = (-1.66666666666666307295e-1 + 8.33333333332211858878e-3 * z) + w * (
@@ -23,14 +22,16 @@ def cos_sin(angle):
         (2.48015872888517045348e-5 - 2.75573141792967388112e-7 * z)
         + w * (2.08757008419747316778e-9 - 1.13585365213876817300e-11 * z)
     )
-    return 1.0 - 0.5 * z + w * c, angle + angle * z * s
+    c, s = 1.0 - 0.5 * z + w * c, angle + angle * z * s
+    large = abs(angle) > 0.78
+    if some(large):
+        c, s = where(large, cos(angle), c), where(large, sin(angle), s)
+    return c, s
 
 
 @kernel
 def direction_of(x, y):
     """Angle of the vector (x, y), to the last digit (Moshier, Cephes, atan.c, where it is small)."""
-    if abs(y) > 0.66 * x:
-        return atan2(y, x)
     t = y / x
     z = t * t
     w = z * z
@@ -40,15 +41,19 @@ def direction_of(x, y):
     q = (1.945506571482613964425e2 + 4.853903996359136964868e2 * z) + w * (
         (4.328810604912902668951e2 + 1.650270098316988542046e2 * z) + w * (2.485846490142306297962e1 + z)
     )
-    return t + t * z * p / q
+    angle, large = t + t * z * p / q, abs(y) > 0.66 * x
+    if some(large):
+        angle = where(large, atan2(y, x), angle)
+    return angle
 
 
 @kernel
 def exponential(x):
     """e to the power of `x`, to the last digits: where it is small its series to the eleventh power."""
-    if abs(x) > 0.25:
-        return exp(x)
     z = x * x
     w = z * z
     tail = (1 / 2 + x / 6) + z * (1 / 24 + x / 120) + w * ((1 / 720 + x / 5040) + z * (1 / 40320 + x / 362880))
-    return 1.0 + (x + z * (tail + w * w * (1 / 3628800 + x / 39916800)))
+    power, large = 1.0 + (x + z * (tail + w * w * (1 / 3628800 + x / 39916800))), abs(x) > 0.25
+    if some(large):
+        power = where(large, exp(x), power)
+    return power

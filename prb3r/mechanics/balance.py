@@ -16,6 +16,7 @@ from math import copysign, inf
 from prb3r.mechanics.angle import cos_sin
 from prb3r.mechanics.cable import linearise_pull, pull_cables
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.lanes.number import where
 
 
 @kernel
@@ -110,13 +111,30 @@ def slipping_law(model, plate, k, angle):
 
 
 @kernel
+def law_of_plate(model, plate, k, angle):
+    """Node angle that a linear plate would need for the moment at node `k` of this one, and its slope."""
+    elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
+    if model.share > 0.0:
+        slipping, follows = slipping_law(model, plate, k, angle)
+        elastic = (1.0 - model.share) * elastic + slipping
+        slope = (1.0 - model.share) * slope + follows
+    return elastic, slope
+
+
+@law_of_plate.where_in_lanes
+def linear_law(model, plate, k, angle):
+    """The same of equilibria side by side, whose plates are linear."""
+    return angle, 1.0
+
+
+@kernel
 def contact(plate):
     """Moment that touching disks carry beside a bent plate, N m, and its slope by the bend."""
-    side = 1 if plate.bend > 0.0 else 0
-    excess, stiffness = abs(plate.bend) - plate.contact_angle[side], plate.contact_stiffness[side]
-    if excess > 0.0:
-        return copysign(stiffness * excess, plate.bend), stiffness
-    return 0.0, 0.0
+    positive = plate.bend > 0.0
+    stiffness = where(positive, plate.contact_stiffness[1], plate.contact_stiffness[0])
+    excess = abs(plate.bend) - where(positive, plate.contact_angle[1], plate.contact_angle[0])
+    touching = excess > 0.0
+    return where(touching, copysign(stiffness * excess, plate.bend), 0.0), where(touching, stiffness, 0.0)
 
 
 @kernel
@@ -136,18 +154,12 @@ def unbalance_plate(model, plate, span, cable):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
         elastic, slope = plate.q[k] - plate.rest[k], 1.0
         if not model.linear:
-            angle = elastic
-            elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
-            if model.share > 0.0:
-                slipping, follows = slipping_law(model, plate, k, angle)
-                elastic = (1.0 - model.share) * elastic + slipping
-                slope = (1.0 - model.share) * slope + follows
+            elastic, slope = law_of_plate(model, plate, k, elastic)
         plate.slope[k] = slope
         residual = model.stiff * stiffness * elastic - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness
-        if not error <= largest:  # NaN too
-            largest = error
+        largest = where(error <= largest, largest, error)  # NaN too
     return largest
 
 

@@ -18,6 +18,7 @@ from math import copysign, sqrt, tanh
 
 from prb3r.mechanics.angle import direction_of, exponential
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.lanes.number import every
 
 LEAN = 0.005
 """Bend of a plate at which a cable with clearance has come to lie against the inner side of its holes, rad."""
@@ -94,10 +95,10 @@ def pull_cables(model, plate, span, cable):
         out = span[j]
         out.tension, out.passes = 0.0, 1.0
         pull = cable[j].tension
-        if not out.present or (pull == 0.0 and model.presliding == 0.0):
+        if not out.present or (every(pull == 0.0) and model.presliding == 0.0):
             continue
         measure_span(model, plate, out)
-        if pull == 0.0:
+        if every(pull == 0.0):
             continue
         out.rate = out.rate_in = out.wrap = 0.0
         if out.friction != 0.0:
@@ -119,10 +120,10 @@ def linearise_pull(model, plate, span):
             plate.dwrench[d, p] = 0.0
     for j in range(len(span)):
         out = span[j]
-        if not out.present or (out.tension == 0.0 and model.presliding == 0.0):
+        if not out.present or (every(out.tension == 0.0) and model.presliding == 0.0):
             continue
         linearise_span(plate, out)
-        if out.tension == 0.0:
+        if every(out.tension == 0.0):
             continue
         fx, fy = out.wrench[0], out.wrench[1]
         for p in range(derivatives):

@@ -179,6 +179,15 @@ def acting(chain: Chain, loads: Loads) -> Loads:
     )
 
 
+def dead_loads(chain: Chain, loads: Loads) -> np.ndarray:
+    """(s,) whether dead loads act on `chain` at a step, or the couple of an umbilical."""
+    if chain.umbilical:
+        return np.ones(loads.steps, bool)
+    if not (loads.force.any() or loads.tip.any()):  # soon seen, and mostly so
+        return np.zeros(loads.steps, bool)
+    return np.array(loads.force.any((1, 2)) | loads.tip.any(1))
+
+
 LEAST_FRICTION = 0.05
 """Share of friction that is left at any rate, where its logarithm would take all of it or more."""
 

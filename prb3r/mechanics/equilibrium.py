@@ -9,13 +9,14 @@ from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_blocks
 from prb3r.mechanics.budget import GAVE_UP
-from prb3r.mechanics.chain import Chain, Loads, acting, no_loads
+from prb3r.mechanics.chain import Chain, Loads, acting, dead_loads, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, Program, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import pack
+from prb3r.mechanics.side_by_side import lane_space, solve_side_by_side, stand_alone
 from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
 
@@ -105,6 +106,8 @@ def last_solved(failed: np.ndarray) -> np.ndarray:
 
 def left_out(failed: np.ndarray, anew: np.ndarray) -> np.ndarray:
     """(s,) whether a step fails between each step and the rest that its path begins with."""
+    if not failed.any() or anew.all():
+        return failed
     passed, sofar = np.zeros(len(failed), bool), False
     for s in range(len(failed)):
         sofar = (sofar and not anew[s]) or bool(failed[s])
@@ -137,11 +140,9 @@ def solve_chain(
     steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping
     modes = segment_modes(chain) if chain.tied else None
     rows = acting(chain, loads)
-    load_path = rows_of_loads(rows)
-    onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
-    dead = np.array(rows.force.any((1, 2)) | rows.tip.any(1) | (chain.umbilical != 0))
+    dead = dead_loads(chain, rows)
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    program = Program(onset, Way(load_path, np.zeros(2, np.int64)), dead, anew)
+    alone, done = stand_alone(chain, rows, anew, eigenvalue), np.zeros(steps, bool)
     packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
     path = Path(
@@ -150,7 +151,7 @@ def solve_chain(
         spent=np.zeros(steps, np.int64),
         residual=np.full(steps, np.nan),
         q=np.full((kept, plates, n), np.nan),
-        disk=np.concatenate([np.zeros((steps, 1, 3)), np.full((steps, plates, 3), np.nan)], axis=1),
+        disk=np.full((steps, plates + 1, 3), np.nan),
         tension=np.full((kept, plates, cables), np.nan),
         moment=np.full((kept, plates, n + 2), np.nan),
         slip=np.full((kept if history else 0, plates, cables), np.nan),
@@ -159,10 +160,17 @@ def solve_chain(
         lowest=np.full(steps if eigenvalue else 0, np.nan),
         block=np.full((0 if not eigenvalue or has_closed_form(chain) else steps, plates, n, n), np.nan),
     )
-    work = scratch(packed, modes.shape[2] if modes is not None else 2 + cables if history else 2)
-    space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)
-    memory = history_space(chain, packed, space) if history else None
-    follow(packed, program, modes, space, memory, work, path)
+    path.disk[:, 0] = 0.0
+    columns = modes.shape[2] if modes is not None else 2 + cables if history else 2
+    if alone.any():
+        solve_side_by_side(packed, rows.tension[1:], rows.slip[1:], alone, lane_space(packed), path, done)
+    if not done.all():
+        load_path = rows_of_loads(rows)
+        onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
+        program = Program(onset, Way(load_path, np.zeros(2, np.int64)), dead, anew, done)
+        space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)
+        memory = history_space(chain, packed, space) if history else None
+        follow(packed, program, modes, space, memory, scratch(packed, columns), path)
     failed = path.status[:, 0] < 0
     outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
     outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT

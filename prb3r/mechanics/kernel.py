@@ -153,6 +153,21 @@ class _Kernel(CPUDispatcher):
     def add_overload(self, cres):
         self.overloads[tuple(cres.signature.args)] = cres
 
+    in_lanes: Any = None
+    """The kernel that stands in its place where an argument is in lanes; see `lanes/`."""
+
+    def where_in_lanes(self, function):
+        """Compile `function` in its place where an argument is in lanes."""
+        self.in_lanes = kernel(function)
+        return self.in_lanes
+
+    def get_call_template(self, args, kws):
+        if self.in_lanes is None or not any(getattr(kind, "in_lanes", False) for kind in args):
+            return super().get_call_template(args, kws)
+        template = self.in_lanes.get_call_template(args, kws)
+        self.overloads.update(self.in_lanes.overloads)
+        return template
+
     def _compile_for_args(self, *args, **kws):
         raise TypeError(f"{self.py_func.__name__} is called by compiled code alone; entrance(it.py_func) can be called")
 

@@ -61,6 +61,8 @@ class Program(NamedTuple):
     """(s + 1,) which rows have dead loads."""
     from_rest: np.ndarray
     """(s,) which steps start from rest instead of from the step before."""
+    done: np.ndarray
+    """(s,) which steps are solved already; no other goes on from them."""
 
 
 @bundle
@@ -147,7 +149,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
 
 @entrance
 def follow(packed, program, modes, space, history, work, path):
-    """Solve every load step of a program and write `path`.
+    """Solve every load step of a program that is not done and write `path`.
 
     `modes` (n, nodes, c) ties node angles together; None: they are free, and what ties them need not be compiled.
     `history` is None, likewise, where slip is declared.  Where `path.lowest` is not empty the lowest eigenvalue is
@@ -167,6 +169,9 @@ def follow(packed, program, modes, space, history, work, path):
         keep_state(space.accepted, last, 1.0, space.rest)
     lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
     for s in range(1, len(rows)):
+        if program.done[s - 1]:
+            lost_from = np.int64(-1)
+            continue
         if from_rest[s - 1]:
             last = np.int64(0)
             work.spent[0], space.allowed[0] = 0, space.allowance[0]

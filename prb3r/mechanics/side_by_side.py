@@ -1,0 +1,248 @@
+"""Equilibria without dead loads side by side: of loads that each act alone, from rest, in one step.
+
+As in `march.py` plate follows plate from base to tip, here for as many loads at once as there are lanes.  A lane that
+has converged stands still, so that what comes of a load does not depend on those beside it.  A load that takes more, as
+a plate turns far or Newton's method does not converge at once, is left to `path.py`.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import typeof
+
+from prb3r.mechanics.balance import linearise_plate, unbalance_plate
+from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_block
+from prb3r.mechanics.bundle import bundle
+from prb3r.mechanics.chain import Chain, Loads, dead_loads
+from prb3r.mechanics.kernel import entrance, kernel
+from prb3r.mechanics.lanes.number import LANES, every, where
+from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, room_in_lanes
+from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.path_output import write_step
+from prb3r.mechanics.records import Packed
+from prb3r.mechanics.state import PLATE_TURN
+
+MOST_CORRECTIONS = 12
+"""Newton steps of a plate after which a load is left to `path.py`: from there on the march shortens them, for kinks."""
+WRITTEN = ("q", "residual", "tangent", "node", "end", "bend", "axis", "wrench", "frame")
+"""Fields of a plate that what is kept of a state is made of."""
+TOLD = ("most", "spent", "farthest")
+"""Fields of `march_fields` that are told of each load."""
+
+
+def march_fields(n: int, cables: int) -> list[tuple]:
+    """What a march is given and knows, for plates of `n` nodes."""
+    return [
+        ("tension", float, (cables,)),  # before the base hole, N
+        ("slip", float, (cables,)),
+        ("change", float, (n,)),  # of the node angles of the last plate since rest, rad, and its first and
+        ("first", float, (n,)),  # second difference from plate to plate
+        ("second", float, (n,)),
+        ("missed", float, (n,)),  # by how much the change of the present plate was missed
+        ("known", float),  # how many of these differences are known
+        ("most", float),  # Newton steps of the plate that took most
+        ("spent", float),  # evaluations of a plate
+        ("farthest", float),  # turn of a plate, rad
+    ]
+
+
+@bundle
+class LaneSpace(NamedTuple):
+    """Working space of :func:`solve_side_by_side`: records for `lane_table`, and for each its numbers in lanes."""
+
+    plate: np.ndarray
+    """(n + 1, width, lanes)."""
+    span: np.ndarray
+    """(n, m, width, lanes)."""
+    cable: np.ndarray
+    """(m, width, lanes)."""
+    march: np.ndarray
+    """(1,) records of `march_fields`."""
+    told: np.ndarray
+    """(1, width, lanes) of the march."""
+    told_at: np.ndarray
+    """(3,) where the numbers of `TOLD` are among them."""
+    written_at: np.ndarray
+    """(2, c) where the numbers of `WRITTEN` are: in lanes, and in a plain record."""
+    tension_at: np.ndarray
+    """(1,) where the tension of a cable over a plate is in lanes."""
+    numbers: np.ndarray
+    """(n + 1, c) plain records of the plates as numbers."""
+    rows: np.ndarray
+    """(lanes,) load steps that are side by side."""
+
+
+def lane_space(packed: Packed) -> LaneSpace:
+    """Working space for the chain of `packed`."""
+    of_plate, of_span, of_cable = (typeof(getattr(packed, name)).dtype for name in ("plate", "span", "cable"))
+    march = np.zeros(1, march_fields(packed.plate["q"].shape[1], len(packed.cable)))
+    of_march, in_plate = in_lanes_of(typeof(march).dtype), in_lanes_of(of_plate)
+    places = [(name, k) for name in WRITTEN for k in range(int(np.prod(in_plate[name][1])))]
+    return LaneSpace(
+        plate=room_in_lanes(packed.plate, of_plate),
+        span=room_in_lanes(packed.span, of_span),
+        cable=room_in_lanes(packed.cable, of_cable),
+        march=march,
+        told=room_in_lanes(march, typeof(march).dtype),
+        told_at=np.array([of_march[name][0] for name in TOLD]),
+        written_at=np.array([(in_plate[name][0] + k, of_plate.offset(name) // 8 + k) for name, k in places]).T.copy(),
+        tension_at=np.array([in_lanes_of(of_span)["tension"][0]]),
+        numbers=packed.plate.view(float).reshape(len(packed.plate), -1),
+        rows=np.zeros(LANES, np.int64),
+    )
+
+
+def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bool) -> np.ndarray:
+    """(s,) which steps can be solved here: from rest under nothing, without dead loads, and with none that goes on.
+
+    Parameters
+    ----------
+    rows : what acts at rest and at each step, as of `acting`.
+    from_rest : (s,) which steps start from rest.
+    eigenvalue : whether the lowest eigenvalue is asked for.
+    """
+    plain = chain.law.linear and not (chain.tied or chain.remembers or chain.softening or chain.friction_exponent)
+    dead, free = dead_loads(chain, rows), not (rows.tension[0].any() or rows.moment.any())
+    if not plain or not free or dead[0] or (eigenvalue and not has_closed_form(chain)):
+        return np.zeros(len(from_rest), bool)
+    return from_rest & np.append(from_rest[1:], True) & ~dead[1:]
+
+
+@kernel
+def eliminate(plate):
+    """Newton step of one plate without pivots: `residual` becomes ``tangent^-1 residual``; `tangent` is used up."""
+    a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
+    for k in range(n):
+        inverse = 1.0 / a[k, k]
+        a[k, k] = inverse
+        for r in range(k + 1, n):
+            factor = a[r, k] * inverse
+            for c in range(k + 1, n):
+                a[r, c] -= factor * a[k, c]
+            b[r] -= factor * b[k]
+    for k in range(n - 1, -1, -1):
+        value = b[k]
+        for r in range(k + 1, n):
+            value -= a[k, r] * b[r]
+        b[k] = value * a[k, k]
+
+
+@kernel
+def solve_plates(model, plate, span, cable, march):
+    """Newton's method on one plate in every lane; returns the steps of each, `MOST_CORRECTIONS` where it failed."""
+    n, steps = plate.q.shape[0], 0.0 * plate.q[0]
+    for step in range(MOST_CORRECTIONS):
+        solved = unbalance_plate(model, plate, span, cable) <= (TOLERANCE if step > 0 else AS_FORETOLD)
+        if every(solved):
+            break
+        linearise_plate(model, plate, span)
+        eliminate(plate)
+        steps += where(solved, 0.0, 1.0)
+        for k in range(n):
+            change = -plate.residual[k]
+            change = where(change > MAX_STEP, MAX_STEP, where(change < -MAX_STEP, -MAX_STEP, change))
+            change = where(solved, 0.0, change)
+            plate.q[k] += change
+            march.missed[k] += change
+    return steps
+
+
+@kernel
+def foretell_in_lanes(march):
+    """As `foretell` of the march, in every lane for itself."""
+    missed, without, known = 0.0, 0.0, march.known
+    for k in range(len(march.missed)):
+        missed += abs(march.missed[k])
+        without += abs(march.missed[k] + march.first[k] + march.second[k])
+    anew = missed > where(known > 1.0, 0.5 * without, 1e300)
+    for k in range(len(march.missed)):
+        off, first, second = march.missed[k], march.first[k], march.second[k]
+        next_second = where(known > 1.0, second + off, 0.0)
+        next_first = where(known > 1.0, first + next_second, where(known > 0.0, off, 0.0))
+        march.change[k] += where(anew, first + second + off, where(known > 0.0, next_first, off))
+        march.first[k] = where(anew, 0.0, next_first)
+        march.second[k] = where(anew, 0.0, next_second)
+    march.known = where(anew, 1.0, known + 1.0)
+
+
+@kernel
+def march_side_by_side(model, plates, spans, cable, march, eigenvalue):
+    """Solve plate after plate in every lane; leaves the tangents of the plates in balance where `eigenvalue` is."""
+    n = len(march.missed)
+    at_base(march.tension, march.slip, cable)
+    for k in range(n):
+        march.change[k] = march.first[k] = march.second[k] = 0.0
+    march.known = march.most = march.spent = march.farthest = 0.0
+    base: Any = plates[0]
+    for k in range(5):
+        base.frame[k] = 1.0 if k == 3 else 0.0
+    for i in range(len(spans)):
+        plate, span = plates[i], spans[i]
+        for k in range(n):
+            plate.q[k] = plate.rest[k] + (march.change[k] + march.first[k] + march.second[k])
+            march.missed[k] = 0.0
+        steps = solve_plates(model, plate, span, cable, march)
+        if eigenvalue:
+            linearise_plate(model, plate, span)
+        foretell_in_lanes(march)
+        turn = 0.0
+        for k in range(n):
+            turn += plate.q[k] - plate.rest[k]
+        turn = abs(turn)
+        march.most = where(steps > march.most, steps, march.most)
+        march.spent += steps + 1.0
+        march.farthest = where(turn <= march.farthest, march.farthest, turn)  # NaN too
+        depart(plate, span, cable)
+        next_frame(model, plate, plates[i + 1])
+
+
+@kernel
+def write_lane(packed, space, lane, row, path):
+    """Keep the state in one lane as step `row` of `path`."""
+    plates, cables = packed.span.shape
+    for i in range(plates + 1):
+        for c in range(space.written_at.shape[1]):
+            space.numbers[i, space.written_at[1, c]] = space.plate[i, space.written_at[0, c], lane]
+    lowest = np.inf
+    for i in range(plates):
+        for j in range(cables):
+            packed.span[i, j].tension = space.span[i, j, space.tension_at[0], lane]
+        if len(path.lowest) > 0:
+            lowest = min(lowest, lowest_of_block(packed.plate[i].tangent))
+    path.status[row, 0], path.status[row, 1] = 0, int(space.told[0, space.told_at[0], lane])
+    path.reached[row], path.spent[row] = 1.0, int(space.told[0, space.told_at[1], lane])
+    write_step(packed, row, path)
+    if len(path.lowest) > 0:
+        path.lowest[row] = lowest
+
+
+@entrance
+def solve_side_by_side(packed, tension, slip, alone, space, path, done):
+    """Solve the load steps that are `alone` (s,) under `tension` and `slip` (s, m), and write `path` as `follow` does.
+
+    Marks in `done` (s,) which of them were solved; the others are as they were.
+    """
+    march: Any = lane_table(space.march, space.told)[0]  # type: ignore[call-arg]
+    plates, spans = lane_table(packed.plate, space.plate), lane_table(packed.span, space.span)  # type: ignore[call-arg]
+    cable = lane_table(packed.cable, space.cable)  # type: ignore[call-arg]
+    rows, cables, s = space.rows, len(packed.cable), 0
+    while s < len(alone):
+        count = 0
+        while s < len(alone) and count < LANES:
+            if alone[s]:
+                rows[count] = s
+                count += 1
+            s += 1
+        if count == 0:
+            break
+        for lane in range(LANES):
+            row = rows[min(lane, count - 1)]  # lanes that are left over do the last one once more
+            for j in range(cables):
+                space.told[0, j, lane] = max(tension[row, j], 0.0)  # a cable cannot push
+                space.told[0, cables + j, lane] = slip[row, j]
+        march_side_by_side(packed.model[0], plates, spans, cable, march, len(path.lowest) > 0)
+        for lane in range(count):
+            most, farthest = space.told[0, space.told_at[0], lane], space.told[0, space.told_at[2], lane]
+            if most < MOST_CORRECTIONS and farthest <= PLATE_TURN:
+                write_lane(packed, space, lane, rows[lane], path)
+                done[rows[lane]] = True
