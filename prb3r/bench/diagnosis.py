@@ -1,8 +1,9 @@
 """How long a diagnosis takes: designs of the proof grown to 14 disks and 40 steps, recorded by the independent rig."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.designs import design_of
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import recording_of
+from prb3r.recording.recording import Recording
 
 SEQUENCES = (6, 6, 6, 6, 6, 5, 5)
 """Steps of each sequence: 40 in all."""
@@ -39,21 +41,16 @@ HIDDEN_EFFECTS: tuple[Mapping[str, Any], ...] = (
 def diagnosis_table(designs: int, say: Callable[[str], None] = lambda text: None) -> pd.DataFrame:
     """Seconds of the diagnosis of each of `designs` recordings, with friction declared and along the path.
 
+    Designs whose arm, grown to so many plates, has no equilibrium at some step are left out, and the next one is taken.
+
     Parameters
     ----------
     say : hears which recording is under way.
-
-    Raises
-    ------
-    ValueError
-        Where the rig has no equilibrium.
     """
     rows = []
     for friction in GOALS_S:
-        for number in range(designs):
-            say(f"diagnosis {number + 1} of {designs}, friction {friction}")
-            design = grown(design_of(DESIGN_SEED, number), friction)
-            recording = recording_of(design, _label(number))
+        for done, (number, recording) in enumerate(islice(_recordings(friction), designs), 1):
+            say(f"diagnosis {done} of {designs}, friction {friction}")
             begin = time.perf_counter()
             verdict = diagnosis_of(recording, jobs=CORES).verdict
             rows.append(
@@ -66,6 +63,17 @@ def diagnosis_table(designs: int, say: Callable[[str], None] = lambda text: None
                 }
             )
     return pd.DataFrame(rows)
+
+
+def _recordings(friction: str) -> Iterator[tuple[int, Recording]]:
+    """Numbers of designs, from 0, with their recordings, as far as the rig has an equilibrium at every step."""
+    for number in count():
+        design = grown(design_of(DESIGN_SEED, number), friction)
+        try:
+            recording = recording_of(design, _label(number))
+        except ValueError:
+            continue
+        yield number, recording
 
 
 def diagnosis_goals(table: pd.DataFrame) -> list[tuple[str, str, float, float]]:
@@ -97,9 +105,9 @@ def grown(design: Design, friction: str) -> Design:
     return replace(design, manipulator=manipulator, program=tuple(program))
 
 
-def _resampled(steps: LoadSteps, cables: Sequence[str], count: int, share: float) -> LoadSteps:
-    """Much the same path in `count` steps: loads in between in proportion, cables paid out where tensions fall."""
-    at = np.linspace(0, len(steps) - 1, count)
+def _resampled(steps: LoadSteps, cables: Sequence[str], length: int, share: float) -> LoadSteps:
+    """Much the same path in `length` steps: loads in between in proportion, cables paid out where tensions fall."""
+    at = np.linspace(0, len(steps) - 1, length)
     factors = {"cable": share, "tip": share**2}  # a longer arm gives a force at its tip more leverage
     columns = {
         name: factors[name.split("_")[0]] * np.interp(at, np.arange(len(steps)), [step[name] for step in steps])
@@ -109,7 +117,7 @@ def _resampled(steps: LoadSteps, cables: Sequence[str], count: int, share: float
     for name in cables:
         falls = np.diff(columns[f"cable_{name}_n"], prepend=0.0) < 0
         columns[f"slip_{name}"] = np.where(falls, 1.0, -1.0)
-    return tuple({name: float(values[k]) for name, values in columns.items()} for k in range(count))
+    return tuple({name: float(values[k]) for name, values in columns.items()} for k in range(length))
 
 
 def _concealed(number: int) -> tuple[Mapping[str, Any], ...]:

@@ -26,7 +26,7 @@ MOST_CORRECTIONS = 12
 """Newton steps of a plate after which a load is left to `path.py`: from there on the march shortens them, for kinks."""
 WRITTEN = ("q", "residual", "tangent", "node", "end", "bend", "axis", "wrench", "frame")
 """Fields of a plate that what is kept of a state is made of."""
-TOLD = ("most", "spent", "farthest")
+TOLD_OF_LOADS = ("most", "spent", "farthest")
 """Fields of `march_fields` that are told of each load."""
 
 
@@ -61,7 +61,7 @@ class LaneSpace(NamedTuple):
     told: np.ndarray
     """(1, width, lanes) of the march."""
     told_at: np.ndarray
-    """(3,) where the numbers of `TOLD` are among them."""
+    """(3,) where the numbers of `TOLD_OF_LOADS` are among them."""
     written_at: np.ndarray
     """(2, c) where the numbers of `WRITTEN` are: in lanes, and in a plain record."""
     tension_at: np.ndarray
@@ -84,7 +84,7 @@ def lane_space(packed: Packed) -> LaneSpace:
         cable=room_in_lanes(packed.cable, of_cable),
         march=march,
         told=room_in_lanes(march, typeof(march).dtype),
-        told_at=np.array([of_march[name][0] for name in TOLD]),
+        told_at=np.array([of_march[name][0] for name in TOLD_OF_LOADS]),
         written_at=np.array([(in_plate[name][0] + k, of_plate.offset(name) // 8 + k) for name, k in places]).T.copy(),
         tension_at=np.array([in_lanes_of(of_span)["tension"][0]]),
         numbers=packed.plate.view(float).reshape(len(packed.plate), -1),
@@ -131,9 +131,9 @@ def eliminate(plate):
 def solve_plates(model, plate, span, cable, march):
     """Newton's method on one plate in every lane; returns the steps of each, `MOST_CORRECTIONS` where it failed."""
     n, steps = plate.q.shape[0], 0.0 * plate.q[0]
-    for step in range(MOST_CORRECTIONS):
+    for step in range(MOST_CORRECTIONS + 1):
         solved = unbalance_plate(model, plate, span, cable) <= (TOLERANCE if step > 0 else AS_FORETOLD)
-        if every(solved):
+        if every(solved) or step == MOST_CORRECTIONS:
             break
         linearise_plate(model, plate, span)
         eliminate(plate)

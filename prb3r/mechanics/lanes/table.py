@@ -1,6 +1,6 @@
 """Records whose numbers are in lanes: what a chain is made of once for all lanes, and its state in each of them.
 
-To compiled code such a record has the fields of the plain one (`records.py`).  Those in `ALIKE`, and those that are no
+To compiled code such a record has the fields of the plain one (`records.py`).  Those in `SHARED_BY_LANES`, and those that are no
 floating point numbers, it takes from the plain record; all others lie in an array of their own, lane beside lane.
 """
 
@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 
 from prb3r.mechanics.lanes.number import IN_LANES, LANE_VECTOR, LANES
 
-ALIKE = {
+SHARED_BY_LANES = {
     *{"arc", "clamp", "stiffness", "curvature", "rest", "knee", "contact_angle", "contact_stiffness", "extra", "load"},
     *{"yields", "slider", "offset", "friction", "pulley"},
 }
@@ -31,7 +31,7 @@ def in_lanes_of(record: types.Record) -> dict[str, tuple[int, tuple[int, ...]]]:
         kind = record.typeof(name)
         shape = kind.shape if isinstance(kind, types.NestedArray) else ()
         number = kind.dtype if isinstance(kind, types.NestedArray) else kind
-        if name not in ALIKE and number == types.float64:
+        if name not in SHARED_BY_LANES and number == types.float64:
             places[name] = place, tuple(shape)
             place += math.prod(shape)
     return places
