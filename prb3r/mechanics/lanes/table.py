@@ -1,7 +1,8 @@
 """Records whose numbers are in lanes: what a chain is made of once for all lanes, and its state in each of them.
 
-To compiled code such a record has the fields of the plain one (`records.py`).  Those in `SHARED_BY_LANES`, and those that are no
-floating point numbers, it takes from the plain record; all others lie in an array of their own, lane beside lane.
+To compiled code such a record has the fields of the plain one (`records.py`).  Those that all lanes share, and those
+that are no floating point numbers, it takes from the plain record; all others lie in an array of their own, lane beside
+lane.
 """
 
 import math
