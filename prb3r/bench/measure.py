@@ -28,6 +28,7 @@ from prb3r.bench.methods import (
     HISTORY_ENGINE,
     INTEGRAL,
     PRB_ENGINE,
+    SIDE_BY_SIDE,
     TIP_ENGINE,
     method_table,
     method_tasks,
@@ -139,6 +140,10 @@ def _goals(
         *(("two workers, times as fast as one", ">=", 1.8, way.two_workers) for way in ways.itertuples() if _told(way)),
         ("elastica, tip error in % of length", "<=", 1e-4, by["tip_error_percent"][ELASTICA_ENGINE]),
         ("PRB 3R, 14 plates, us per equilibrium", "<=", 10, 1e6 * by["time_each_s"][PRB_ENGINE]),
+        *(
+            (f"{name.removeprefix('engine, ')}, us per equilibrium", "<=", asked, 1e6 * by["time_each_s"][name])
+            for name, asked in zip(SIDE_BY_SIDE, (2, 3), strict=True)
+        ),
         ("with a tip load, us per equilibrium", "<=", 60, 1e6 * by["time_each_s"][TIP_ENGINE]),
         ("loading history with reversals, us per step", "<=", 300, 1e6 * by["time_each_s"][HISTORY_ENGINE]),
         *(diagnosis_goals(diagnosed) if diagnosed is not None else ()),

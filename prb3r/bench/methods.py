@@ -26,6 +26,8 @@ PRB_ENGINE, ELASTICA_ENGINE = "engine, PRB 3R", "engine, elastica"
 ONE_HINGE_ENGINE, ARC_ENGINE = "engine, PRB 1R", "engine, constant curvature"
 TIP_ENGINE, HISTORY_ENGINE = "engine, PRB 3R, tip load 5 N", "engine, PRB 3R, mu 0.3, loading history"
 FSOLVE, INTEGRAL = "reference: fsolve on Eq. 12", "reference: integral model"
+SIDE_BY_SIDE = "engine, PRB 3R, side by side", "engine, PRB 3R, mu 0.3, side by side"
+"""Each load from rest, as many at once as there are lanes: without friction and with it."""
 COMPARED = (ONE_HINGE_ENGINE, PRB_ENGINE, ELASTICA_ENGINE, ARC_ENGINE, FSOLVE, INTEGRAL)
 """Methods that solve the same: cables alone, without friction."""
 
@@ -37,6 +39,7 @@ def method_tasks(times: int) -> Iterator[tuple[Timed, float]]:
     last solution.
     """
     yield from _without_history(times)
+    yield from _side_by_side(times)
     yield from _with_history()
     yield from _references()
 
@@ -72,6 +75,15 @@ def _without_history(times: int) -> Iterator[tuple[Timed, float]]:
     for name, chain, tip in cases:
         task = engine_task(name, chain, table_2(chain, times, tip))
         yield task, _error(task, float(chain.friction[0, 0]), tip)
+
+
+def _side_by_side(times: int) -> Iterator[tuple[Timed, float]]:
+    names = (*SIDE_BY_SIDE, *(name.replace("PRB 3R", "elastica") for name in SIDE_BY_SIDE))
+    for name, plate in zip(names, [plate_model("prb3r")] * 2 + [gauss_collocation()] * 2, strict=True):
+        mu = 0.3 if "mu" in name else 0.0
+        chain = prototype(plate, mu)
+        task = engine_task(name, chain, table_2(chain, times), alone=True)
+        yield task, _error(task, mu)
 
 
 def _with_history() -> Iterator[tuple[Timed, float]]:

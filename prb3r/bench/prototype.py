@@ -63,8 +63,8 @@ def tips(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return x[:, -1] + 1j * y[:, -1]
 
 
-def engine_task(name: str, chain: Chain, steps: Loads) -> Timed:
-    """The engine on all `steps` in one call; its run returns the :func:`tips`.
+def engine_task(name: str, chain: Chain, steps: Loads, alone: bool = False) -> Timed:
+    """The engine on all `steps` in one call, each from the one before or, `alone`, from rest; its run returns `tips`.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def engine_task(name: str, chain: Chain, steps: Loads) -> Timed:
     """
 
     def run() -> np.ndarray:
-        states = solve_chain(chain, steps, detail=False)
+        states = solve_chain(chain, steps, from_rest=alone, detail=False)
         if (states.outcome != Outcome.CONVERGED).any():
             raise RuntimeError(f"{name}: not all equilibria were found")
         return tips(states.x, states.y)
