@@ -25,15 +25,27 @@ FAILED = -1
 
 
 @kernel
+def exchange_rows(plate, k):
+    """Bring the row with the largest number in column `k` of a plate's tangent, from row `k` on, to row `k`."""
+    a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
+    for r in range(k + 1, n):
+        if abs(a[r, k]) > abs(a[k, k]):
+            for c in range(k, n):
+                a[k, c], a[r, c] = a[r, c], a[k, c]
+            b[k], b[r] = b[r], b[k]
+
+
+@exchange_rows.where_in_lanes
+def keep_rows(plate, k):
+    """No exchange side by side: lanes would want different ones, and one that needs it does not converge."""
+
+
+@kernel
 def correct_plate(plate):
     """Newton step of one plate: `residual` becomes ``tangent^-1 residual``; `tangent` is used up."""
     a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
     for k in range(n):
-        for r in range(k + 1, n):
-            if abs(a[r, k]) > abs(a[k, k]):
-                for c in range(k, n):
-                    a[k, c], a[r, c] = a[r, c], a[k, c]
-                b[k], b[r] = b[r], b[k]
+        exchange_rows(plate, k)
         inverse = 1.0 / a[k, k]
         a[k, k] = inverse
         for r in range(k + 1, n):

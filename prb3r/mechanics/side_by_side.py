@@ -17,7 +17,7 @@ from prb3r.mechanics.chain import Chain, Loads, dead_loads
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.lanes.number import LANES, every, where
 from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, room_in_lanes
-from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base, correct_plate, depart, next_frame
 from prb3r.mechanics.path_output import write_step
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.state import PLATE_TURN
@@ -109,25 +109,6 @@ def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bo
 
 
 @kernel
-def eliminate(plate):
-    """Newton step of one plate without pivots: `residual` becomes ``tangent^-1 residual``; `tangent` is used up."""
-    a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
-    for k in range(n):
-        inverse = 1.0 / a[k, k]
-        a[k, k] = inverse
-        for r in range(k + 1, n):
-            factor = a[r, k] * inverse
-            for c in range(k + 1, n):
-                a[r, c] -= factor * a[k, c]
-            b[r] -= factor * b[k]
-    for k in range(n - 1, -1, -1):
-        value = b[k]
-        for r in range(k + 1, n):
-            value -= a[k, r] * b[r]
-        b[k] = value * a[k, k]
-
-
-@kernel
 def solve_plates(model, plate, span, cable, march):
     """Newton's method on one plate in every lane; returns the steps of each, `MOST_CORRECTIONS` where it failed."""
     n, steps = plate.q.shape[0], 0.0 * plate.q[0]
@@ -136,7 +117,7 @@ def solve_plates(model, plate, span, cable, march):
         if every(solved) or step == MOST_CORRECTIONS:
             break
         linearise_plate(model, plate, span)
-        eliminate(plate)
+        correct_plate(plate)
         steps += where(solved, 0.0, 1.0)
         for k in range(n):
             change = -plate.residual[k]

@@ -55,6 +55,8 @@ class LaneArray(types.Type):
 class LaneRecord(types.Type):
     """A record whose numbers are in lanes."""
 
+    in_lanes = True
+
     def __init__(self, record: types.Record):
         self.record, self.places = record, in_lanes_of(record)
         self.width = sum(math.prod(shape) for _, shape in self.places.values())
