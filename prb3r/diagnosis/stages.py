@@ -15,6 +15,7 @@ from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import speaks_for
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
+from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
@@ -25,6 +26,7 @@ from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     as_many_as_sought,
+    below_stated,
     found_before,
     likely_too,
     misplaced_marker,
@@ -192,7 +194,11 @@ def check(searched: Searched) -> Investigation:
     judged = fresh.judged_by(choice.fitted, models, rate) if fresh else ()
     failed = [sequence for sequence in judged if sequence.p < rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
-    why = why_unexplained(choice, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong])
+    share = share_of_stated(choice.fitted, choice.doubts) if choice.structured else 1.0
+    structured = choice.structured and share >= 1.0
+    why = why_unexplained(
+        choice, structured, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong]
+    )
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
@@ -200,7 +206,7 @@ def check(searched: Searched) -> Investigation:
         verdict = "unexplained" if why else "adequate"
     else:
         rivals = any(effect.rivals for effect in named)
-        verdict = "ambiguous" if rivals or choice.alternatives else "explained"
+        verdict = "ambiguous" if rivals or choice.alternatives or choice.structured else "explained"
     return Investigation(
         recording=doubted.recording,
         seed=task.seed,
@@ -211,6 +217,7 @@ def check(searched: Searched) -> Investigation:
         calibrated=calibrated,
         before=tested.scores,
         choice=choice,
+        share_of_stated=share,
         doubts=choice.doubts,
         named=named,
         models=surviving(choice, fresh),
@@ -229,6 +236,7 @@ def check(searched: Searched) -> Investigation:
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
+            *below_stated(share),
             *wrong_weights(training, choice.doubts.weights),
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
             *weighed(choice.doubts),

@@ -12,11 +12,12 @@ from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.selection import Choice
 
 
-def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
+def why_unexplained(choice: Choice, structured: bool, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
     """Why the verdict is `unexplained`; empty if it is not.
 
     Parameters
     ----------
+    structured : whether the choice leaves more than chance and the stated accuracy allow.
     failed : sequences set aside that the choice does not predict.
     doubted : the cable of every weight not believed.
     """
@@ -25,7 +26,7 @@ def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: S
         return "no model that was found is in balance at every recorded step"
     if not choice.fitted.converged:
         return "the fit of the best model has not converged"
-    if choice.structured:
+    if structured:
         return "a real mismatch remains that no effect of the library accounts for"
     for name, scale, sd in [
         ("noise", level.reading, settings.noise_log_sd),

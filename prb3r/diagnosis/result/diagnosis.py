@@ -41,7 +41,9 @@ class Diagnosis:
     why: str
     """Of `unexplained`: what no effect of the library accounts for."""
     structured: bool
-    """Whether the explanation leaves something that chance does not explain."""
+    """Whether the explanation leaves something that neither chance nor the stated accuracy explains."""
+    share_of_stated: float
+    """Below 1: what is left does not look like noise, but is this share of what is stated of readings and tensions."""
     nominal: Manipulator
     calibrated: FittedModel
     explained: FittedModel

@@ -39,7 +39,7 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     plates = {law.plate for law in top if law.plate}
     for named in investigation.named:
         plates |= set(named.places["plate"][1]) if "plate" in named.places else set()
-    recording, structured = fitted.model.predict.recording, investigation.choice.structured
+    recording, structured = fitted.model.predict.recording, investigation.structured
     sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], settings.loud_sd)
     if not strong and not investigation.named and not structured:
         statement = "Nothing is left that chance does not explain."
@@ -51,7 +51,7 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."
-        if not top and investigation.choice.smooth:
+        if not top and structured and investigation.choice.smooth:
             statement = f"{left} changes smoothly with the loads and along the arm, as noise does not."
         if sequences and len(sequences) < len(recording.sequences):
             statement += f" It is seen in sequence{'s' * (len(sequences) > 1)} {few(sequences, len(sequences))}."

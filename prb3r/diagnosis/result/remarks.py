@@ -55,6 +55,16 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     return remarks
 
 
+def below_stated(share: float) -> list[str]:
+    """What is left that noise would not leave, where it is less than the recording states of its accuracy."""
+    if share >= 1.0:
+        return []
+    return [
+        f"what is left does not look like noise, but is only {share:.2g} times what is stated of readings and "
+        "tensions: within their accuracy, if that is stated rightly"
+    ]
+
+
 def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     """The sequences set aside that the explanation does not predict."""
     remarks = []

@@ -25,6 +25,8 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
         return " ".join([f"Set-up: {first[0].lower()}{first[1:]}", *others])
     count = len(diagnosis.effects)
     account, effects = ("accounts", "one effect") if count == 1 else ("account", f"{count} effects together")
+    if diagnosis.verdict in ("adequate", "ambiguous") and diagnosis.share_of_stated < 1.0:
+        return _within_stated(diagnosis, f"{effects} {account}")
     if diagnosis.verdict == "adequate":
         return "Adequate: with its constants refitted, the nominal model leaves nothing that these recordings show."
     if diagnosis.verdict == "explained":
@@ -41,6 +43,19 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
         return f"{text} {'That' if count == 1 else 'Those'} named below would do it: a lead, not a finding."
     which = "One effect of the library helps" if count == 1 else f"{count} effects of the library together help"
     return f"{text} {which} in part."
+
+
+def _within_stated(diagnosis: Diagnosis, effects_account: str) -> str:
+    """The verdict where something is left that does not look like noise, but less than the stated accuracy."""
+    left = "what is left does not look like noise"
+    if not diagnosis.effects:
+        return f"Adequate within the accuracy that is stated: {left}, but is less than that."
+    text = (
+        f"Explained within the accuracy that is stated, not to the noise: {effects_account} for the mismatch, but "
+        f"{left}, so that something else may stand behind what is named."
+    )
+    told_apart = not diagnosis.alternatives and not any(effect.rivals for effect in diagnosis.effects)
+    return text if told_apart else f"{text} Others, that these recordings cannot tell apart, would do as well."
 
 
 def headlines(diagnosis: Diagnosis) -> list[str]:
@@ -240,4 +255,6 @@ def nothing_to_measure(diagnosis: Diagnosis) -> str:
             "No load program is proposed while no explanation stands. More readings where the mismatch sits, at loads "
             "between the recorded ones and on the way back, would sharpen the lead."
         )
+    if diagnosis.share_of_stated < 1.0:
+        return "No load program is proposed: no effect of the library rivals what is named. Quieter readings help."
     return "No rivals are left that another load program would have to tell apart."
