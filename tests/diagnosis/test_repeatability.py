@@ -53,8 +53,9 @@ def misfit(recording, sensitivity, share, seed, reading=1.0):
     return reading * reading_sd(recording) * noise + moved
 
 
-def told(recording, sensitivity, left):
-    return repeatability(recording, left, Uncertain(reading_sd(recording), 0.01 * sensitivity), Settings())
+def told(recording, sensitivity, left, believed=AS_STATED):
+    uncertain = Uncertain(reading_sd(recording), 0.01 * sensitivity)
+    return repeatability(recording, left, uncertain, Settings(), believed)
 
 
 def test_lasting_scatter_has_the_covariance_of_steps_that_share_a_part():
@@ -83,6 +84,19 @@ def test_gains_that_last_are_told_from_tensions_that_scatter(again, sensed, shar
     found = [told(again, sensed, misfit(again, sensed, share, seed)) for seed in range(8)]
     assert least <= np.mean([level.lasting for level in found]) <= most
     assert np.mean([level.serial for level in found]) < 0.1
+
+
+def test_what_is_believed_of_shares_stays_unless_another_is_likelier_by_what_counts(again, sensed):
+    """As of which model the noise is told must not matter: the shares that are found are found again from there."""
+    wrong = AS_STATED._replace(lasting=0.9, serial=0.75, span=10.0)
+    for seed in range(4):
+        left = misfit(again, sensed, 0.5, seed)
+        found = told(again, sensed, left)
+        assert told(again, sensed, left, found) == found
+        assert told(again, sensed, left, found._replace(scale=2.0)) == found  # scales are not its business
+        assert told(again, sensed, left, wrong).serial <= 0.25
+    gone = told(again, sensed, misfit(again, sensed, 0.0, 1), AS_STATED._replace(lasting=0.9))
+    assert gone.lasting < 0.5
 
 
 def test_of_very_many_differences_those_are_taken_that_tell_of_tensions():

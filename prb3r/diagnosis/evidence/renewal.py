@@ -39,6 +39,7 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
     possible = np.hstack([tolerances(predict, fitted.solved).moved, *moved])
     misfit, settings = predict.misfit(model.readings(fitted.solved)), model.settings
     inflation = doubts.inflated(recording, settings)
-    lasts = repeatability(recording, misfit, Uncertain(reading_sd(recording) * inflation, scatter), settings)
+    uncertain = Uncertain(reading_sd(recording) * inflation, scatter)
+    lasts = repeatability(recording, misfit, uncertain, settings, doubts.level)
     around = Around(model.moved(fitted.p, fitted.solved), of_sequences(recording, scatter, lasts.lasting), possible)
     return noise_level(recording, misfit, around, inflation, settings, lasts)

@@ -31,8 +31,18 @@ class Uncertain(NamedTuple):
     """(r, s, m) change by one stated standard deviation of the tension of every step and cable."""
 
 
-def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain, settings: Settings) -> NoiseLevel:
-    """What lasts through a sequence, as likely as it can be made; as stated where too little was pulled again.
+def repeatability(
+    recording: Recording,
+    misfit: np.ndarray,
+    uncertain: Uncertain,
+    settings: Settings,
+    believed: NoiseLevel = AS_STATED,
+) -> NoiseLevel:
+    """What lasts through a sequence, changed from what is `believed` step by step as long as each makes it likelier by
+    what counts; as stated where too little was pulled again.
+
+    What lasts does not depend on the model, so that another model is no reason to believe otherwise: few repetitions
+    tell shares hardly apart, and a search whose noise went to and fro between them would not come to rest.
 
     Parameters
     ----------
@@ -46,13 +56,14 @@ def repeatability(recording: Recording, misfit: np.ndarray, uncertain: Uncertain
     )
     if sizes.max() > settings.most_in_sequence:
         settings = replace(settings, serial_shares=())
-    level, least = AS_STATED, _deviance(recording, weights, misfit, uncertain, AS_STATED, settings)
+    level = AS_STATED._replace(lasting=believed.lasting, serial=believed.serial, span=believed.span)
+    least = _deviance(recording, weights, misfit, uncertain, level, settings)
     while True:
-        more = [
-            (_deviance(recording, weights, misfit, uncertain, higher, settings), higher)
-            for higher in _more(level, settings)
+        near = [
+            (_deviance(recording, weights, misfit, uncertain, other, settings), other)
+            for other in _beside(level, settings)
         ]
-        if not more or (best := min(more, key=lambda pair: pair[0]))[0] >= least:
+        if not near or least - (best := min(near, key=lambda pair: pair[0]))[0] < settings.better_shares:
             return level
         least, level = best
 
@@ -108,12 +119,19 @@ def _of_next(recording: Recording, settings: Settings) -> Iterator[Match]:
             yield match
 
 
-def _more(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
-    """The levels with the next larger share that lasts: of the tensions, or of the readings over each span."""
-    larger = [share for share in settings.lasting_shares if share > level.lasting]
-    yield from (level._replace(lasting=share) for share in larger[:1])
-    shares = [share for share in settings.serial_shares if share > level.serial]
-    yield from (level._replace(serial=share, span=span) for share in shares[:1] for span in settings.serial_spans)
+def _beside(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
+    """The levels with the next larger or smaller share that lasts: of the tensions, or of the readings over a span."""
+    for share in _next_to(level.lasting, settings.lasting_shares):
+        yield level._replace(lasting=share)
+    for share in _next_to(level.serial, settings.serial_shares):
+        spans = settings.serial_spans if share else (np.inf,)
+        yield from (level._replace(serial=share, span=span) for span in spans)
+
+
+def _next_to(share: float, shares: tuple[float, ...]) -> list[float]:
+    """The next smaller of some `shares`, or none at all, and the next larger one."""
+    smaller, larger = [s for s in (0.0, *shares) if s < share], [s for s in shares if s > share]
+    return [*smaller[-1:], *larger[:1]]
 
 
 def _deviance(

@@ -131,8 +131,9 @@ class Pool:
         if effects in self.exchanged or fitted.reduced > self.settings.gross:
             return False
         self.exchanged.add(effects)
-        for number in range(len(effects)):
-            for other in replacements(fitted, number, self.search):
+        tasks = [(fitted, number, self.search.here) for number in range(len(effects))]
+        for others in self.search.apply(_replacements, tasks):
+            for other in others:
                 self.add(other)
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
@@ -172,6 +173,10 @@ class Pool:
         weight = np.exp([self.evidence[effects] - best for effects in kept])
         shares = (weight / weight.sum()).tolist()
         return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
+
+
+def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:
+    return replacements(*task)
 
 
 def _fitted(task: tuple[Model, np.ndarray, float]) -> Fit | None:

@@ -1,7 +1,7 @@
 """Among what is searched, and how."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,11 @@ class Search:
         odds = {kind: logit(SUSPECTS[kind].presence(self.settings)) - np.log(kinds.count(kind)) for kind in set(kinds)}
         known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
         return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
+
+    @property
+    def here(self) -> "Search":
+        """The same in this process alone: it can be handed to another one."""
+        return replace(self, apply=serially)
 
 
 def examine(fitted: Fit, search: Search) -> Scores:

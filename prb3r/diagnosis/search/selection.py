@@ -1,6 +1,7 @@
 """Which sets of effects explain a recording: those that survive under the noise that the best of them leaves."""
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -90,6 +91,12 @@ class Explored(NamedTuple):
     pool: Pool
     doubts: Doubts
     level: EstimatedLevel
+
+    def sought_by(self, search: Search) -> "Explored":
+        """The same, to be searched on with other worker processes, or without."""
+        pool = copy(self.pool)
+        pool.search = search
+        return self._replace(pool=pool)
 
     def chosen(self) -> Fit:
         """The smallest model that is not much less probable than the best that contains it."""

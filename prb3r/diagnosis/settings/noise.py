@@ -45,6 +45,9 @@ class NoiseSettings:
     serial_spans: tuple[float, ...] = (2.0, 10.0)
     """Steps over which: neighbours, or most of a sequence.  What is alike over all of it is no noise but something that
     was moved."""
+    better_shares: float = 2.0
+    """Fall of minus twice the ln of the likelihood from which on another share is believed: less is "not worth more
+    than a bare mention" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
     most_in_sequence: int = 1500
     """Readings of a kind in a sequence up to which a share is sought that goes on along it: their correlation is
     dense.  Choice, for time."""
