@@ -75,6 +75,7 @@ MEANINGS = {
     "relative_to_length": "Whether distances are divided by the straight length.",
     "sampling": "How factors with a range are sampled.",
     "scale": "Measured over true lengths, about the base origin.",
+    "sections": "Whether sections of which no fibre is known count as of one shape, so that larger ones yield earlier.",
     "seed": "Of everything random.",
     "segment": "Number of the segment, 1 at the base.",
     "share": "Of the cable's tension that is let go.",

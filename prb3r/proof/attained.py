@@ -75,7 +75,7 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
 def _placed(hypothesis: Hypothesis, effect: Mapping[str, Any]) -> bool:
     """Whether a hypothesis is of the place of an effect, and of its form where it has one."""
     place = dict(hypothesis.place)
-    names = {*RECORDS[hypothesis.kind].places, *(name for name in ("law", "side") if name in effect)}
+    names = {*RECORDS[hypothesis.kind].places, *(name for name in ("law", "side", "sections") if name in effect)}
     return all(places_agree(place.get(name), effect.get(name)) for name in names)
 
 

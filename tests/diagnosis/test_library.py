@@ -94,6 +94,14 @@ def test_a_knee_is_sought_as_strain_where_every_fibre_is_known(rubbing):
     assert freed(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
 
 
+def test_of_unlike_sections_whose_fibres_are_unknown_the_law_is_sought_as_if_they_had_one_shape():
+    segments = bare_sections()
+    segments[1]["bending_stiffness_n_m2"] /= 2
+    known = freed(scope(segment=segments), "nonlinear_plate")
+    assert known[(("law", "bilinear"), ("sections", "similar"))] == ["knee_per_m", "ratio"]
+    assert (("law", "bilinear"),) not in known
+
+
 def test_one_side_is_suspected_where_plates_bend_to_both(rubbing, limp):
     sided = "nonlinear_plate (law bilinear, side negative)"
     assert sided in names(rubbing, "nonlinear_plate")

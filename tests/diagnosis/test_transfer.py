@@ -1,5 +1,6 @@
 """What is carried over from a diagnosed rig to another design, and what is not."""
 
+import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 from diagnosis.suspected import bare_sections
@@ -41,6 +42,28 @@ def test_a_bending_law_carries_over_as_strain(law):
     for strain in (2e-4, 1e-3, 3e-3):
         assert softening(moved, there, strain) == pytest.approx(softening(effect, here, strain))
     assert SUSPECTS["nonlinear_plate"].transfer(moved, there, here) == effect
+
+
+def test_between_sections_known_by_their_stiffness_alone_a_law_carries_over_as_if_they_had_one_shape():
+    """Round rods of another diameter: the same strain is reached at a curvature smaller by the ratio of diameters."""
+    plain, modulus, diameter = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True), 1.87e11, 1e-3
+
+    def rods(*diameters):
+        stiffness = [modulus * np.pi * d**4 / 64 for d in diameters]
+        segments = [bare_sections(bending_stiffness_n_m2=each)[0] for each in stiffness]
+        return Manipulator.model_validate(plain | {"segment": segments})
+
+    here, there = rods(diameter, diameter), rods(2 * diameter, 1.5 * diameter)
+    law = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.4)
+    transfer = SUSPECTS["nonlinear_plate"].transfer
+    moved = transfer(law, here, there)
+    assert moved.knee_per_m == pytest.approx(1.0)  # of plate 1
+    knees = moved.change(there.chain(), there).law.knee[:, 0]
+    assert knees == pytest.approx(2.0 * diameter / np.repeat([2 * diameter, 1.5 * diameter], 3))
+    back = transfer(moved, there, here)
+    assert back.knee_per_m == pytest.approx(2.0)
+    cubic = transfer(NonlinearPlate(kind="nonlinear_plate", law="cubic", cubic_m2=0.01), here, rods(3e-3, 3e-3))
+    assert cubic.cubic_m2 == pytest.approx(0.09)
 
 
 def test_loops_carry_over_as_strain():

@@ -64,6 +64,22 @@ def test_a_knee_in_strain_is_one_of_the_material_whatever_the_section(law):
             assert found[plates] == pytest.approx(np.sign(moment) * np.full(2, curvature), rel=1e-9)
 
 
+def test_round_rods_known_by_their_stiffness_alone_yield_where_those_of_known_fibres_do():
+    """EI = E pi d^4 / 64 and the outermost fibre at d / 2: sections of one shape, so that both say the same."""
+    knee, modulus, diameters = 1.2e-3, 2e11, (8e-4, 1e-3)
+    law = {"kind": "nonlinear_plate", "law": "smooth", "ratio": 0.3, "sharpness": 2.0}
+    rods = [PLATE | {"plates": 2, "bending_stiffness_n_m2": modulus * np.pi * d**4 / 64} for d in diameters]
+    known = [rod | {"outer_fibre_m": d / 2} for rod, d in zip(rods, diameters, strict=True)]
+    strained = manipulator(law | {"knee_strain": knee}, segment=known, model="elastica")
+    first = 2 * knee / diameters[0]
+    alike = manipulator(law | {"knee_per_m": first, "sections": "similar"}, segment=rods, model="elastica")
+    plain = manipulator(law | {"knee_per_m": first}, segment=rods, model="elastica")
+    for moment in (0.01, 0.02, -0.02):
+        assert bent(alike, moment) == pytest.approx(bent(strained, moment), rel=1e-12)
+        assert bent(plain, moment)[:2] == pytest.approx(bent(strained, moment)[:2], rel=1e-12)
+    assert abs(bent(plain, 0.02)[3] / bent(strained, 0.02)[3] - 1) > 0.05
+
+
 @pytest.mark.parametrize("given", ["curvature", "strain"])
 def test_slip_in_plates_begins_at_a_curvature_or_at_a_strain_of_the_outermost_fibre(given):
     """One element under a moment that only grows: EI up to there, 1 - share of it beyond, whatever the section."""

@@ -48,6 +48,18 @@ def test_engine_and_rig_agree_on_laws_that_differ_by_plate_and_side():
     assert max(away) < 1e-4
 
 
+def test_engine_and_rig_agree_on_sections_of_one_shape():
+    rng, away = np.random.default_rng(11), []
+    for _ in range(6):
+        data = random_manipulator(rng, 0, False)
+        knee = {"knee_per_m": rng.uniform(1, 3), "ratio": rng.uniform(0.4, 1.5), "sections": "similar"}
+        weak = {"kind": "weakened_plate", "plate": 1, "factor": 0.5}  # changes no section
+        data["effect"] = [weak, {"kind": "nonlinear_plate", "law": "smooth", "sharpness": 3.0} | knee]
+        away += disagreement(data, random_steps(rng, data, False))
+    assert len(away) > 6
+    assert max(away) < 1e-4
+
+
 def superelastic_sections(rng):
     """A rectangle by its fibre, or a notched tube, of the arc that it is cut from."""
     u = rng.uniform

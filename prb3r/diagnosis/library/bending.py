@@ -11,16 +11,22 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
 from prb3r.model.manipulator import Manipulator
 
+SAME_SECTION = 1e-6
+"""Relative difference in bending stiffness up to which plates have one section."""
 NEEDS_FIBRE = "carries over as strain and needs outer_fibre_m in both manipulator files"
 
 
 def law_places(scope: Scope) -> Iterator[Place]:
-    """Both sides alike, and where plates bend to both, one side alone."""
+    """Both sides alike, and where plates bend to both, one side alone; as if all sections had one shape where they
+    differ and their fibres are not known."""
     yield {"law": "cubic"}
+    stiffness = scope.manipulator.bending_stiffness
+    unlike = not scope.in_strain and not np.allclose(stiffness, stiffness[0], rtol=SAME_SECTION, atol=0.0)
+    sections: Place = {"sections": "similar"} if unlike else {}
     for law in ("bilinear", "smooth"):
-        yield {"law": law}
+        yield {"law": law, **sections}
         if len(scope.sides) == 2:
-            yield from ({"law": law, "side": side} for side in scope.sides)
+            yield from ({"law": law, "side": side, **sections} for side in scope.sides)
 
 
 def law_free(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -55,6 +61,8 @@ def said_of_law(fitted: Occurrence) -> str:
     ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
     how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
     knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
+    if fitted.place.get("sections") == "similar":
+        knee += " of plate 1 (of others at that strain, as of sections of one shape)"
     smooth = fitted.estimates.get("sharpness")
     gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
     share = f"{ratio} of" if ratio.value < 1 else f"{ratio} times"
@@ -68,20 +76,39 @@ def toward(fitted: Occurrence) -> str:
 
 
 def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is."""
+    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is; on
+    sections that are all known by their stiffness alone, as if they had one shape."""
     assert isinstance(effect, NonlinearPlate)
     if _sections(here) == _sections(there):
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
+    if np.isnan(fibre).all() and np.isnan(other).all():
+        return _of_one_shape(effect, here, there)
     known = np.isfinite(other).all() and (effect.knee_strain is not None or np.isfinite(fibre).all())
     if not known:
         return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
     if effect.knee_strain is not None:
         return effect
-    ratio = float(np.mean(other) / np.mean(fibre))  # the same strain is reached at a curvature so many times smaller
+    return _at_curvatures(effect, float(np.mean(other) / np.mean(fibre)))
+
+
+def _of_one_shape(effect: NonlinearPlate, here: Manipulator, there: Manipulator) -> Effect:
+    """The law on plates whose sections are as many times larger as the fourth root of their second moment of area."""
+    first = there.bending_stiffness[0] / there.youngs_modulus_pa
+    mean = float(np.mean((there.bending_stiffness / there.bending_stiffness[0]) ** 0.25))
+    second_moment = here.bending_stiffness / here.youngs_modulus_pa
+    same = second_moment[0] if effect.sections else np.mean(second_moment**0.25) ** 4  # that the curvature is told of
+    size = float((first / same) ** 0.25)
     if effect.law == "cubic":
-        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * ratio**2})
-    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / ratio})
+        return _at_curvatures(effect, size * mean)
+    return _at_curvatures(effect.model_copy(update={"sections": "similar"}), size)
+
+
+def _at_curvatures(effect: NonlinearPlate, size: float) -> NonlinearPlate:
+    """The law of sections so many times larger, which reach a strain at a curvature so many times smaller."""
+    if effect.law == "cubic":
+        return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * size**2})
+    return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / size})
 
 
 def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:

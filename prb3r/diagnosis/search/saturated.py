@@ -20,7 +20,7 @@ from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
 from prb3r.diagnosis.settings import Settings
 
-FORMS = frozenset({"law", "side"})
+FORMS = frozenset({"law", "side", "sections"})
 """What a hypothesis may say beside its kind and still concern the whole rig: of what form the effect is, not where."""
 
 

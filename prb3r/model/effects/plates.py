@@ -59,8 +59,10 @@ class NonlinearPlate(Effect):
     """The law `cubic` takes `cubic_m2` (c): M = EI k (1 + c k^2); `bilinear` takes `knee_per_m` and `ratio`: beyond the
     curvature of the knee the tangent stiffness is `ratio` times EI. `smooth` takes a `sharpness` (R) too: M = EI k
     (ratio + (1 - ratio) / (1 + (k / knee)^R)^(1/R)). Instead of `knee_per_m` a knee may be given as `knee_strain`, that
-    of the outermost fibre, so that each plate has its own curvature there; one with a `side` (positive, negative) is
-    passed by bending to that side alone."""
+    of the outermost fibre, so that each plate has its own curvature there. With `sections` = similar, for plates of
+    which no fibre is known, `knee_per_m` is that of plate 1, and of the others as if all sections had one shape: at the
+    same strain, larger by the inverse fourth root of their stiffness. A law with a `side` (positive, negative) is that
+    of bending to that side alone."""
 
     kind: Literal["nonlinear_plate"]
     once: ClassVar[bool] = True
@@ -71,14 +73,16 @@ class NonlinearPlate(Effect):
     knee_strain: Positive | None = None
     sharpness: Annotated[float, Field(ge=1, le=100)] | None = None
     side: Side | None = None
+    sections: Literal["similar"] | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> NonlinearPlate:
-        names = "cubic_m2", "knee_per_m", "knee_strain", "ratio", "sharpness", "side"
+        names = "cubic_m2", "knee_per_m", "knee_strain", "ratio", "sharpness", "side", "sections"
         given = {name for name in names if getattr(self, name) is not None}
         knee = "knee_per_m" if self.knee_strain is None else "knee_strain"
         needed = {"cubic": {"cubic_m2"}, "bilinear": {knee, "ratio"}, "smooth": {knee, "ratio", "sharpness"}}[self.law]
-        if given - ({"side"} if self.law != "cubic" else set()) != needed:
+        possible = set() if self.law == "cubic" else {"side"} if knee == "knee_strain" else {"side", "sections"}
+        if given - possible != needed:
             raise ValueError(f"the {self.law} law takes {' and '.join(sorted(needed))}, nothing else")
         return self
 
@@ -87,6 +91,8 @@ class NonlinearPlate(Effect):
             return chain._replace(law=chain.law._replace(cubic=self.cubic_m2))
         knee = np.full((chain.plates, 2), np.inf)
         in_curvature = self.knee_per_m if self.knee_strain is None else self.knee_strain / manipulator.outer_fibre
+        if self.sections == "similar":
+            in_curvature = in_curvature / relative_size(manipulator.bending_stiffness)
         knee.T[SIDE_COLUMN[self.side]] = in_curvature  # all plates of one side, or of both
         return chain._replace(law=Law(chain.law.cubic, knee, self.ratio or 1.0, self.sharpness or np.inf))
 
@@ -94,6 +100,14 @@ class NonlinearPlate(Effect):
         """A strain needs to know where it is."""
         if self.knee_strain is not None and np.isnan(manipulator.outer_fibre).any():
             yield f"effect {self.kind}: knee_strain needs outer_fibre_m (or thickness_m) of every segment"
+
+
+def relative_size(bending_stiffness: np.ndarray) -> np.ndarray:
+    """(n,) how many times as large as that of plate 1 each section is, if all have one shape and one modulus.
+
+    EI goes with the fourth power of the size; `bending_stiffness` (n,) in N m^2.
+    """
+    return (bending_stiffness / bending_stiffness[0]) ** 0.25
 
 
 class HystereticPlate(Effect):

@@ -91,6 +91,8 @@ class Draft:
     """(2,) of what the camera has, m for every step before."""
     camera_turn: float = 0.0
     """And rad."""
+    drawn_rigidity: np.ndarray = field(init=False)
+    """(n,) EI before any effect has changed it."""
     rest: np.ndarray = field(init=False)
     """(n,) stress-free curvature."""
     moment: np.ndarray = field(init=False)
@@ -113,6 +115,7 @@ class Draft:
 
     def __post_init__(self) -> None:
         n, m = self.offset.shape
+        self.drawn_rigidity = self.rigidity.copy()
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)

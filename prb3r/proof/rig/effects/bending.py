@@ -61,8 +61,10 @@ def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Can
     yield replace(_knee(given, form.shape[0] / given.arc), kind="nonlinear_plate")
 
 
-def _follow_law(draft: Draft, law, side=None, **numbers):
+def _follow_law(draft: Draft, law, side=None, sections=None, **numbers):
     knees = [name for name in ("knee_per_m", "knee_strain") if name in numbers]
+    if sections is not None and knees != ["knee_per_m"]:
+        raise ValueError("sections goes with knee_per_m")
     if law == "cubic" and set(numbers) == {"cubic_m2"} and side is None:
         draft.law, draft.law_first = CUBIC_LAW, numbers["cubic_m2"]
         return
@@ -75,6 +77,8 @@ def _follow_law(draft: Draft, law, side=None, **numbers):
     if knees == ["knee_strain"] and np.isnan(draft.fibre).any():
         raise ValueError("knee_strain needs the outer fibre of every plate")
     knee = numbers[knees[0]] / (draft.fibre if knees == ["knee_strain"] else np.ones(len(draft.arc)))
+    if sections == "similar":
+        knee = knee * np.sqrt(np.sqrt(draft.drawn_rigidity[0] / draft.drawn_rigidity))
     passed = np.array([side in (None, name) for name in BENT_TOWARD])
     draft.law = SMOOTH_LAW if law == "smooth" else BILINEAR_LAW
     draft.law_first = np.where(passed, knee[:, None], np.inf)
@@ -174,6 +178,7 @@ BENDING_RECORDS = (
             size("knee_strain", POSITIVE, optional=True),
             size("sharpness", number_in(1, 100), optional=True),
             replace(one_of("side", BENT_TOWARD), optional=True),
+            replace(one_of("sections", ("similar",)), optional=True),
         ),
         _nonlinear,
         turn=7,
