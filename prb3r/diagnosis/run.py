@@ -1,6 +1,7 @@
 """From the files of a recording to its diagnosis, judged on other recordings where there are any."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
@@ -48,7 +50,7 @@ def diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     (whole,), others = _read([recording]), _read(holdout)
-    with process_map(jobs) as apply:
+    with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
     return _judged_on(diagnosis, others)
 
@@ -77,7 +79,7 @@ def joint_diagnosis_of(
     for name in sorted({name for name in names if names.count(name) > 1}):
         raise SpecError(Problem("together", f"two recordings are named {name!r}; give them names of their own"))
     tasks = [stages.Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
-    with process_map(jobs) as apply:
+    with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         joint = diagnose_together(tasks, report, apply)
     return replace(joint, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in joint.diagnoses))
 

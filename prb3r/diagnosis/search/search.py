@@ -1,8 +1,9 @@
 """Among what is searched, and how."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.special import logit
@@ -15,6 +16,8 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.settings import Settings
+
+Done = TypeVar("Done")
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,17 @@ class Search:
     def here(self) -> "Search":
         """The same in this process alone: it can be handed to another one."""
         return replace(self, apply=serially)
+
+    def until(
+        self, function: Callable[[Any], Done], tasks: Sequence[Any], enough: Callable[[Done], bool]
+    ) -> list[Done]:
+        """What a function returns of tasks, up to the first that is enough; worker processes do all of them at once."""
+        found = list[Done]()
+        for result in map(function, tasks) if self.apply is serially else self.apply(function, tasks):
+            found.append(result)
+            if enough(result):
+                break
+        return found
 
 
 def examine(fitted: Fit, search: Search) -> Scores:

@@ -21,24 +21,25 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
 
     One begins from what explains small loads, as there a rig is nearly linear.  It leads into one valley, which may
     explain the recording and yet be far from the best: sets that explain the large loads by other means are not seen
-    from it.  The other begins from all common effects at once, unless they leave most of what constants leave; where a
-    prediction is slow, from the constants alone, and only if the first does not explain the recording.  From the better
-    end the search goes on by exchange.
+    from it.  The other begins from all common effects at once, unless they leave most of what constants leave; it is
+    left out where the first end explains the recording with few effects.  Where a prediction is slow, it begins from
+    the constants alone, and is left out where the first explains the recording at all.  From the better end the search
+    goes on by exchange.
     """
     beginning = _Beginning(calibrated, fit_assumed(calibrated, search.assumed), search, doubts)
     if calibrated.reduced <= calibrated.model.settings.gross:
         ends = [_from_known(beginning)]
     elif calibrated.costly:
         ends = [_from_small_loads(beginning)]
-        ends += [_from_known(beginning)] if choose(ends[0], search).structured else []
+        ends += [] if ends[0].explains else [_from_known(beginning)]
     else:
         alone = beginning._replace(search=search.here)
-        found = search.apply(_from_side, [(_from_small_loads, alone), (_from_full_side, alone)])
-        ends = [end for end in found if end is not None]
+        sides = [(_from_small_loads, alone), (_from_full_side, alone)]
+        ends = [end for end in search.until(_from_side, sides, _plain) if end is not None]
     best, *others = ends
     for other in others:
-        best = other if lead(_most_probable(other), _most_probable(best), search) > 0 else best
-    return choose(exchange_effects(best.sought_by(search), search), search)
+        best = other if lead(other.best, best.best, search) > 0 else best
+    return choose(exchange_effects(best.explored.sought_by(search), search), search)
 
 
 class _Beginning(NamedTuple):
@@ -51,33 +52,51 @@ class _Beginning(NamedTuple):
     doubts: Doubts
 
 
-def _from_side(task: tuple[Callable[[_Beginning], Explored | None], _Beginning]) -> Explored | None:
+class _End(NamedTuple):
+    """Where a search has come to rest."""
+
+    explored: Explored
+    explains: bool
+    """Whether what was found leaves no more than noise does."""
+
+    @property
+    def best(self) -> Fit:
+        """The most probable model."""
+        return self.explored.pool.survivors()[0].fitted
+
+
+def _plain(end: _End | None) -> bool:
+    """Whether an end explains the recording with so few effects that no other side is asked."""
+    if end is None or not end.explains:
+        return False
+    return len(end.best.model.hypotheses) < end.best.model.settings.several_effects
+
+
+def _from_side(task: tuple[Callable[[_Beginning], _End | None], _Beginning]) -> _End | None:
     side, beginning = task
     return side(beginning)
 
 
-def _from_known(beginning: _Beginning, begun: Fit | None = None) -> Explored:
+def _from_known(beginning: _Beginning, begun: Fit | None = None) -> _End:
     """The end of a search from the constants alone, from what was found before, and from what was `begun`."""
     calibrated, known, search, doubts = beginning
-    return explore_until_settled(Pool(search, calibrated.model.settings, [calibrated, known, begun]), search, doubts)
+    pool = Pool(search, calibrated.model.settings, [calibrated, known, begun])
+    explored = explore_until_settled(pool, search, doubts)
+    return _End(explored, not choose(explored, search).structured)
 
 
-def _from_small_loads(beginning: _Beginning) -> Explored:
+def _from_small_loads(beginning: _Beginning) -> _End:
     """The end of a search from what explains small loads."""
     return _from_known(beginning, from_small_loads(beginning.calibrated, beginning.search, beginning.doubts))
 
 
-def _from_full_side(beginning: _Beginning) -> Explored | None:
+def _from_full_side(beginning: _Beginning) -> _End | None:
     """The end of a search from all common effects at once; None where they leave most of what constants leave."""
     calibrated = beginning.calibrated
     full = saturated(calibrated, beginning.search, beginning.doubts)
     if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
         return None
     return _from_known(beginning, full)
-
-
-def _most_probable(end: Explored) -> Fit:
-    return end.pool.survivors()[0].fitted
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:

@@ -27,6 +27,9 @@ class SearchSettings:
     saturated_leaves: float = 0.5
     """Share of the chi-square of the constants that all common effects together must fall below to be searched on
     from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
+    several_effects: int = 3
+    """Effects of an end that explains a recording from which on the other side is searched from too: fewer are hardly
+    met by other means.  Choice, for time."""
     beam: int = 12
     """Sets of effects that the linearised selection carries on.  Choice, for time."""
     best_added: int = 4
