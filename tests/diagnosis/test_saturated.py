@@ -1,15 +1,17 @@
 """Starting with all common effects at once finds what is there only together."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.search import starts
 from prb3r.diagnosis.search.pool import Pool
-from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, saturated
+from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
 from prb3r.diagnosis.search.starts import lead, search_effects
 from prb3r.diagnosis.stages import calibrate, doubt, serially
@@ -49,6 +51,18 @@ def test_all_at_once_takes_away_most_of_what_constants_leave(doubted):
     full = saturated(doubted.fitted, doubted.search, doubted.doubts)
     assert doubted.fitted.reduced > 10
     assert full.reduced < 0.5 * doubted.fitted.reduced
+
+
+def test_taken_away_one_after_another_what_is_there_is_left_last(doubted):
+    full = saturated(doubted.fitted, doubted.search, doubted.doubts)
+    fits = eliminated(full, doubted.search)
+    sets = [frozenset(fitted.model.hypotheses) for fitted in fits]
+    assert fits[0] is full
+    assert [len(effects) for effects in sets] == list(range(len(sets[0]), 0, -1))
+    assert all(less < more for more, less in pairwise(sets))
+    assert {hypothesis.kind for hypothesis in sets[-2]} == {"nonlinear_plate", "disk_contact"}
+    evidence = [log_evidence(fitted, doubted.search.log_odds) for fitted in fits]
+    assert evidence[-2] == max(evidence) > evidence[0] + 5
 
 
 def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole):

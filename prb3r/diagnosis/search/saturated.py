@@ -15,6 +15,8 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.columns import linear_model
+from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
@@ -37,6 +39,22 @@ def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
         small = at_small_loads(begun, doubts, share)
         p = p if small is None else small.p
     return fit(model, p)
+
+
+def eliminated(full: Fit, search: Search) -> list[Fit]:
+    """A fit and those that are left as one effect after another is taken from it: backward elimination, down to one.
+
+    Each time the effect goes that is missed least around the fit by the linearised model.  With fewer effects a fit is
+    better posed and finds what the full one has not come to, so that one with less evidence is no reason to stop.
+    """
+    fits = [full]
+    while len(fits[-1].model.hypotheses) > 1:
+        linear, present = linear_model(fits[-1], fits[-1].model.hypotheses, search.log_odds)
+        less = without_effect(fits[-1], max(present, key=lambda number: linear.evidence(present - {number})))
+        if less is None:
+            break
+        fits.append(less)
+    return fits
 
 
 def common_of_whole_rig(library: Sequence[Hypothesis], settings: Settings) -> tuple[Hypothesis, ...]:

@@ -10,7 +10,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.assumed import fit_assumed
 from prb3r.diagnosis.search.pool import Pool
-from prb3r.diagnosis.search.saturated import saturated
+from prb3r.diagnosis.search.saturated import eliminated, saturated
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice, Explored, choose, exchange_effects, explore_until_settled
 from prb3r.diagnosis.search.small_loads import from_small_loads
@@ -77,10 +77,10 @@ def _from_side(task: tuple[Callable[[_Beginning], _End | None], _Beginning]) -> 
     return side(beginning)
 
 
-def _from_known(beginning: _Beginning, begun: Fit | None = None) -> _End:
+def _from_known(beginning: _Beginning, *begun: Fit | None) -> _End:
     """The end of a search from the constants alone, from what was found before, and from what was `begun`."""
     calibrated, known, search, doubts = beginning
-    pool = Pool(search, calibrated.model.settings, [calibrated, known, begun])
+    pool = Pool(search, calibrated.model.settings, [calibrated, known, *begun])
     explored = explore_until_settled(pool, search, doubts)
     return _End(explored, not choose(explored, search).structured)
 
@@ -91,12 +91,15 @@ def _from_small_loads(beginning: _Beginning) -> _End:
 
 
 def _from_full_side(beginning: _Beginning) -> _End | None:
-    """The end of a search from all common effects at once; None where they leave most of what constants leave."""
-    calibrated = beginning.calibrated
-    full = saturated(calibrated, beginning.search, beginning.doubts)
-    if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
+    """The end of a search from all common effects at once and what is left as one after another is taken away; None
+    where all together leave most of what constants leave."""
+    calibrated, search = beginning.calibrated, beginning.search
+    full = saturated(calibrated, search, beginning.doubts)
+    if full is None:
+        return _from_known(beginning)
+    if full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
         return None
-    return _from_known(beginning, full)
+    return _from_known(beginning, *eliminated(full, search))
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:
