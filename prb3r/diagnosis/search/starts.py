@@ -17,14 +17,14 @@ from prb3r.diagnosis.search.small_loads import from_small_loads
 
 
 def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
-    """The better choice of effects from two sides, where much is unexplained; from what is known before else.
+    """The better choice of effects from several beginnings, where much is unexplained; from what is known before else.
 
-    One begins from what explains small loads, as there a rig is nearly linear.  It leads into one valley, which may
+    The first is what explains small loads, as there a rig is nearly linear.  It leads into one valley, which may
     explain the recording and yet be far from the best: sets that explain the large loads by other means are not seen
-    from it.  The other begins from all common effects at once, unless they leave most of what constants leave; it is
-    left out where the first end explains the recording with few effects.  Where a prediction is slow, it begins from
-    the constants alone, and is left out where the first explains the recording at all.  From the better end the search
-    goes on by exchange.
+    from it.  The second is all common effects at once, unless they leave most of what constants leave; it is left out
+    where the first end explains the recording with few effects.  The third, where neither explains it, is what is left
+    of all common effects as one after another is taken away.  Where a prediction is slow there is but a second, the
+    constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange.
     """
     beginning = _Beginning(calibrated, fit_assumed(calibrated, search.assumed), search, doubts)
     if calibrated.reduced <= calibrated.model.settings.gross:
@@ -36,6 +36,8 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
         alone = beginning._replace(search=search.here)
         sides = [(_from_small_loads, alone), (_from_full_side, alone)]
         ends = [end for end in search.until(_from_side, sides, _plain) if end is not None]
+        if len(ends) == len(sides) and not any(end.explains for end in ends):
+            ends.append(_from_eliminated(beginning))
     best, *others = ends
     for other in others:
         best = other if lead(other.best, best.best, search) > 0 else best
@@ -91,15 +93,18 @@ def _from_small_loads(beginning: _Beginning) -> _End:
 
 
 def _from_full_side(beginning: _Beginning) -> _End | None:
-    """The end of a search from all common effects at once and what is left as one after another is taken away; None
-    where all together leave most of what constants leave."""
-    calibrated, search = beginning.calibrated, beginning.search
-    full = saturated(calibrated, search, beginning.doubts)
-    if full is None:
-        return _from_known(beginning)
-    if full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
+    """The end of a search from all common effects at once; None where they leave most of what constants leave."""
+    calibrated = beginning.calibrated
+    full = saturated(calibrated, beginning.search, beginning.doubts)
+    if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
         return None
-    return _from_known(beginning, *eliminated(full, search))
+    return _from_known(beginning, full)
+
+
+def _from_eliminated(beginning: _Beginning) -> _End:
+    """The end of a search from what is left of all common effects as one after another is taken away."""
+    full = saturated(beginning.calibrated, beginning.search, beginning.doubts)
+    return _from_known(beginning, *(eliminated(full, beginning.search) if full else ()))
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:
