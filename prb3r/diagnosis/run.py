@@ -10,7 +10,7 @@ import numpy as np
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.transfer import Carried, on_other
+from prb3r.diagnosis.result.transfer import Carried, on_other, supposed
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
@@ -96,6 +96,7 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
     remarks = [
         f"{other.name} does without {reason}" for other, prediction in carried for reason in prediction.left_behind
     ]
+    remarks += [f"{other.name}: {text}" for other, prediction in carried for text in supposed(prediction.effects)]
     return replace(diagnosis, heldout=pooled(carried), remarks=(*diagnosis.remarks, *remarks))
 
 

@@ -185,6 +185,8 @@ def standing(searched: Searched) -> Searched:
 def check(searched: Searched) -> Investigation:
     """Hold the choice against sequences that no fit has seen, and find out how sure what is."""
     tested, choice = searched.tested, searched.choice
+    if choice.structured:
+        choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated
     task, training = doubted.task, calibrated.model.predict.recording
     fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts)
@@ -194,11 +196,7 @@ def check(searched: Searched) -> Investigation:
     judged = fresh.judged_by(choice.fitted, models, rate) if fresh else ()
     failed = [sequence for sequence in judged if sequence.p < rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
-    share = share_of_stated(choice.fitted, choice.doubts) if choice.structured else 1.0
-    structured = choice.structured and share >= 1.0
-    why = why_unexplained(
-        choice, structured, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong]
-    )
+    why = why_unexplained(choice, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong])
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
@@ -217,7 +215,6 @@ def check(searched: Searched) -> Investigation:
         calibrated=calibrated,
         before=tested.scores,
         choice=choice,
-        share_of_stated=share,
         doubts=choice.doubts,
         named=named,
         models=surviving(choice, fresh),
@@ -236,7 +233,7 @@ def check(searched: Searched) -> Investigation:
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
-            *below_stated(share),
+            *below_stated(choice.share_of_stated),
             *wrong_weights(training, choice.doubts.weights),
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
             *weighed(choice.doubts),

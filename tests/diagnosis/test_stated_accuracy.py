@@ -13,7 +13,8 @@ from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.stages import investigate
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.stages import check, investigate, to_search
 from prb3r.present.diagnosis.sentences import verdict_sentences
 
 
@@ -45,12 +46,29 @@ def test_a_disk_that_is_off_by_more_than_is_stated_is_not_hidden_among_the_other
     assert share(replace(quiet, readings=readings._replace(value=readings.value + off / 2))) < 1.0
 
 
+def test_as_much_as_is_stated_but_for_chance_leaves_no_room():
+    """0.98 of what is stated on every disk and in every sequence is what noise may well be."""
+    right = recorded(Case(hidden=()))
+    met = fit_constants(predictor(right)).solved.readings
+    off = 0.98 * reading_sd(right) * np.sign(np.cos(np.arange(right.readings.count)))
+    assert share(right.with_values(met + off)) >= 1.0
+    assert share(right.with_values(met + off / 2)) == pytest.approx(0.49, rel=0.05)
+
+
+def test_one_set_of_effects_is_not_explained_while_it_leaves_what_does_not_look_like_noise():
+    """Even where no other set comes near it."""
+    searched = to_search(Task(stated(recorded(), 3.0)), lambda stage: None, serially)
+    assert check(searched).verdict == "explained"
+    smooth = replace(searched, choice=replace(searched.choice, smooth_moments=0.0))
+    assert check(smooth).verdict == "ambiguous"
+
+
 def test_what_the_library_lacks_is_unexplained_unless_it_is_below_what_is_stated():
     """Where it is below, what is named may stand in for it: never `explained` alone, and said."""
     assert investigated(UNEXPLAINED).verdict == "unexplained"
     louder = investigate(Task(stated(recorded(UNEXPLAINED), 2.0), without=UNEXPLAINED.without))
     assert louder.choice.structured
-    assert not louder.structured
+    assert not louder.choice.beyond_stated
     assert louder.verdict == "ambiguous"
     assert any("times what is stated of readings and tensions" in remark for remark in louder.remarks)
     assert verdict_sentences(tell(louder)).startswith("Explained within the accuracy that is stated, not to the noise")

@@ -9,7 +9,7 @@ import prb3r
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, supposed
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
@@ -62,8 +62,14 @@ def test_between_sections_known_by_their_stiffness_alone_a_law_carries_over_as_i
     assert knees == pytest.approx(2.0 * diameter / np.repeat([2 * diameter, 1.5 * diameter], 3))
     back = transfer(moved, there, here)
     assert back.knee_per_m == pytest.approx(2.0)
+    turned = rods(1.5 * diameter, 2 * diameter)  # the same sections, but plate 1 is another one
+    assert transfer(moved, there, turned).knee_per_m == pytest.approx(4 / 3)
     cubic = transfer(NonlinearPlate(kind="nonlinear_plate", law="cubic", cubic_m2=0.01), here, rods(3e-3, 3e-3))
     assert cubic.cubic_m2 == pytest.approx(0.09)
+    carried, left = carried_effects([law], here, there)
+    assert not left
+    assert supposed([law]) == []
+    assert "as if all had one shape" in supposed(carried)[0]
 
 
 def test_loops_carry_over_as_strain():

@@ -12,12 +12,11 @@ from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.selection import Choice
 
 
-def why_unexplained(choice: Choice, structured: bool, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
+def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
     """Why the verdict is `unexplained`; empty if it is not.
 
     Parameters
     ----------
-    structured : whether the choice leaves more than chance and the stated accuracy allow.
     failed : sequences set aside that the choice does not predict.
     doubted : the cable of every weight not believed.
     """
@@ -26,7 +25,7 @@ def why_unexplained(choice: Choice, structured: bool, failed: Sequence[JudgedSeq
         return "no model that was found is in balance at every recorded step"
     if not choice.fitted.converged:
         return "the fit of the best model has not converged"
-    if structured:
+    if choice.beyond_stated:
         return "a real mismatch remains that no effect of the library accounts for"
     for name, scale, sd in [
         ("noise", level.reading, settings.noise_log_sd),

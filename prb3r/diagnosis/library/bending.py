@@ -8,7 +8,7 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
+from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate, relative_size
 from prb3r.model.manipulator import Manipulator
 
 SAME_SECTION = 1e-6
@@ -79,7 +79,8 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
     """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is; on
     sections that are all known by their stiffness alone, as if they had one shape."""
     assert isinstance(effect, NonlinearPlate)
-    if _sections(here) == _sections(there):
+    of_plate_1 = effect.sections is not None  # which may be another section there
+    if _sections(here) == _sections(there) and not of_plate_1:
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
     if np.isnan(fibre).all() and np.isnan(other).all():
@@ -94,14 +95,13 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
 
 def _of_one_shape(effect: NonlinearPlate, here: Manipulator, there: Manipulator) -> Effect:
     """The law on plates whose sections are as many times larger as the fourth root of their second moment of area."""
-    first = there.bending_stiffness[0] / there.youngs_modulus_pa
-    mean = float(np.mean((there.bending_stiffness / there.bending_stiffness[0]) ** 0.25))
-    second_moment = here.bending_stiffness / here.youngs_modulus_pa
-    same = second_moment[0] if effect.sections else np.mean(second_moment**0.25) ** 4  # that the curvature is told of
-    size = float((first / same) ** 0.25)
+    second_moments = [rig.bending_stiffness[0] / rig.youngs_modulus_pa for rig in (here, there)]
+    first = float(relative_size(np.array(second_moments))[1])  # plate 1 there over plate 1 here
+    mean, mean_there = (float(np.mean(relative_size(rig.bending_stiffness))) for rig in (here, there))
+    told_of = 1.0 if effect.sections else mean  # the plate whose curvature the law tells, over plate 1 here
     if effect.law == "cubic":
-        return _at_curvatures(effect, size * mean)
-    return _at_curvatures(effect.model_copy(update={"sections": "similar"}), size)
+        return _at_curvatures(effect, first * mean_there / told_of)
+    return _at_curvatures(effect.model_copy(update={"sections": "similar"}), first / told_of)
 
 
 def _at_curvatures(effect: NonlinearPlate, size: float) -> NonlinearPlate:

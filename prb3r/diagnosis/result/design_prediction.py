@@ -21,7 +21,7 @@ from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry
+from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry, supposed
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
@@ -42,7 +42,7 @@ class DesignPrediction:
     left_behind: tuple[str, ...]
     """What does not, each with its reason."""
     remarks: tuple[str, ...]
-    """What the bands do not hold, and draws that are missing in them."""
+    """What is supposed, what the bands do not hold, and draws that are missing in them."""
     positions: pd.DataFrame | None
     """`sequence, step, disk` and for x_m, y_m and angle_rad the mean over the surviving models, by their probability,
     with the ends of its band; NaN without an equilibrium.  None where no steps were given."""
@@ -73,9 +73,9 @@ def predict_design(
     posterior, verdict = read_posterior(diagnosis)
     design = manipulator_of(manipulator)
     central, left = on_design(posterior.named, posterior.manipulator, design)
+    remarks = supposed(central.effect)
     if steps is None:
-        return DesignPrediction(central, left, (), None)
-    remarks = []
+        return DesignPrediction(central, left, tuple(remarks), None)
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])

@@ -35,8 +35,6 @@ class Investigation:
     before: Scores
     """Score test of what calibration leaves."""
     choice: Choice
-    share_of_stated: float
-    """Of what is stated of the noise, what the choice leaves; told where that is structured, else 1."""
     doubts: Doubts
     """What of the training part was not believed."""
     named: tuple[Named, ...]
@@ -60,13 +58,8 @@ class Investigation:
         return self.choice.fitted
 
     @property
-    def structured(self) -> bool:
-        """Whether more is left than chance explains and than the recording states of its accuracy."""
-        return self.choice.structured and self.share_of_stated >= 1.0
-
-    @property
     def unmet(self) -> tuple[Scores, Fit]:
         """Score test and model that the mismatch is told of: the best one where structure is left, else calibration."""
-        if self.structured:
+        if self.choice.beyond_stated:
             return self.choice.scores, self.choice.fitted
         return self.before, self.calibrated

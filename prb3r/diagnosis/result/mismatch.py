@@ -39,7 +39,7 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     plates = {law.plate for law in top if law.plate}
     for named in investigation.named:
         plates |= set(named.places["plate"][1]) if "plate" in named.places else set()
-    recording, structured = fitted.model.predict.recording, investigation.structured
+    recording, structured = fitted.model.predict.recording, investigation.choice.beyond_stated
     sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], settings.loud_sd)
     if not strong and not investigation.named and not structured:
         statement = "Nothing is left that chance does not explain."

@@ -22,7 +22,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, averaged
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.plates import WeakenedPlate
+from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
@@ -93,6 +93,13 @@ def other_geometry(
         else:
             carried.append(moved)
     return tuple(carried), tuple(left)
+
+
+def supposed(effects: Iterable[Effect]) -> list[str]:
+    """What is supposed of sections, in sentences, where `effects` act on a design as if all had one shape."""
+    if not any(isinstance(effect, NonlinearPlate) and effect.sections for effect in effects):
+        return []
+    return ["the law of bending acts on each section as if all had one shape, as outer_fibre_m is not stated"]
 
 
 _SCATTERED = (

@@ -46,6 +46,8 @@ class Choice:
     """The sets of effects of whose fits every effect was exchanged for what comes nearest; `tried` holds these too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
+    share_of_stated: float = 1.0
+    """Of the stated noise, what the chosen model leaves; 1 unless it is structured and less than that everywhere."""
 
     @property
     def structured(self) -> bool:
@@ -56,6 +58,11 @@ class Choice:
         scores, again = self.scores_of_best, bool(self.survivors[0].effects)
         limit = scores.naming if again else scores.threshold
         return scores.largest > limit or self.fitted.chi2 > self.chi2_threshold or self.smooth
+
+    @property
+    def beyond_stated(self) -> bool:
+        """Whether what is left is structured, and more than the recording states of its accuracy."""
+        return self.structured and self.share_of_stated >= 1.0
 
     @property
     def smooth(self) -> bool:

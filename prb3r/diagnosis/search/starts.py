@@ -36,8 +36,9 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
         alone = beginning._replace(search=search.here)
         sides = [(_from_small_loads, alone), (_from_full_side, alone)]
         ends = [end for end in search.until(_from_side, sides, _plain) if end is not None]
-        if len(ends) == len(sides) and not any(end.explains for end in ends):
-            ends.append(_from_eliminated(beginning))
+        full = ends[-1].begun if len(ends) == len(sides) else None
+        if full is not None and not any(end.explains for end in ends):
+            ends.append(_from_known(beginning, *eliminated(full, search)))
     best, *others = ends
     for other in others:
         best = other if lead(other.best, best.best, search) > 0 else best
@@ -60,6 +61,8 @@ class _End(NamedTuple):
     explored: Explored
     explains: bool
     """Whether what was found leaves no more than noise does."""
+    begun: Fit | None
+    """The fit that it began from, beside what was known before."""
 
     @property
     def best(self) -> Fit:
@@ -84,7 +87,7 @@ def _from_known(beginning: _Beginning, *begun: Fit | None) -> _End:
     calibrated, known, search, doubts = beginning
     pool = Pool(search, calibrated.model.settings, [calibrated, known, *begun])
     explored = explore_until_settled(pool, search, doubts)
-    return _End(explored, not choose(explored, search).structured)
+    return _End(explored, not choose(explored, search).structured, begun[0] if begun else None)
 
 
 def _from_small_loads(beginning: _Beginning) -> _End:
@@ -99,12 +102,6 @@ def _from_full_side(beginning: _Beginning) -> _End | None:
     if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
         return None
     return _from_known(beginning, full)
-
-
-def _from_eliminated(beginning: _Beginning) -> _End:
-    """The end of a search from what is left of all common effects as one after another is taken away."""
-    full = saturated(beginning.calibrated, beginning.search, beginning.doubts)
-    return _from_known(beginning, *(eliminated(full, beginning.search) if full else ()))
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:
