@@ -7,13 +7,14 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.search import starts
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.starts import lead, search_effects
+from prb3r.diagnosis.search.starts import beside, lead, search_effects
 from prb3r.diagnosis.stages import calibrate, doubt, serially
 
 TOGETHER = (
@@ -123,6 +124,22 @@ def test_both_sides_are_searched_from_though_one_end_explains_the_recording_by_s
     assert not choice.structured
     assert len(choice.kinds) == 2
     assert len(begun) == sides
+
+
+def test_what_another_search_ended_in_stands_beside_the_best_under_its_noise(doubted):
+    fitted, search = doubted.fitted, among(doubted.search, *(effect["kind"] for effect in TOGETHER))
+    other = saturated(fitted, search, doubted.doubts)
+    pool = Pool(search, fitted.model.settings, [fitted])
+    louder = pool.under(
+        replace(doubted.doubts, level=NoiseLevel(scale=2.0)).noise(
+            fitted.model.predict, fitted.solved, fitted.model.settings
+        )
+    )
+    beside([other], louder)
+    there = louder.fits[frozenset(other.model.hypotheses)]
+    assert there.model.noise is louder.best.model.noise
+    assert there.chi2 < 0.5 * other.chi2  # twice the noise
+    assert louder.survivors()[0].fitted is there
 
 
 def test_what_is_enough_ends_a_search_alike_here_and_in_workers(doubted):

@@ -1,6 +1,6 @@
 """Several starts of one search: what small loads show first, and all common effects at once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,7 +24,8 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     from it.  The second is all common effects at once, unless they leave most of what constants leave; it is left out
     where the first end explains the recording with few effects.  The third, where neither explains it, is what is left
     of all common effects as one after another is taken away.  Where a prediction is slow there is but a second, the
-    constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange.
+    constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange,
+    with the best models of the others beside it.
     """
     beginning = _Beginning(calibrated, fit_assumed(calibrated, search.assumed), search, doubts)
     if calibrated.reduced <= calibrated.model.settings.gross:
@@ -39,10 +40,18 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
         full = ends[-1].begun if len(ends) == len(sides) else None
         if full is not None and not any(end.explains for end in ends):
             ends.append(_from_known(beginning, *eliminated(full, search)))
-    best, *others = ends
+    best = ends[0]
+    for other in ends[1:]:
+        best = other if lead(other.best, best.best, search) > calibrated.model.settings.better_exchanged else best
+    explored = best.explored.sought_by(search)
+    beside([end.best for end in ends if end is not best], explored.pool)
+    return choose(exchange_effects(explored, search), search)
+
+
+def beside(others: Sequence[Fit], pool: Pool) -> None:
+    """Put the best models of other ends beside those of a pool, fitted under its noise: what is as probable stands."""
     for other in others:
-        best = other if lead(other.best, best.best, search) > 0 else best
-    return choose(exchange_effects(best.explored.sought_by(search), search), search)
+        pool.add(fit(replace(other.model, noise=pool.best.model.noise), other.p))
 
 
 class _Beginning(NamedTuple):
