@@ -61,13 +61,19 @@ def correct_plate(plate):
 
 
 @kernel
+def enter(cable, tension, slip):
+    """A cable as it enters the base disk: along its axis, under the applied tension less what a pulley takes."""
+    cable.tension, cable.approach, cable.slip = tension, 0.0, slip
+    cable.follows, cable.passed = 0.0, 0.0
+    if cable.pulley != 0.0:
+        cable.tension *= exp(-slip * cable.pulley)
+
+
+@kernel
 def at_base(tension, slip, cable):
-    """Cables as they enter the base disk: along its axis, under the applied tension less what a pulley takes."""
+    """Cables as they enter the base disk."""
     for j in range(len(cable)):
-        cable[j].tension, cable[j].approach, cable[j].slip = tension[j], 0.0, slip[j]
-        cable[j].follows, cable[j].passed = 0.0, 0.0
-        if cable[j].pulley != 0.0:
-            cable[j].tension *= exp(-slip[j] * cable[j].pulley)
+        enter(cable[j], tension[j], slip[j])
 
 
 @kernel

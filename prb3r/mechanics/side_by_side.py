@@ -17,7 +17,7 @@ from prb3r.mechanics.chain import Chain, Loads, dead_loads
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.lanes.number import LANES, every, where
 from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, room_in_lanes
-from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base, correct_plate, depart, next_frame
+from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, correct_plate, depart, enter, next_frame
 from prb3r.mechanics.path_output import write_step
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.state import PLATE_TURN
@@ -30,11 +30,13 @@ TOLD_OF_LOADS = ("most", "spent", "farthest")
 """Fields of `march_fields` that are told of each load."""
 
 
-def march_fields(n: int, cables: int) -> list[tuple]:
-    """What a march is given and knows, for plates of `n` nodes."""
+APPLIED = np.dtype([("tension", float), ("slip", float)])
+"""What a cable is given before the base hole, N, and the direction of its slip."""
+
+
+def march_fields(n: int) -> list[tuple]:
+    """What a march knows, for plates of `n` nodes."""
     return [
-        ("tension", float, (cables,)),  # before the base hole, N
-        ("slip", float, (cables,)),
         ("change", float, (n,)),  # of the node angles of the last plate since rest, rad, and its first and
         ("first", float, (n,)),  # second difference from plate to plate
         ("second", float, (n,)),
@@ -56,6 +58,10 @@ class LaneSpace(NamedTuple):
     """(n, m, width, lanes)."""
     cable: np.ndarray
     """(m, width, lanes)."""
+    applied: np.ndarray
+    """(m,) records of what each cable is given; the numbers in lanes are in `given`."""
+    given: np.ndarray
+    """(m, width, lanes)."""
     march: np.ndarray
     """(1,) records of `march_fields`."""
     told: np.ndarray
@@ -75,13 +81,15 @@ class LaneSpace(NamedTuple):
 def lane_space(packed: Packed) -> LaneSpace:
     """Working space for the chain of `packed`."""
     of_plate, of_span, of_cable = (typeof(getattr(packed, name)).dtype for name in ("plate", "span", "cable"))
-    march = np.zeros(1, march_fields(packed.plate["q"].shape[1], len(packed.cable)))
+    march, applied = np.zeros(1, march_fields(packed.plate["q"].shape[1])), np.zeros(len(packed.cable), APPLIED)
     of_march, in_plate = in_lanes_of(typeof(march).dtype), in_lanes_of(of_plate)
     places = [(name, k) for name in WRITTEN for k in range(int(np.prod(in_plate[name][1])))]
     return LaneSpace(
         plate=room_in_lanes(packed.plate, of_plate),
         span=room_in_lanes(packed.span, of_span),
         cable=room_in_lanes(packed.cable, of_cable),
+        applied=applied,
+        given=room_in_lanes(applied, typeof(applied).dtype),
         march=march,
         told=room_in_lanes(march, typeof(march).dtype),
         told_at=np.array([of_march[name][0] for name in TOLD_OF_LOADS]),
@@ -147,10 +155,11 @@ def foretell_in_lanes(march):
 
 
 @kernel
-def march_side_by_side(model, plates, spans, cable, march, eigenvalue):
+def march_side_by_side(model, plates, spans, cable, applied, march, eigenvalue):
     """Solve plate after plate in every lane; leaves the tangents of the plates in balance where `eigenvalue` is."""
     n = len(march.missed)
-    at_base(march.tension, march.slip, cable)
+    for j in range(len(cable)):
+        enter(cable[j], applied[j].tension, applied[j].slip)
     for k in range(n):
         march.change[k] = march.first[k] = march.second[k] = 0.0
     march.known = march.most = march.spent = march.farthest = 0.0
@@ -205,7 +214,7 @@ def solve_side_by_side(packed, tension, slip, alone, space, path, done):
     """
     march: Any = lane_table(space.march, space.told)[0]  # type: ignore[call-arg]
     plates, spans = lane_table(packed.plate, space.plate), lane_table(packed.span, space.span)  # type: ignore[call-arg]
-    cable = lane_table(packed.cable, space.cable)  # type: ignore[call-arg]
+    cable, applied = lane_table(packed.cable, space.cable), lane_table(space.applied, space.given)  # type: ignore[call-arg]
     rows, cables, s = space.rows, len(packed.cable), 0
     while s < len(alone):
         count = 0
@@ -219,9 +228,9 @@ def solve_side_by_side(packed, tension, slip, alone, space, path, done):
         for lane in range(LANES):
             row = rows[min(lane, count - 1)]  # lanes that are left over do the last one once more
             for j in range(cables):
-                space.told[0, j, lane] = max(tension[row, j], 0.0)  # a cable cannot push
-                space.told[0, cables + j, lane] = slip[row, j]
-        march_side_by_side(packed.model[0], plates, spans, cable, march, len(path.lowest) > 0)
+                space.given[j, 0, lane] = max(tension[row, j], 0.0)  # a cable cannot push
+                space.given[j, 1, lane] = slip[row, j]
+        march_side_by_side(packed.model[0], plates, spans, cable, applied, march, len(path.lowest) > 0)
         for lane in range(count):
             most, farthest = space.told[0, space.told_at[0], lane], space.told[0, space.told_at[2], lane]
             if most < MOST_CORRECTIONS and farthest <= PLATE_TURN:
