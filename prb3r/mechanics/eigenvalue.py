@@ -12,6 +12,7 @@ import numpy as np
 
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.state import SLIPS_ON
 from prb3r.mechanics.tangent import chain_tangent, unit_modes
 from prb3r.mechanics.variation import scratch
 
@@ -21,8 +22,6 @@ SEARCHES = ((40, 5, 1e-9), (80, 5, 1e-6), (80, 100, 1e-3))
 """By products, one after the other until one ends: shapes kept at a time, restarts, and residual of the eigenvector
 that is exact enough, of the eigenvalue.  The first ends where the lowest eigenvalue stands apart, as it does where a
 branch comes near its end; the others where it is the first of many that are the plates' own."""
-SLIPS_ON = 1e-9
-"""Of the springs in the plates, by which sliders are held back so that those that slip do so without doubt."""
 
 
 def lowest_under_load(packed: Packed, modes: np.ndarray | None, loads: Loads, q: np.ndarray) -> float:

@@ -61,7 +61,7 @@ def correct_plate(plate):
 
 
 @kernel
-def enter(cable, tension, slip):
+def at_base_hole(cable, tension, slip):
     """A cable as it enters the base disk: along its axis, under the applied tension less what a pulley takes."""
     cable.tension, cable.approach, cable.slip = tension, 0.0, slip
     cable.follows, cable.passed = 0.0, 0.0
@@ -73,7 +73,7 @@ def enter(cable, tension, slip):
 def at_base(tension, slip, cable):
     """Cables as they enter the base disk."""
     for j in range(len(cable)):
-        enter(cable[j], tension[j], slip[j])
+        at_base_hole(cable[j], tension[j], slip[j])
 
 
 @kernel

@@ -5,6 +5,7 @@ reference is counted; the same arithmetic on a tuple of thirty arrays takes thre
 records without room for derivatives by the node angles are computed without them, at no cost.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -145,36 +146,79 @@ def pack(chain: Chain, held: bool = False) -> Packed:
     """
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
-    slips = chain.hysteresis
     of_model, of_plate, of_span, of_cable = record_types(n, links, 0 if held else n)
-    model = np.zeros(1, of_model)
-    model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
-    of_holes = "presliding", "edges", "clearance", "friction_exponent", "friction_tension", "wrap_saturation"
-    for name in ("disk", "softening", "umbilical", *of_holes):
+    shapes = (1, of_model), (plates + 1, of_plate), ((plates, cables), of_span), (cables, of_cable)
+    packed = Packed(*(np.zeros(shape, kind) for shape, kind in shapes))
+    packed.model["stiff"] = 1.0
+    packed.plate["frame"][0] = 0, 0, 0, 1, 0
+    _write(packed, chain, set(Chain._fields), held)
+    return packed
+
+
+def pack_held_beside(held: Packed, others: Sequence[tuple[Chain, set[str]]]) -> Packed:
+    """(v, ...) records of chains with their shape held; each is given with the fields in which it differs from the one
+    that is `held`."""
+    many = Packed(*(_copies(field, len(others)) for field in held))
+    for k, (chain, differ) in enumerate(others):
+        if differ:
+            _write(Packed(*(field[k] for field in many)), chain, differ, True)
+    return many
+
+
+def differing(chain: Chain, other: Chain) -> set[str]:
+    """Names of the fields of which two chains do not share the value; values that they do not share may be equal."""
+    return {name for name, mine, its in zip(Chain._fields, chain, other, strict=True) if mine is not its}
+
+
+def _copies(records: np.ndarray, count: int) -> np.ndarray:
+    """(count, ...) copies of records; NumPy copies records number by number, but bytes at once."""
+    raw = records.view(np.uint8)
+    return np.broadcast_to(raw, (count, *raw.shape)).copy().view(records.dtype)
+
+
+OF_MODEL = (
+    *("disk", "softening", "umbilical", "presliding", "edges", "clearance"),
+    *("friction_exponent", "friction_tension", "wrap_saturation"),
+)
+"""Fields of a chain that are fields of its model's record."""
+OF_PLATES = "arc", "clamp", "stiffness", "rest"
+"""Fields of a chain that are fields of its plates' records."""
+
+
+def _write(packed: Packed, chain: Chain, fields: set[str], held: bool) -> None:
+    """Write to the records of a chain what some `fields` of it say."""
+    model, plate, span, cable = packed
+    plates, slips = len(chain.arc), chain.hysteresis
+    for name in fields.intersection(OF_MODEL):
         model[name] = getattr(chain, name)
-    model["stiff"] = 1.0
-    for name in ("linear", "cubic", "ratio", "sharpness"):
-        model[name] = getattr(chain.law, name)
-    if chain.law.table is not None:
-        model["tabled"], model["table"] = True, chain.law.table
-    if slips.slipping:
-        model["linear"], model["share"], model["elements"] = False, slips.share, 0 if held else slips.elements
-    plate = np.zeros(plates + 1, of_plate)
-    for name in ("arc", "clamp", "stiffness", "rest"):
+    for name in fields.intersection(OF_PLATES):
         plate[name][:-1] = getattr(chain, name)
-    plate["knee"][:-1] = chain.law.knee
-    plate["contact_angle"][:-1], plate["contact_stiffness"][:-1] = chain.contact
-    span = np.zeros((plates, cables), of_span)
-    span["offset"], span["friction"] = chain.offset, chain.friction
-    friction = np.vstack([chain.friction, np.zeros((1, cables))]) != 0
-    span["rubs"] = friction[:-1] | friction[1:]
-    span["present"] = np.arange(plates)[:, None] < chain.reach
-    plate["frame"][0] = 0, 0, 0, 1, 0
-    per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
-    plate["curvature"][:-1] = per_angle / chain.arc[:, None]
-    if slips.slipping:
-        with np.errstate(divide="ignore"):  # hinges do not slip
-            plate["yields"][:-1] = np.broadcast_to(slips.curvature, plates)[:, None] / plate["curvature"][:-1]
-    cable = np.zeros(cables, of_cable)
-    cable["pulley"] = np.log(chain.pulley)
-    return Packed(model, plate, span, cable)
+    if "plate" in fields:
+        model["turn"], model["reach"], model["end"] = chain.plate.turn, chain.plate.reach, chain.plate.end
+    if not fields.isdisjoint(("law", "hysteresis")):
+        for name in ("cubic", "ratio", "sharpness"):
+            model[name] = getattr(chain.law, name)
+        model["linear"], model["tabled"] = chain.law.linear and not slips.slipping, chain.law.table is not None
+        if chain.law.table is not None:
+            model["table"] = chain.law.table
+        if slips.slipping:
+            model["share"], model["elements"] = slips.share, 0 if held else slips.elements
+        plate["knee"][:-1] = chain.law.knee
+    if not fields.isdisjoint(("plate", "arc", "curvature", "hysteresis")):
+        per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature
+        plate["curvature"][:-1] = per_angle / chain.arc[:, None]
+        if slips.slipping:
+            with np.errstate(divide="ignore"):  # hinges do not slip
+                plate["yields"][:-1] = np.broadcast_to(slips.curvature, plates)[:, None] / plate["curvature"][:-1]
+    if "contact" in fields:
+        plate["contact_angle"][:-1], plate["contact_stiffness"][:-1] = chain.contact
+    if "offset" in fields:
+        span["offset"] = chain.offset
+    if "friction" in fields:
+        span["friction"] = chain.friction
+        rubs = chain.friction != 0
+        span["rubs"], span["rubs"][:-1] = rubs, rubs[:-1] | rubs[1:]
+    if "reach" in fields:
+        span["present"] = np.arange(plates)[:, None] < chain.reach
+    if "pulley" in fields:
+        cable["pulley"] = np.log(chain.pulley)

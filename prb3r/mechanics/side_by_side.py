@@ -17,7 +17,7 @@ from prb3r.mechanics.chain import Chain, Loads, dead_loads
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.lanes.number import LANES, every, where
 from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, room_in_lanes
-from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, correct_plate, depart, enter, next_frame
+from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base_hole, correct_plate, depart, next_frame
 from prb3r.mechanics.path_output import write_step
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.state import PLATE_TURN
@@ -159,7 +159,7 @@ def march_side_by_side(model, plates, spans, cable, applied, march, eigenvalue):
     """Solve plate after plate in every lane; leaves the tangents of the plates in balance where `eigenvalue` is."""
     n = len(march.missed)
     for j in range(len(cable)):
-        enter(cable[j], applied[j].tension, applied[j].slip)
+        at_base_hole(cable[j], applied[j].tension, applied[j].slip)
     for k in range(n):
         march.change[k] = march.first[k] = march.second[k] = 0.0
     march.known = march.most = march.spent = march.farthest = 0.0

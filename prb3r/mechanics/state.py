@@ -14,6 +14,9 @@ DISK_TURN = 1.0
 """Largest change of a disk's angle in one step under dead loads, rad."""
 SURPRISE = 0.5
 """Largest part of a disk's turn in a step that its beginning may not foresee; where more remains, it may be a jump."""
+SLIPS_ON = 1e-9
+"""Of a spring in a plate, by which its slider is held back so that one that slips does so without doubt: it stands at
+its bound but for rounding, which different kernels round differently."""
 SMALLEST_JUMP = 0.02
 """Turn of a disk in one step up to which nothing is a jump, rad."""
 

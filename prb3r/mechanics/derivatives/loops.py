@@ -17,6 +17,7 @@ import numpy as np
 
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.state import SLIPS_ON
 
 
 @bundle
@@ -42,6 +43,12 @@ def spring_of(plate, k, e, count, sliders, i):
 
 
 @kernel
+def has_slipped(spring, bound):
+    """Whether a spring is at its bound, where rounding leaves one that has slipped on either side of it."""
+    return abs(spring) >= (1.0 - SLIPS_ON) * bound
+
+
+@kernel
 def recall_sliders(packed, sides, sliders, tied, partial):
     """Put the sliders into the plates, and what their springs add to the residuals' derivatives into `partial`.
 
@@ -52,15 +59,18 @@ def recall_sliders(packed, sides, sliders, tied, partial):
         plate = packed.plate[i]
         for k in range(plate.q.shape[0]):
             for e in range(count):
-                plate.slider[k, e] = sliders.at[i, k, e]
                 spring, bound = spring_of(plate, k, e, count, sliders, i)
+                slipped = has_slipped(spring, bound)
+                plate.slider[k, e] = sliders.at[i, k, e]
+                if slipped:  # to the tangent too
+                    plate.slider[k, e] -= copysign(max((1.0 + SLIPS_ON) * bound - abs(spring), 0.0), spring)
                 weight = packed.model[0].stiff * plate.stiffness[k] * packed.model[0].share / count
                 for d in range(len(sides.apart)):
                     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
                     models = sides.packed.model[2 * d, 0], sides.packed.model[2 * d + 1, 0]
                     shares = models[0].stiff * models[0].share, models[1].stiff * models[1].share
                     stiffer = (ahead.stiffness[k] * shares[0] - behind.stiffness[k] * shares[1]) / count
-                    if abs(spring) < bound:
+                    if not slipped:
                         rest = 0.0 if tied else (ahead.rest[k] - behind.rest[k]) / sides.apart[d]
                         change, now = -rest - sliders.change[i, k, e, d], spring
                     else:
@@ -78,7 +88,7 @@ def drag_sliders(packed, sides, sliders, tied, partial):
         for k in range(plate.q.shape[0]):
             for e in range(count):
                 spring, bound = spring_of(plate, k, e, count, sliders, i)
-                if abs(spring) < bound:
+                if not has_slipped(spring, bound):
                     continue
                 sliders.at[i, k, e] += spring - copysign(bound, spring)
                 for d in range(len(sides.apart)):

@@ -24,7 +24,7 @@ from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.mechanics.load_row import load_row, rows_of_loads
-from prb3r.mechanics.records import Packed, pack
+from prb3r.mechanics.records import Packed, differing, pack, pack_held_beside
 from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
 
@@ -32,6 +32,15 @@ TOGETHER = 16
 """Parameters differentiated at a time."""
 
 LoadedChain = tuple[Chain, Loads]
+
+
+class Neighbour(NamedTuple):
+    """The problem on one side of a parameter."""
+
+    chain: Chain
+    loads: Loads
+    differ: set[str]
+    """Names of the fields that the chain does not share with the one that was solved; see `differing`."""
 
 
 class Direction(NamedTuple):
@@ -87,7 +96,7 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
         stiffness slips), or with moments that follow the state: `prb3r.model.laws.derivatives` has these.
     """
     chain, loads, equilibria, steps = solved.chain, solved.loads, solved.equilibria, solved.states
-    _check(solved, directions)
+    sides = _sides_of(solved, directions)
     rows, n, cables = acting(chain, loads), chain.stiffness.shape[1], len(chain.reach)
     pose = np.zeros((3, loads.steps, chain.plates + 1, len(directions)))
     tension = np.empty((loads.steps, chain.plates, cables, len(directions)))
@@ -95,7 +104,8 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     pose[0, :, 0] = [(along.behind[0].disk - along.ahead[0].disk) / (2 * along.apart) for along in directions]
     for first in range(0, len(directions), TOGETHER):
         part = slice(first, first + TOGETHER)
-        changes = _derivatives((chain, loads), rows, directions[part], steps)
+        apart = np.array([along.apart for along in directions[part]], float)
+        changes = _derivatives((chain, loads), rows, sides[2 * first : 2 * first + 2 * TOGETHER], apart, steps)
         for row in range(3):
             pose[row, :, 1:, part] = changes[:, :, n + row]
         tension[..., part] = changes[:, :, n + 3 : n + 3 + cables]
@@ -105,30 +115,36 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
 
 
-def _check(solved: SolvedPath, directions: Sequence[Direction]) -> None:
-    """Raise ValueError where `directions` are not parameters of `solved`; see `derivatives`."""
+def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neighbour]:
+    """The problems ahead and behind of each parameter, in turn; raises ValueError where `directions` are not parameters
+    of `solved`, see `derivatives`."""
     if not directions:
         raise ValueError("sensitivities need at least one direction")
-    kind = _kind(solved.chain, solved.loads)
+    problem, out = (solved.chain, solved.loads), []
     for number, along in enumerate(directions):
         for chain, loads in (along.ahead, along.behind):
+            side = Neighbour(chain, loads, differing(chain, solved.chain))
             if chain.closure:
                 raise ValueError(FOLLOWS_STATE)
-            if _kind(chain, loads) != kind:
+            if not _of_one_kind(side, problem):
                 raise ValueError(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
+            out.append(side)
+    return out
 
 
-def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Direction], steps: PathStates) -> np.ndarray:
+def _derivatives(
+    problem: LoadedChain, rows: Loads, sides: Sequence[Neighbour], apart: np.ndarray, steps: PathStates
+) -> np.ndarray:
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
     chain = problem[0]
-    (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(directions)
+    (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(apart)
     elements = chain.hysteresis.slipping
     packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
     height = n + 3 + (3 if history else 1) * cables
-    acts = [rows if _same_loads(side, problem) else acting(*side) for side in _problems(directions)]
-    sides = _sides(problem, acts, held, directions, np.zeros((2, plates, height)))
-    dead = any(act.force.any() or act.tip.any() for act in (rows, *acts))
-    dead |= any(model["umbilical"].any() for model in (packed.model, sides.packed.model))
+    around = _packed_sides(problem, rows, held, sides, apart, np.zeros((2, plates, height)))
+    acts, hanging = rows_of_loads(rows), slice(cables, cables + 2 * plates + 2)  # forces on disks and tip
+    dead = acts[:, hanging].any() or around.rows[..., hanging].any()
+    dead |= any(model["umbilical"].any() for model in (packed.model, around.packed.model))
     shape = (plates, cables, count)
     memories = (
         Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape), sliders_at_zero((plates, n), elements, count))
@@ -137,7 +153,7 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
     modes = segment_modes(chain) if chain.tied else None
     tied = 0 if modes is None else modes.shape[2]
     state = HeldState(
-        rows=rows_of_loads(rows),
+        rows=acts,
         now=load_row(rows),
         handed=np.zeros(int(dead)),
         outer=np.zeros(3),
@@ -154,68 +170,68 @@ def _derivatives(problem: LoadedChain, rows: Loads, directions: Sequence[Directi
         tied=np.zeros((tied, tied + count)),
         out=np.empty((rows.steps - 1, *state.partial.shape)),
     )
-    differentiate(packed, held, sides, steps, modes, space)
+    differentiate(packed, held, around, steps, modes, space)
     return space.out
 
 
-def _problems(directions: Sequence[Direction]) -> list[LoadedChain]:
-    """Ahead and behind of each parameter, in turn."""
-    return [side for along in directions for side in (along.ahead, along.behind)]
-
-
-def _sides(
-    problem: LoadedChain, acts: list[Loads], held: Packed, directions: Sequence[Direction], out: np.ndarray
+def _packed_sides(
+    problem: LoadedChain, rows: Loads, held: Packed, sides: Sequence[Neighbour], apart: np.ndarray, out: np.ndarray
 ) -> Sides:
-    """The problems ahead and behind of `problem`, which is `held`, with what acts in each of them."""
+    """The sides of `problem`, which is `held`, and under whose loads `rows` act, as compiled code takes them."""
     chain = problem[0]
-    problems = _problems(directions)
-    chains = [held if side is chain else pack(side, held=True) for side, _ in problems]
+    acts = [rows if _same_loads(side, problem) else acting(side.chain, side.loads) for side in sides]
+    nominal = rows_of_loads(rows)
+    every = np.empty((len(nominal), len(acts), nominal.shape[1]))
+    for k, act in enumerate(acts):
+        every[:, k] = nominal if act is rows else rows_of_loads(act)
     return Sides(
-        packed=Packed(*(_stack(field) for field in zip(*chains, strict=True))),
-        alike=np.array([_same_shape(side, chain) for side, _ in problems]),
-        rows=np.stack([rows_of_loads(act) for act in acts], axis=1),
-        apart=np.array([along.apart for along in directions], float),
-        now=load_row(acts[0]),
+        packed=pack_held_beside(held, [(side.chain, side.differ) for side in sides]),
+        alike=np.array([_same_shape(side, chain) for side in sides]),
+        rows=every,
+        apart=apart,
+        now=load_row(rows),
         out=out,
     )
 
 
-def _stack(fields: Sequence[np.ndarray]) -> np.ndarray:
-    """As `np.stack`, which copies records number by number."""
-    return np.stack([field.view(np.uint8) for field in fields]).view(fields[0].dtype)
-
-
-def _same_shape(side: Chain, chain: Chain) -> bool:
+def _same_shape(side: Neighbour, chain: Chain) -> bool:
     """Whether node angles, or bends where they are tied, mean the same shape in both."""
-    names = ("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp")
-    pairs = [(getattr(side, name), getattr(chain, name)) for name in names]
-    pairs += zip(side.plate, chain.plate, strict=True)
-    return all(first is other or np.array_equal(first, other) for first, other in pairs)
-
-
-def _same_loads(side: LoadedChain, problem: LoadedChain) -> bool:
-    """Whether the same loads act, and not only equal ones."""
-    (chain, loads), (nominal, nominal_loads) = side, problem
-    names = (
-        "tip_efficiency",
-        "disk_efficiency",
-        "gain",
-        "quadratic",
-        "zero_drift",
-        "friction_rate",
-        "friction_reference",
-        "friction_excess",
-        "friction_decay",
-    )
-    same = loads is nominal_loads and chain.constant is nominal.constant
-    if not same:
+    if "plate" in side.differ and not all(map(np.array_equal, side.chain.plate, chain.plate)):
         return False
-    pairs = ((getattr(chain, name), getattr(nominal, name)) for name in names)
-    return all(one is other or np.array_equal(one, other) for one, other in pairs)
+    return _equal_in(("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp"), side, chain)
 
 
-def _kind(chain: Chain, loads: Loads) -> tuple:
-    """What problems ahead and behind must share: shapes of arrays, reaches of cables, switches of the chain."""
-    shapes = chain.stiffness.shape, chain.offset.shape, chain.plate.turn.shape, *(field.shape for field in loads)
-    slips = chain.hysteresis.slipping
-    return shapes, chain.reach.tolist(), chain.tied, chain.edges, chain.presliding > 0, slips
+SHAPED = "stiffness", "offset"
+"""Fields of a chain that tell how many plates, nodes and cables it has."""
+OF_LOADS = (
+    *("tip_efficiency", "disk_efficiency", "gain", "quadratic", "zero_drift"),
+    *("friction_rate", "friction_reference", "friction_excess", "friction_decay"),
+)
+"""Fields of a chain that say what of the loads acts, beside those that always act."""
+
+
+def _same_loads(side: Neighbour, problem: LoadedChain) -> bool:
+    """Whether the same loads act, and not only equal ones."""
+    chain, loads = problem
+    return side.loads is loads and "constant" not in side.differ and _equal_in(OF_LOADS, side, chain)
+
+
+def _equal_in(names: Sequence[str], side: Neighbour, chain: Chain) -> bool:
+    """Whether a side has the values of `chain` in the fields `names`."""
+    differ = side.differ.intersection(names)
+    return all(np.array_equal(getattr(side.chain, name), getattr(chain, name)) for name in differ)
+
+
+def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
+    """Whether a side has the shapes of arrays, reaches of cables and switches of `problem`, so that numbers alone
+    differ."""
+    (nominal, loads), chain, differ = problem, side.chain, side.differ
+    if side.loads is not loads and any(a.shape != b.shape for a, b in zip(side.loads, loads, strict=True)):
+        return False
+    if any(getattr(chain, name).shape != getattr(nominal, name).shape for name in differ.intersection(SHAPED)):
+        return False
+    if "plate" in differ and chain.plate.turn.shape != nominal.plate.turn.shape:
+        return False
+    history = (chain.presliding > 0) == (nominal.presliding > 0)
+    slips = chain.hysteresis.slipping == nominal.hysteresis.slipping
+    return history and slips and _equal_in(("reach", "tied", "edges"), side, nominal)
