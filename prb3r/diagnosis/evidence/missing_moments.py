@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.score_test import Alternative, alternative
+from prb3r.diagnosis.evidence.score_test import Alternative, alternatives_of
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import moment_response
 from prb3r.model.laws.moment_law import influences, time_within
@@ -78,9 +78,9 @@ def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
 def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
     """The alternative of every law to `fitted`: its moments, or shifts of the readings, as one whitened direction (r +
     c,)."""
-    basis, step = fitted.basis, fitted.model.predict.recording.readings.step
+    step = fitted.model.predict.recording.readings.step
     moved = [law.values if law.values.ndim == 1 else (mechanics.moment * law.values[step]).sum(1) for law in dictionary]
-    return [alternative(fitted, law, shift[:, None], basis) for law, shift in zip(dictionary, moved, strict=True)]
+    return alternatives_of(fitted, dictionary, [shift[:, None] for shift in moved])
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, neighbours
-from prb3r.diagnosis.evidence.score_test import Alternative, alternative
+from prb3r.diagnosis.evidence.score_test import Alternative, alternatives_of
 from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
@@ -126,11 +126,9 @@ class NotedWeight(NamedTuple):
 
 def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternative]:
     """The alternative of every weight that could be wrong; `sensitivity` (r, s, m) of `tension_response`."""
-    tension, basis = fitted.model.predict.recording.loads.tension, fitted.basis
-    return [
-        alternative(fitted, NotedWeight(int(s), int(j)), sensitivity[:, s, j, None], basis)
-        for s, j in zip(*np.nonzero(tension > 0), strict=True)
-    ]
+    weights = np.argwhere(fitted.model.predict.recording.loads.tension > 0).tolist()
+    moved = [sensitivity[:, s, j, None] for s, j in weights]
+    return alternatives_of(fitted, [NotedWeight(s, j) for s, j in weights], moved)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from scipy.stats import chi2 as chi2_law
 from scipy.stats import norm
 
 from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.fit.basis import freed, together
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -67,28 +68,32 @@ class Alternative:
 
 def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternative]:
     """The alternative of every hypothesis at every probe, around `fitted`."""
-    friction, basis = fitted.model.friction(fitted.p), fitted.basis
+    friction = fitted.model.friction(fitted.p)
     probes = [(hypothesis, start) for hypothesis in hypotheses for start in hypothesis.starts(friction)]
+    felt = alternatives_of(fitted, [hypothesis for hypothesis, _ in probes], moved_readings(fitted, probes))
     return [
         replace(
-            alternative(fitted, hypothesis, moved, basis),
+            alternative,
             start=start,
             one_sided=hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.by_degrees,
         )
-        for (hypothesis, start), moved in zip(probes, moved_readings(fitted, probes), strict=True)
+        for (hypothesis, start), alternative in zip(probes, felt, strict=True)
     ]
 
 
-def alternative(fitted: Fit, subject: Any, moved: np.ndarray, basis: np.ndarray) -> Alternative:
-    """The alternative of what moves the readings by `moved` (r, k); `basis` of what is fitted already."""
-    white = fitted.model.noise.whiten(moved)
-    whole = np.vstack([white, np.zeros((len(fitted.residual) - len(white), white.shape[1]))])
-    free = whole - basis @ (basis.T @ whole)
-    free -= basis @ (basis.T @ free)
+def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
+    """The alternative of each subject, around `fitted`, of what moves the readings by `moved` (r, k each)."""
+    white = together(fitted.model.noise.whiten, moved)
+    free = together(lambda changes: freed(changes, fitted.basis), white)
+    return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
+
+
+def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternative:
+    """The alternative of what moves the whitened readings by `white` (r, k), of which `free` (r + c, k) is left."""
     size = np.linalg.norm(free, axis=0)
-    felt = size > NOTHING * np.maximum(np.linalg.norm(whole, axis=0), LEAST_CHANGE)
+    felt = size > NOTHING * np.maximum(np.linalg.norm(white, axis=0), LEAST_CHANGE)
     if not felt.any():
-        return Alternative(subject, np.zeros((len(whole), 0)), 0.0)
+        return Alternative(subject, np.zeros((len(free), 0)), 0.0)
     if felt.sum() == 1:
         return Alternative(subject, free[:, felt] / size[felt], float(size[felt][0]))
     axes, length, _ = np.linalg.svd(free[:, felt] / size[felt], full_matrices=False)

@@ -1,5 +1,7 @@
 """What a set of columns can explain."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 INDEPENDENT = 1e-8
@@ -14,3 +16,28 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
         return np.zeros((len(jacobian), 0))
     basis, length, _ = np.linalg.svd(columns, full_matrices=False)
     return basis[:, length > INDEPENDENT]
+
+
+def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """What constants cannot imitate of how effects move the readings.
+
+    Parameters
+    ----------
+    values : (r, k) whitened readings, without the rows of priors, where effects move nothing.
+    basis : (r + c, c) orthonormal, of what the constants do to readings and priors.
+
+    Returns
+    -------
+    (r + c, k) orthogonal to `basis`; taken off twice, against rounding.
+    """
+    whole = np.vstack([values, np.zeros((len(basis) - len(values), values.shape[1]))])
+    whole -= basis @ (basis.T @ whole)
+    return whole - basis @ (basis.T @ whole)
+
+
+def together(function: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """What a linear `function` of columns makes of each of `parts` (r, k each), of all at once, as that takes less
+    time."""
+    if not parts:
+        return []
+    return np.split(function(np.hstack(parts)), np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import basis_of
+from prb3r.diagnosis.fit.basis import basis_of, freed, together
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
@@ -13,23 +13,6 @@ from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 STEEPEST = 1e8
 """Largest change of a whitened reading by one prior deviation that a derivative is believed: an arm of a metre that is
 read to 10 nm does not move by more.  Where a branch ends derivatives grow without bound."""
-
-
-def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """What constants cannot imitate of how effects move the readings.
-
-    Parameters
-    ----------
-    values : (r, k) whitened readings, without the rows of priors, where effects move nothing.
-    basis : (r + c, c) orthonormal, of what the constants do to readings and priors.
-
-    Returns
-    -------
-    (r + c, k) orthogonal to `basis`; taken off twice, against rounding.
-    """
-    whole = np.vstack([values, np.zeros((len(basis) - len(values), values.shape[1]))])
-    whole -= basis @ (basis.T @ whole)
-    return whole - basis @ (basis.T @ whole)
 
 
 def linear_model(
@@ -48,16 +31,18 @@ def linear_model(
         moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
         columns.append(Column(hypothesis, freed(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis]))
         target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
-    friction, whiten = model.friction(fitted.p), model.noise.whiten
+    friction = model.friction(fitted.p)
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
     probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(friction)]
-    for (hypothesis, start), moved in zip(probes, moved_readings(fitted, probes), strict=True):
-        sized = hypothesis.by_degrees
-        deviation = np.array([free.prior_sd for free in hypothesis.free]) if sized else np.ones(1)
-        values = freed(whiten(moved * deviation), basis)
+    changes = [
+        change * ([free.prior_sd for free in hypothesis.free] if hypothesis.by_degrees else 1.0)
+        for (hypothesis, _), change in zip(probes, moved_readings(fitted, probes), strict=True)
+    ]
+    white = together(lambda whole: freed(model.noise.whiten(whole), basis), changes)
+    for (hypothesis, start), values in zip(probes, white, strict=True):
         if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
             continue
-        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not sized
+        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.by_degrees
         columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target = target - basis @ (basis.T @ target)
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))

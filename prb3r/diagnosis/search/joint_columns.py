@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import Probe, moved_readings
-from prb3r.diagnosis.fit.basis import basis_of
+from prb3r.diagnosis.fit.basis import basis_of, freed
 from prb3r.diagnosis.fit.joint import JointFit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.joint import JointHypothesis
-from prb3r.diagnosis.search.columns import first_size, freed
+from prb3r.diagnosis.search.columns import first_size
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 JointProbe = tuple[JointHypothesis, np.ndarray]

@@ -81,12 +81,12 @@ class Trier:
         turned, moved = measurement.frame_rotation_sd_rad, measurement.frame_position_sd_m
         prior = np.array([turned or FIXED, moved or FIXED, moved or FIXED]) ** -2.0
         already = np.array([constants.rotation, constants.x, constants.y])
-        change, left = np.zeros(3), away
+        change, among, missed, variance = np.zeros(3), columns[seen], away[seen], self.sd[rows][seen] ** 2
         for _ in range(self.settings.robust_rounds if seen.any() else 0):
-            weighed = columns[seen] / (self.sd[rows][seen] ** 2 + left[seen] ** 2)[:, None]
-            normal = columns[seen].T @ weighed + np.diag(prior)
-            change = np.linalg.solve(normal, weighed.T @ away[seen] - prior * already)
-            left = away - columns @ change
+            weighed = among / (variance + (missed - among @ change) ** 2)[:, None]
+            normal = among.T @ weighed + np.diag(prior)
+            change = np.linalg.solve(normal, weighed.T @ missed - prior * already)
+        left = away - columns @ change
         rotation, x, y = (already + change).tolist()
         framed = constants._replace(rotation=rotation, x=x, y=y)
         return self.standing(predict, rows, framed, readings.value - left)
