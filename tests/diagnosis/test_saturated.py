@@ -76,7 +76,8 @@ def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doub
 def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_either(doubted, whole):
     library = tuple(each for each in doubted.search.library if each.kind in ("nonlinear_plate", "tension_offset"))
     blind = replace(doubted.search, library=library)
-    part = search_effects(doubted.fitted, blind, doubted.doubts)
+    pool = Pool(blind, doubted.fitted.model.settings, [doubted.fitted])
+    part = choose(explore_until_settled(pool, blind, doubted.doubts), blind)
     assert "disk_contact" in whole.kinds
     assert part.structured
     best, lesser = (each.survivors[0].fitted for each in (whole, part))

@@ -30,11 +30,16 @@ SEED = 77
 NORM, APART = SETTINGS.sizes.detectable, SETTINGS.sizes.apart
 
 
+def short_design(task):
+    """As `drawn_design`, with three of the sequences."""
+    design = drawn_design(task)
+    return dataclasses.replace(design, program=design.program[:3])
+
+
 @pytest.fixture(scope="module")
 def responses():
     """Of few plates and three of the sequences."""
-    design = design_of(SEED, 0)
-    return Responses(dataclasses.replace(design, program=design.program[:3]))
+    return Responses(short_design((SEED, 0, Flavour.PLAIN)))
 
 
 def test_a_full_run_is_composed_as_the_protocol_asks():
@@ -170,6 +175,7 @@ def test_a_refit_with_the_full_rig_is_no_farther_than_by_the_linear_rule(respons
 
 
 def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
+    monkeypatch.setattr(run, "drawn_design", short_design)
     monkeypatch.setattr(run, "flavours", lambda cases, classes: [Flavour.PLAIN, Flavour.POOR])
     monkeypatch.setattr(run, "METHODS", {run.MAIN: run.METHODS[run.MAIN]})
     said = []
@@ -212,6 +218,6 @@ def test_physics_outside_the_library_goes_to_another_design_unless_it_is_of_one_
 
 
 def test_labels_are_the_same_again():
-    design = design_of(SEED, 5, Flavour.POOR)
+    design = short_design((SEED, 5, Flavour.POOR))
     asked = [Request(0, SEED, "confusable", 1, "", 5.0), Request(1, SEED, "decoy", 1, "weight")]
     assert labels_of((design, asked)) == labels_of((design, asked))

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
-from scipy.stats import norm as normal
 
+from prb3r.diagnosis.chance import chi2_limit, chi2_tail, normal_limit
 from prb3r.diagnosis.checks.doubt import likeliest
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
@@ -151,7 +150,7 @@ class Unseen:
             of_sequence = of_reading == k
             lost = not np.isfinite(readings[of_sequence]).all()
             counted = np.minimum(white[of_sequence] ** 2, self.settings.farthest_sd**2)
-            p = 0.0 if lost else float(chi2_law.sf(counted.sum(), int(of_sequence.sum())))
+            p = 0.0 if lost else float(chi2_tail(counted.sum(), int(of_sequence.sum())))
             judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2))), lost))
         return tuple(judged)
 
@@ -181,13 +180,13 @@ class Unseen:
         size = np.maximum(np.linalg.norm(white, axis=0), UNFELT_WEIGHT)
         z = np.abs(white.T @ noise.whiten(misfit)) / size
         worst = int(np.argmax(z))
-        if z[worst] <= normal.isf(self.settings.alarm_rate / 2 / len(z)):
+        if z[worst] <= normal_limit(self.settings.alarm_rate / 2 / len(z)):
             return self
         weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         doubting = replace(self, doubted=(*self.doubted, weight), foreseen={})
         rest = doubting.foresee(fitted).noise.whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
-        return doubting if rest @ rest <= chi2_law.isf(self.settings.naming_rate, others) else self
+        return doubting if rest @ rest <= chi2_limit(self.settings.naming_rate, others) else self
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
-from scipy.stats import norm
 
+from prb3r.diagnosis.chance import chi2_tail, normal_tail
 from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, Line, neighbours
 from prb3r.diagnosis.search.selection import Choice
@@ -27,7 +26,7 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
     recording = fitted.model.predict.recording
     left = fitted.residual[: recording.readings.count]
     checks = [
-        ModelCheck("chi-square", float(chi2_law.sf(fitted.chi2, fitted.freedom))),
+        ModelCheck("chi-square", float(chi2_tail(fitted.chi2, fitted.freedom))),
         ModelCheck("scale of the noise", by_chance(choice.level.reading.value, settings.noise_log_sd)),
         ModelCheck("scatter of the tensions", by_chance(choice.level.tension.value, settings.tension_log_sd)),
         ModelCheck("largest score", choice.scores_of_best.chance),
@@ -39,10 +38,10 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
 
 def by_chance(factor: float, log_sd: float) -> float:
     """Prior chance that what is stated is off by as much as `factor`, or more, either way."""
-    return float(2 * norm.sf(abs(np.log(factor)) / log_sd))
+    return float(2 * normal_tail(abs(np.log(factor)) / log_sd))
 
 
 def neighbours_alike(recording: Recording, left: np.ndarray, line: Line) -> float:
     """Chance that whitened residuals `left` (r,) of neighbours along a line are so much alike, or more, by chance."""
     first, second = neighbours(recording, line)
-    return float(norm.sf(left[first] @ left[second] / max(np.sqrt(len(first)), 1.0)))
+    return float(normal_tail(left[first] @ left[second] / max(np.sqrt(len(first)), 1.0)))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 from scipy.special import logsumexp
 
 from prb3r.diagnosis.confidence import TAIL
@@ -120,7 +120,7 @@ def noise_level(
 def _finer(logs: np.ndarray, log_density: np.ndarray, times: int) -> tuple[np.ndarray, np.ndarray]:
     """The same logarithms and log density, `times` as many, by a cubic spline."""
     fine = np.linspace(logs[0], logs[-1], times * len(logs))
-    return fine, CubicSpline(logs, log_density)(fine)
+    return fine, scipy.interpolate.CubicSpline(logs, log_density)(fine)
 
 
 def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:

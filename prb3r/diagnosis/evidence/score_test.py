@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
-from scipy.stats import norm
 
+from prb3r.diagnosis.chance import chi2_tail, normal_limit, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings
 from prb3r.diagnosis.fit.basis import freed, together
 from prb3r.diagnosis.fit.model import Fit
@@ -60,7 +59,7 @@ class Alternative:
         gain = self._gain(along)
         if self.freedom <= 1:
             return np.sqrt(gain)
-        return norm.isf(np.maximum(chi2_law.sf(gain, self.freedom), 1e-300) / 2)
+        return normal_limit(np.maximum(chi2_tail(gain, self.freedom), 1e-300) / 2)
 
     def _gain(self, along: np.ndarray) -> np.ndarray:
         return ((np.maximum(along, 0.0) if self.one_sided else along) ** 2).sum(0)
@@ -118,7 +117,7 @@ class Scores:
     def chance(self) -> float:
         """How often the largest z of a right model is as large or larger."""
         if not len(self.drawn):
-            return float(2 * norm.sf(self.largest))
+            return float(2 * normal_tail(self.largest))
         return float((len(self.drawn) - np.searchsorted(self.drawn, self.largest) + 1) / (len(self.drawn) + 1))
 
     @property
@@ -143,7 +142,7 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     judged = tested[:0] if settings.tested_alone else tested
     drawn = largest_by_chance(judged, seed, settings)
     rates = np.array([settings.alarm_rate, settings.naming_rate])
-    high, higher = np.quantile(drawn, 1 - rates) if len(drawn) else norm.isf(rates / 2)
+    high, higher = np.quantile(drawn, 1 - rates) if len(drawn) else normal_limit(rates / 2)
     return Scores(tuple(tested), z, float(high), float(higher), drawn)
 
 

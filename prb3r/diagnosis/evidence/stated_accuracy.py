@@ -8,8 +8,8 @@ measurement can say, so that it does not speak against a model, though it is see
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
 
+from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.covariance import AS_STATED
@@ -26,6 +26,6 @@ def share_of_stated(fitted: Fit, doubts: Doubts) -> float:
     readings, of_sequence = stated.model.predict.recording.readings, stated.model.predict.recording.of_sequence
     squared = stated.residual[: readings.count] ** 2
     parts = [squared[of == one].mean() for of in (readings.disk, of_sequence[readings.step]) for one in np.unique(of)]
-    by_chance = chi2_law.cdf(stated.chi2, stated.freedom)
+    by_chance = 1 - chi2_tail(stated.chi2, stated.freedom)
     share = float(np.sqrt(squared.mean()))
     return share if by_chance < fitted.model.settings.naming_rate and max(parts) <= 1.0 else max(share, 1.0)

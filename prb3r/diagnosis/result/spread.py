@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import norm
+import scipy
 
+from prb3r.diagnosis.chance import normal_tail
 from prb3r.diagnosis.confidence import NORMAL_REACH, TAIL
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.fit.profile import LEAST_SD, linear_interval
@@ -34,10 +34,10 @@ def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float
 
     def beyond(at: float) -> float:
         sd = np.where(at < value, below, above)
-        return float(probability @ norm.cdf((at - value) / sd)) - share
+        return float(probability @ normal_tail((value - at) / sd)) - share
 
     low, high = (value - TAIL_REACH * below).min(), (value + TAIL_REACH * above).max()
-    return float(brentq(beyond, low, high))
+    return float(scipy.optimize.brentq(beyond, low, high))
 
 
 def ends_over_models(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.constants_by_part import clues
@@ -207,7 +207,7 @@ def profile_curve(profile: Profile, free: Free, friction: float, settings: Setti
     if len(u) > 1:
         signed = np.sqrt(rise) * np.where(np.arange(len(u)) < np.argmin(rise), -1, 1)
         fine = np.linspace(u[0], u[-1], settings.profile_points)
-        fine_rise = PchipInterpolator(u, signed)(fine) ** 2
+        fine_rise = scipy.interpolate.PchipInterpolator(u, signed)(fine) ** 2
     value, fine_value = (np.array([free.value(at, friction) for at in scale]) for scale in (u, fine))
     return ProfileCurve(value, rise, fine_value, fine_rise)
 

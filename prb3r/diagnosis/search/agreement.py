@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
 
+from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.library.hypothesis import Free
@@ -44,7 +44,7 @@ class Compared(NamedTuple):
         if len(known) < 2:
             return 1.0
         value, weight = known[:, 0], known[:, 1] ** -2
-        return float(chi2_law.sf(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
+        return float(chi2_tail(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
 
 
 def shared_parameters(together: Together) -> Iterator[Compared]:

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
-from scipy.stats import chi2 as chi2_law
-from scipy.stats import norm
 
+from prb3r.diagnosis.chance import chi2_limit
 from prb3r.diagnosis.confidence import PLANE_REACH, TAIL
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
@@ -69,7 +68,7 @@ def _histogram(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
         look = {key: value for key, value in LOOKS[name].items() if key in ("color", "ls", "lw")}
         axes.stairs(np.histogram(values, edges, density=True)[0], edges, **look)
     at = np.linspace(-OUTERMOST, OUTERMOST, 121)
-    axes.plot(at, norm.pdf(at), color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
+    axes.plot(at, np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi), color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))
     axes.set(xlabel="residual (sd of the noise)", ylabel="density", xlim=(-OUTERMOST, OUTERMOST))
 
 
@@ -77,7 +76,7 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
     """Root mean square of the residuals at each place, with what a right model shows."""
     places, number = np.unique(at, return_inverse=True)
     count = np.bincount(number)
-    low, high = (np.sqrt(chi2_law.ppf(share, count) / count) for share in (TAIL, 1 - TAIL))
+    low, high = (np.sqrt(chi2_limit(share, count) / count) for share in (1 - TAIL, TAIL))
     for place, bottom, top in zip(places, low, high, strict=True):
         axes.fill_between([place - 0.5, place + 0.5], bottom, top, **NOISE, zorder=0.4)
     axes.axhline(1.0, color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))

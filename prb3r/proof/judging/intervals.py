@@ -4,8 +4,9 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom, norm
+import scipy
 
+from prb3r.diagnosis.chance import normal_limit
 from prb3r.proof.settings import SETTINGS
 
 
@@ -52,7 +53,7 @@ def _design_effect(outcomes: np.ndarray, clusters: Sequence[Hashable] | None) ->
 
 def _wilson(share: float, count: float) -> tuple[float, float]:
     """Ends of Wilson's interval, also of a number of outcomes that is not whole."""
-    z2 = norm.ppf(0.5 + SETTINGS.protocol.confidence / 2) ** 2
+    z2 = normal_limit(0.5 - SETTINGS.protocol.confidence / 2) ** 2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = np.sqrt(z2 * (share * (1 - share) / count + z2 / (4 * count**2))) / (1 + z2 / count)
     return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
@@ -65,7 +66,7 @@ def quantile_of(values: Sequence[float], share: float) -> Score:
     if not count:
         return Score(np.nan, np.nan, np.nan, 0)
     outside = (1 - SETTINGS.protocol.confidence) / 2
-    ends = [int(binom.ppf(tail, count, share)) for tail in (outside, 1 - outside)]
+    ends = [int(scipy.stats.binom.ppf(tail, count, share)) for tail in (outside, 1 - outside)]
     low, high = max(ends[0] - 1, 0), min(ends[1], count - 1)
     return Score(float(np.quantile(ordered, share)), float(ordered[low]), float(ordered[high]), count)
 

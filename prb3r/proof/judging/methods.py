@@ -10,9 +10,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
 
 from prb3r.diagnosis import stages
+from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
@@ -202,4 +202,4 @@ def _loading(recording: Recording) -> tuple[float, float, float] | None:
         return None
     predict = predictor(recording.only(rising))
     fitted = fit_constants(predict)
-    return *_constants(fitted), float(chi2_law.sf(fitted.chi2, fitted.freedom))
+    return *_constants(fitted), float(chi2_tail(fitted.chi2, fitted.freedom))

@@ -1,0 +1,32 @@
+"""Tails of the normal and the chi-square law, and where they begin.
+
+From `scipy.special`: `scipy.stats` has them too, takes half a second to be imported by every process, and checks each
+call for ten times as long as it takes.
+"""
+
+from typing import Any
+
+from scipy.special import chdtrc, chdtri, ndtr, ndtri
+
+Numbers = Any
+"""A number, or an array of them; then an array of the same shape comes back."""
+
+
+def normal_tail(z: Numbers) -> Numbers:
+    """Probability that a standard normal variable exceeds `z`."""
+    return ndtr(-z)
+
+
+def normal_limit(rate: Numbers) -> Numbers:
+    """What a standard normal variable exceeds with the probability `rate`."""
+    return -ndtri(rate)
+
+
+def chi2_tail(chi2: Numbers, freedom: Numbers) -> Numbers:
+    """Probability that a sum of so many squared standard normal variables exceeds `chi2`."""
+    return chdtrc(freedom, chi2)
+
+
+def chi2_limit(rate: Numbers, freedom: Numbers) -> Numbers:
+    """What a sum of so many squared standard normal variables exceeds with the probability `rate`."""
+    return chdtri(freedom, rate)
