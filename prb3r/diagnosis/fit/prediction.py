@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.fit.chains import Chains
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Chain, Loads, pose
 from prb3r.mechanics.derivatives.solved_path import SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.model.effects import observed, turned, with_effects
+from prb3r.model.effects import observed, turned
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Kind, Recording
@@ -56,14 +57,14 @@ class Predictor:
         """(s,) of each step within its sequence, as recorded."""
         return self.recording.steps["step"].to_numpy(float)
 
+    @cached_property
+    def chains(self) -> Chains:
+        """Of the nominal manipulator."""
+        return Chains(self.chain, self.recording.manipulator)
+
     def chain_of(self, constants: Constants, effects: Sequence[Effect] = ()) -> Chain:
         """The mechanical problem with adjusted constants, the nominal effects and `effects`."""
-        chain, manipulator = self.chain, self.recording.manipulator
-        scaled = chain._replace(
-            stiffness=chain.stiffness * np.exp(constants.log_stiffness),
-            friction=chain.friction * np.exp(constants.log_friction),
-        )
-        return with_effects(scaled, manipulator, [*manipulator.effect, *effects])
+        return self.chains.chain(constants, effects)
 
     def equilibria(
         self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None

@@ -129,7 +129,7 @@ class LinearModel:
         rest = self.along - across @ self.along[rows]
         rise = np.full(len(self.columns), -np.inf)
         for group in self.alike:
-            normal = group.normal - across[group.at] @ np.moveaxis(beside[:, group.at], 0, 1)
+            normal = group.normal - across[group.at] @ beside[:, group.at].transpose(1, 0, 2)
             along = rest[group.at]
             precision, axes = _spectrum(normal)
             worth = ((along[:, None, :] @ axes)[:, 0] ** 2 / precision).sum(1) - np.log(precision).sum(1)
@@ -179,6 +179,8 @@ def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     They are 1 or more; beside a coefficient whose effect is a hundred million times the noise, as near the end of a
     branch, less is rounding.
     """
+    if normal.shape[-1] == 1:
+        return np.maximum(normal[..., 0], 1.0), np.ones_like(normal)
     precision, axes = np.linalg.eigh(normal)
     return np.maximum(precision, 1.0), axes
 

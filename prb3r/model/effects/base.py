@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Protocol, get_args
 
@@ -59,6 +60,23 @@ class Host(Protocol):
     def cable_arm(self, side: int) -> np.ndarray: ...
 
 
+class WorkedOut:
+    """A manipulator of which what effects ask is worked out once, for many chains of it."""
+
+    def __init__(self, manipulator: Host) -> None:
+        self.model, self.youngs_modulus_pa = manipulator.model, manipulator.youngs_modulus_pa
+        self.segment, self.disk, self.friction = manipulator.segment, manipulator.disk, manipulator.friction
+        self.effect, self.cable_names, self.plates = manipulator.effect, manipulator.cable_names, manipulator.plates
+        self.bending_stiffness, self.outer_fibre = manipulator.bending_stiffness, manipulator.outer_fibre
+        self._arms = {side: manipulator.cable_arm(side) for side in (-1, 1)}
+        for shared in (self.bending_stiffness, self.outer_fibre, *self._arms.values()):
+            shared.flags.writeable = False
+
+    def cable_arm(self, side: int) -> np.ndarray:
+        """(plates,) as of a manipulator."""
+        return self._arms[side]
+
+
 class Effect(BaseModel, ABC):
     """One effect; `kind` names it in a manipulator file."""
 
@@ -66,8 +84,7 @@ class Effect(BaseModel, ABC):
 
     def __init__(self, **parameters: Any) -> None:
         """Its parameters by name; `kind` may be left out."""
-        (kind,) = get_args(type(self).model_fields["kind"].annotation) or (None,)
-        super().__init__(**({"kind": kind} if kind else {}) | parameters)
+        super().__init__(**_named_kind(type(self)) | parameters)
 
     late: ClassVar[int] = 0
     """Effects are applied in this order, then in that of the file."""
@@ -110,6 +127,20 @@ class Effect(BaseModel, ABC):
         """What the fields of the name `part`, or of its plural, say; nothing where they are absent or empty."""
         single, several = getattr(self, part, None), getattr(self, f"{part}s", None)
         return [*([] if single is None else [single]), *(several or ())]
+
+
+@cache
+def _named_kind(effect: type[Effect]) -> dict[str, str]:
+    """The kind of an effect by its name, as a parameter; none of a class that is no effect of the library."""
+    kinds = get_args(effect.model_fields["kind"].annotation)
+    return {"kind": kinds[0]} if kinds else {}
+
+
+def mask_of(plates: Sequence[int], count: int) -> np.ndarray:
+    """(count,) which plates are among those of the numbers `plates`, counted from 1."""
+    named = np.zeros(count, bool)
+    named[np.asarray(plates) - 1] = True
+    return named
 
 
 class Observation(Effect):

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from prb3r.mechanics.chain import Chain, Term, no_loads
-from prb3r.model.effects.base import Effect, Host, Number
+from prb3r.model.effects.base import Effect, Host, Number, mask_of
 from prb3r.model.laws.moment_law import influences_of_place
 
 
@@ -35,7 +35,7 @@ class EmpiricalMoment(Effect):
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         constant, closure = chain.constant or no_loads(chain), chain.closure
         for term in self.terms:
-            acts = np.isin(np.arange(chain.plates) + 1, term.plates) if term.plates else np.ones(chain.plates)
+            acts = mask_of(term.plates, chain.plates) if term.plates else np.ones(chain.plates)
             if term.of in ("constant", "position"):
                 follows = influences_of_place(chain)[term.of]
                 constant = constant._replace(moment=constant.moment + term.coefficient * acts * follows)

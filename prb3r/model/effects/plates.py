@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate_law import MOST_ELEMENTS, Contact, Hysteresis, Law
-from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side
+from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side, mask_of
 from prb3r.model.effects.hinges import RIGID, hinged
 from prb3r.model.files.numbers import NonNegative, Positive
 
@@ -150,7 +150,7 @@ class Precurvature(Effect):
     plates: list[Number] | None = None
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        bent = np.ones(chain.plates) if self.plates is None else np.isin(np.arange(chain.plates) + 1, self.plates)
+        bent = np.ones(chain.plates) if self.plates is None else mask_of(self.plates, chain.plates)
         return chain._replace(
             rest=chain.rest + self.curvature_per_m * (bent * chain.arc)[:, None] / chain.plate.stiffness
         )
