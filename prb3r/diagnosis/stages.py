@@ -91,7 +91,7 @@ def beside_effects(
     One more blunder is said where the recording is explained once it is mended; else all is as it was.
     """
     there = unexplained.choice.fitted.effects
-    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there) if there else None
+    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there, apply) if there else None
     if hidden is None:
         return unexplained, blunders
     try:
@@ -107,7 +107,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
     effects, speak for it.
     """
-    blunders = blunders_of(task.recording, task.settings)
+    blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
         return to_search(_mended(task, blunders), report, apply), blunders
     plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]

@@ -19,6 +19,10 @@ class BlundersSettings:
     """Factors on stiffness at which a blunder is tried before constants are fitted.  Choice, for time."""
     blunders_fitted: int = 12
     """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
+    costly_blunders_fitted: int = 6
+    """The same where states follow the load path.  Choice, for time: with 12 they took a fifth of all."""
+    costly_blunders_of_a_kind: int = 2
+    """Of these, how many of one kind, as exchanged labels are many and much alike.  Choice, for time."""
     robust_rounds: int = 3
     """Reweighted fits, in which readings count less the further they are off.  Choice, for time."""
     strained_sd: float = 4.0

@@ -7,19 +7,22 @@ be done in one way only, as kilograms in all columns of newtons, asks less than 
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
+from prb3r.diagnosis.checks.setup.quick import quick_predictor
 from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, expected_loss, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
 from prb3r.recording.recording import Recording
@@ -79,18 +82,22 @@ class Attempt:
     grid: tuple[Constants, ...]
     """Constants with which a remedy is tried before any are fitted."""
     seen: tuple[Sight, ...]
-    """Of the recording as it is, at each of `grid`."""
+    """Of the recording as it is, at each of `grid`, as :func:`quick_predictor` has it."""
+    near: Standing
+    """The recording as it is, at the best of them; `here` where predictions are quick anyway."""
+    costly: bool
+    """Whether predictions are slow, as states follow the load path."""
 
     def rough(self, remedy: Remedy) -> Trial:
         """A remedy at the best of the coarse constants, seen from where it fits best."""
         mended = remedy.mend(self.recording)
         changed = mended.recording
         alone = changed.loads is self.recording.loads and changed.manipulator is self.recording.manipulator
-        predict, tried = predictor(changed, self.trying.settings), []
+        predict, tried = quick_predictor(changed, self.trying.settings), []
         for constants, known in zip(self.grid, self.seen, strict=True):
             view = known if alone else sight(predict, constants, predict.equilibria(constants))
             standing = self.trying.framed(predict, mended.rows, constants, view)
-            tried.append(trial(self.here, remedy, mended, standing))
+            tried.append(trial(self.near, remedy, mended, standing))
         return max(tried, key=_gain)
 
     def full(self, tried: Trial) -> Trial:
@@ -103,40 +110,54 @@ class Attempt:
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     """A recording as it is, with the constants that fit it best, and all that could be wrong with it."""
     trying, base = trier(recording, settings), predictor(recording, settings)
-    rows = np.arange(recording.readings.count)
+    quick, rows = quick_predictor(recording, settings), np.arange(recording.readings.count)
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
     starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
     fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
     grid = (*coarse, *([fitted.constants] if fitted else []))
-    seen = tuple(sight(base, constants, base.equilibria(constants)) for constants in grid)
-    standings = [trying.framed(base, rows, *known) for known in zip(grid, seen, strict=True)]
-    here = min([*standings, *([fitted] if fitted else [])], key=lambda standing: standing.total)
-    return Attempt(recording, remedies(recording, settings), trying, here, grid, seen)
+    seen = tuple(sight(quick, constants, quick.equilibria(constants)) for constants in grid)
+    standings = [trying.framed(quick, rows, *known) for known in zip(grid, seen, strict=True)]
+    near = min(standings, key=_total)
+    costly = base.chain.presliding > 0
+    if costly:
+        here = fitted or near
+    else:
+        here = near = min([near, *([fitted] if fitted else [])], key=_total)
+    return Attempt(recording, remedies(recording, settings), trying, here, grid, seen, near, costly)
 
 
-def blunders_of(recording: Recording, settings: Settings) -> tuple[Blunder, ...]:
+def _total(standing: Standing) -> float:
+    return standing.total
+
+
+def blunders_of(recording: Recording, settings: Settings, apply: Apply = serially) -> tuple[Blunder, ...]:
     """The blunders that a recording could hold, each looked for with those before it mended; mostly none.
 
     Where the last is plain they are plain together: constants alone explain what is mended.
     """
     out: list[Blunder] = []
     while len(out) < settings.most_blunders:
-        blunder = find_blunder(out[-1].mended if out else recording, settings)
+        blunder = find_blunder(out[-1].mended if out else recording, settings, apply=apply)
         if blunder is None:
             break
         out.append(blunder)
     return tuple(out)
 
 
-def find_blunder(recording: Recording, settings: Settings, effects: Sequence[AnyEffect] = ()) -> Blunder | None:
+def find_blunder(
+    recording: Recording, settings: Settings, effects: Sequence[AnyEffect] = (), apply: Apply = serially
+) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, if one explains more than chance could.
 
-    `effects` are taken to be there too: beside those that were found a blunder shows that they would hide.
+    Parameters
+    ----------
+    effects : taken to be there too: beside those that were found a blunder shows that they would hide.
+    apply : tries many remedies, in workers for instance, where predictions are slow.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     least = least_gains(attempt.among, settings)
-    best, *others = sorted(trials(attempt), key=lambda tried: least[tried.remedy] - tried.gain)
+    best, *others = sorted(trials(attempt, apply), key=lambda tried: least[tried.remedy] - tried.gain)
     if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
@@ -154,11 +175,42 @@ def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, flo
     return {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
 
 
-def trials(attempt: Attempt) -> list[Trial]:
+def trials(attempt: Attempt, apply: Apply = serially) -> list[Trial]:
     """The most promising remedies with refitted constants, the best first."""
+    settings, apply = attempt.trying.settings, apply if attempt.costly else serially
     rough = sorted(map(attempt.rough, attempt.among), key=_gain, reverse=True)
-    full = map(attempt.full, rough[: attempt.trying.settings.blunders_fitted])
-    return sorted(full, key=_gain, reverse=True)
+    promising = rough[: settings.blunders_fitted]
+    if attempt.costly:
+        promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
+    return sorted(_spread(apply, attempt.full, promising), key=_gain, reverse=True)
+
+
+def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
+    """The first `most` of every kind of blunder, in their order."""
+    count, out = Counter[str](), []
+    for candidate in tried:
+        count[candidate.remedy.kind] += 1
+        if count[candidate.remedy.kind] <= most:
+            out.append(candidate)
+    return out
+
+
+SHARES = 4
+"""Parts that remedies are dealt out to workers in: each part brings what they are tried on."""
+
+
+def _spread(apply: Apply, attempt: Callable[[Any], Trial], among: Sequence[Any]) -> list[Trial]:
+    """What a method of an attempt makes of each of many, in their order."""
+    parts = [(attempt, among[k::SHARES]) for k in range(SHARES)]
+    out: list[Any] = [None] * len(among)
+    for k, done in enumerate(apply(_all_of, parts)):
+        out[k::SHARES] = done
+    return out
+
+
+def _all_of(task: tuple[Callable[[Any], Trial], Sequence[Any]]) -> list[Trial]:
+    attempt, among = task
+    return [attempt(one) for one in among]
 
 
 def _gain(tried: Trial) -> float:
