@@ -7,9 +7,8 @@ be done in one way only, as kilograms in all columns of newtons, asks less than 
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -182,7 +181,16 @@ def trials(attempt: Attempt, apply: Apply = serially) -> list[Trial]:
     promising = rough[: settings.blunders_fitted]
     if attempt.costly:
         promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
-    return sorted(_spread(apply, attempt.full, promising), key=_gain, reverse=True)
+    full = apply(_in_full, [(attempt, tried) for tried in promising])
+    own = [
+        replace(done, remedy=tried.remedy) for done, tried in zip(full, promising, strict=True)
+    ]  # workers have copies
+    return sorted(own, key=_gain, reverse=True)
+
+
+def _in_full(task: tuple[Attempt, Trial]) -> Trial:
+    attempt, tried = task
+    return attempt.full(tried)
 
 
 def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
@@ -193,24 +201,6 @@ def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
         if count[candidate.remedy.kind] <= most:
             out.append(candidate)
     return out
-
-
-SHARES = 4
-"""Parts that remedies are dealt out to workers in: each part brings what they are tried on."""
-
-
-def _spread(apply: Apply, attempt: Callable[[Any], Trial], among: Sequence[Any]) -> list[Trial]:
-    """What a method of an attempt makes of each of many, in their order."""
-    parts = [(attempt, among[k::SHARES]) for k in range(SHARES)]
-    out: list[Any] = [None] * len(among)
-    for k, done in enumerate(apply(_all_of, parts)):
-        out[k::SHARES] = done
-    return out
-
-
-def _all_of(task: tuple[Callable[[Any], Trial], Sequence[Any]]) -> list[Trial]:
-    attempt, among = task
-    return [attempt(one) for one in among]
 
 
 def _gain(tried: Trial) -> float:
