@@ -25,6 +25,9 @@ class BlundersSettings:
     """Of these, how many of one kind, as exchanged labels are many and much alike.  Choice, for time."""
     robust_rounds: int = 3
     """Reweighted fits, in which readings count less the further they are off.  Choice, for time."""
+    robust_steps: int = 10
+    """Steps of each of them at most.  Right ones take four; what leads out of balance creeps along its edge for as many
+    as it may, and is no explanation.  Choice, for time."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     blunder_fall: float = 10.0

@@ -95,7 +95,8 @@ class Trier:
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
         predict, sd = predictor(recording, self.settings), self.sd[rows]
-        model = Model(predict, independent(sd), settings=self.settings)
+        settings = replace(self.settings, most_steps=self.settings.robust_steps)
+        model = Model(predict, independent(sd), settings=settings)
         p, standings = np.array([getattr(start, name) for name in model.varied]), []
         for _ in range(self.settings.robust_rounds):
             better = fit(model, p)
