@@ -6,6 +6,8 @@ set-up -> calibrate -> doubt -> test -> search -> check -> tell
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.checks.repeats import scatter
@@ -105,7 +107,8 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     """What was chosen for a recording once the blunders of its set-up are mended, and these.
 
     A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
-    effects, speak for it.
+    effects, speak for it.  The second search is given up where its first end is worth less than that of the first one,
+    by as much as would have to speak for the blunder.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
@@ -115,7 +118,8 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     for count in range(len(plain) + 1, len(blunders) + 1):
         report("search")
         try:
-            other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply)
+            least = searched.choice.first_worth - blunders[count - 1].least
+            other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply, least)
         except OutOfBalance:
             break
         after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
@@ -131,8 +135,8 @@ def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
     return replace(task, recording=blunders[-1].mended) if blunders else task
 
 
-def to_search(task: Task, report: Report, apply: Apply) -> Searched:
-    """All stages between the set-up and the checks."""
+def to_search(task: Task, report: Report, apply: Apply, least_worth: float = -np.inf) -> Searched:
+    """All stages between the set-up and the checks; `least_worth` as of `search_effects`."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")
@@ -140,7 +144,7 @@ def to_search(task: Task, report: Report, apply: Apply) -> Searched:
     report("test")
     tested = test(doubted)
     report("search")
-    return search(tested)
+    return search(tested, least_worth)
 
 
 def calibrate(task: Task) -> Calibrated:
@@ -170,10 +174,10 @@ def test(doubted: Doubted) -> Tested:
     return Tested(doubted, examine(doubted.fitted, doubted.search))
 
 
-def search(tested: Tested) -> Searched:
-    """Choose effects, under the noise that is found with them."""
+def search(tested: Tested, least_worth: float = -np.inf) -> Searched:
+    """Choose effects, under the noise that is found with them; `least_worth` as of `search_effects`."""
     doubted = tested.doubted
-    return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts))
+    return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth))
 
 
 def standing(searched: Searched) -> Searched:

@@ -46,6 +46,8 @@ class Choice:
     """The sets of effects of whose fits every effect was exchanged for what comes nearest; `tried` holds these too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
+    first_worth: float = -np.inf
+    """What the best model of the first beginning is worth, see `worth_of`."""
     share_of_stated: float = 1.0
     """Of the stated noise, what the chosen model leaves; 1 unless it is structured and less than that everywhere."""
 

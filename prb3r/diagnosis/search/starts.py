@@ -4,6 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
@@ -14,9 +16,10 @@ from prb3r.diagnosis.search.saturated import eliminated, saturated
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice, Explored, choose, exchange_effects, explore_until_settled
 from prb3r.diagnosis.search.small_loads import from_small_loads
+from prb3r.diagnosis.search.worth import worth_of
 
 
-def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
+def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth: float = -np.inf) -> Choice:
     """The better choice of effects from several beginnings, where much is unexplained; from what is known before else.
 
     The first is what explains small loads, as there a rig is nearly linear.  It leads into one valley, which may
@@ -26,26 +29,42 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     of all common effects as one after another is taken away.  Where a prediction is slow there is but a second, the
     constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange,
     with the best models of the others beside it.
+
+    Parameters
+    ----------
+    least_worth : the search ends with the first end where that is worth less (`worth_of`).
     """
     beginning = _Beginning(calibrated, fit_assumed(calibrated, search.assumed), search, doubts)
-    if calibrated.reduced <= calibrated.model.settings.gross:
-        ends = [_from_known(beginning)]
-    elif calibrated.costly:
-        ends = [_from_small_loads(beginning)]
-        ends += [] if ends[0].explains else [_from_known(beginning)]
-    else:
-        alone = beginning._replace(search=search.here)
-        sides = [(_from_small_loads, alone), (_from_full_side, alone)]
-        ends = [end for end in search.until(_from_side, sides, _plain) if end is not None]
-        full = ends[-1].begun if len(ends) == len(sides) else None
-        if full is not None and not any(end.explains for end in ends):
-            ends.append(_from_known(beginning, *eliminated(full, search)))
-    best = ends[0]
+    ends = _ends(beginning, least_worth)
+    first_worth, best = ends[0].worth(search), ends[0]
     for other in ends[1:]:
         best = other if lead(other.best, best.best, search) > calibrated.model.settings.better_exchanged else best
     explored = best.explored.sought_by(search)
     beside([end.best for end in ends if end is not best], explored.pool)
-    return choose(exchange_effects(explored, search), search)
+    settled = explored if first_worth < least_worth else exchange_effects(explored, search)
+    return replace(choose(settled, search), first_worth=first_worth)
+
+
+def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
+    """Where searches from several beginnings end; the first alone where that is worth less than `least_worth`."""
+    calibrated, _, search, _ = beginning
+    if calibrated.reduced <= calibrated.model.settings.gross:
+        return [_from_known(beginning)]
+    if calibrated.costly:
+        first = _from_small_loads(beginning)
+        return [first] if first.explains or first.worth(search) < least_worth else [first, _from_known(beginning)]
+    alone = beginning._replace(search=search.here)
+    sides = [(_from_small_loads, alone), (_from_full_side, alone)]
+    ends = []
+    if np.isfinite(least_worth):
+        ends, sides = [_from_small_loads(beginning)], sides[1:]
+        if _plain(ends[0]) or ends[0].worth(search) < least_worth:
+            return ends
+    ends += [end for end in search.until(_from_side, sides, _plain) if end is not None]
+    full = ends[-1].begun if len(ends) == 2 else None
+    if full is not None and not any(end.explains for end in ends):
+        ends.append(_from_known(beginning, *eliminated(full, search)))
+    return ends
 
 
 def beside(others: Sequence[Fit], pool: Pool) -> None:
@@ -77,6 +96,10 @@ class _End(NamedTuple):
     def best(self) -> Fit:
         """The most probable model."""
         return self.explored.pool.survivors()[0].fitted
+
+    def worth(self, search: Search) -> float:
+        """What that is worth."""
+        return worth_of(self.best, self.explored.level.level, search)
 
 
 def _plain(end: _End | None) -> bool:
