@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
@@ -15,6 +16,7 @@ from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
 from prb3r.diagnosis.search.starts import beside, lead, search_effects
+from prb3r.diagnosis.search.worth import worth
 from prb3r.diagnosis.stages import calibrate, doubt, serially
 
 TOGETHER = (
@@ -125,6 +127,16 @@ def test_both_sides_are_searched_from_though_one_end_explains_the_recording_by_s
     assert not choice.structured
     assert len(choice.kinds) == 2
     assert len(begun) == sides
+
+
+@pytest.mark.parametrize(("least_worth", "ends"), [(np.inf, 1), (-1e9, 2)])
+def test_a_search_whose_first_end_is_worth_too_little_is_given_up_there(doubted, begun, least_worth, ends):
+    few = among(doubted.search, *(effect["kind"] for effect in TOGETHER))
+    settings = replace(doubted.fitted.model.settings, several_effects=2)
+    fitted = replace(doubted.fitted, model=replace(doubted.fitted.model, settings=settings))
+    choice = search_effects(fitted, few, doubted.doubts, least_worth)
+    assert len(begun) == ends
+    assert choice.first_worth == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
 
 
 def test_what_another_search_ended_in_stands_beside_the_best_under_its_noise(doubted):

@@ -46,7 +46,11 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
 
 
 def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
-    """Where searches from several beginnings end; the first alone where that is worth less than `least_worth`."""
+    """Where searches from several beginnings end; the first alone where that is worth less than `least_worth`.
+
+    Both sides are searched from at once, one worker each, but where the second may be left out for what the first is
+    worth.
+    """
     calibrated, _, search, _ = beginning
     if calibrated.reduced <= calibrated.model.settings.gross:
         return [_from_known(beginning)]
@@ -56,7 +60,7 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
     alone = beginning._replace(search=search.here)
     sides = [(_from_small_loads, alone), (_from_full_side, alone)]
     ends = []
-    if np.isfinite(least_worth):
+    if least_worth > -np.inf:
         ends, sides = [_from_small_loads(beginning)], sides[1:]
         if _plain(ends[0]) or ends[0].worth(search) < least_worth:
             return ends
