@@ -60,7 +60,13 @@ class Point(Generic[S]):
         return squares if np.isfinite(squares) else np.inf
 
 
-def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), useful: float = np.inf) -> F_co | None:
+def fit(
+    model: Fittable[S, F_co],
+    start: np.ndarray,
+    fixed: Sequence[int] = (),
+    useful: float = np.inf,
+    most: int | None = None,
+) -> F_co | None:
     """The model with the parameters of least chi-square, from `start`; None where that is not finite.
 
     A step uphill is taken back and shortened.  Derivatives are exact at the start, at the end and wherever secants in
@@ -70,6 +76,7 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
     ----------
     fixed : numbers of parameters that stay.
     useful : None is returned too where chi-square is not below it after `Settings.patience` steps.
+    most : steps at most; absent: `Settings.most_steps`.
     """
     settings = model.settings
 
@@ -82,7 +89,7 @@ def fit(model: Fittable[S, F_co], start: np.ndarray, fixed: Sequence[int] = (), 
         return None
     damping, jacobian, exact, converged = FIRST_DAMPING, model.jacobian(here.p, here.solved), True, False
     promise, before, idle = np.inf, here.chi2, 0
-    for done in range(settings.most_steps):
+    for done in range(settings.most_steps if most is None else most):
         if done == settings.patience and here.chi2 > useful:
             return None
         downhill = Downhill.at(here, jacobian, model.bounds(here.p), fixed)

@@ -95,11 +95,10 @@ class Trier:
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
         predict, sd = predictor(recording, self.settings), self.sd[rows]
-        settings = replace(self.settings, most_steps=self.settings.robust_steps)
-        model = Model(predict, independent(sd), settings=settings)
+        model = Model(predict, independent(sd), settings=self.settings)
         p, standings = np.array([getattr(start, name) for name in model.varied]), []
         for _ in range(self.settings.robust_rounds):
-            better = fit(model, p)
+            better = fit(model, p, most=self.settings.robust_steps)
             if better is None:
                 break
             p, predicted = better.p, better.solved.readings
