@@ -6,6 +6,7 @@ call for ten times as long as it takes.
 
 from typing import Any
 
+import numpy as np
 from scipy.special import chdtrc, chdtri, ndtr, ndtri
 
 Numbers = Any
@@ -17,16 +18,16 @@ def normal_tail(z: Numbers) -> Numbers:
     return ndtr(-z)
 
 
-def normal_limit(rate: Numbers) -> Numbers:
+def normal_critical(rate: Numbers) -> Numbers:
     """What a standard normal variable exceeds with the probability `rate`."""
     return -ndtri(rate)
 
 
 def chi2_tail(chi2: Numbers, freedom: Numbers) -> Numbers:
-    """Probability that a sum of so many squared standard normal variables exceeds `chi2`."""
-    return chdtrc(freedom, chi2)
+    """Probability that a sum of so many squared standard normal variables exceeds `chi2`; NaN of none."""
+    return np.where(np.greater(freedom, 0), chdtrc(freedom, chi2), np.nan)[()]
 
 
-def chi2_limit(rate: Numbers, freedom: Numbers) -> Numbers:
+def chi2_critical(rate: Numbers, freedom: Numbers) -> Numbers:
     """What a sum of so many squared standard normal variables exceeds with the probability `rate`."""
     return chdtri(freedom, rate)

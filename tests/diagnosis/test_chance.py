@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from prb3r.diagnosis.chance import chi2_limit, chi2_tail, normal_limit, normal_tail
+from prb3r.diagnosis.chance import chi2_critical, chi2_tail, normal_critical, normal_tail
 from prb3r.diagnosis.checks.setup.robust import expected_loss
 
 RATES = np.array([1e-300, 1e-12, 0.001, 0.025, 0.5, 0.99])
 
 
 def test_tails_and_limits_are_those_of_the_laws():
-    assert normal_limit(RATES) == pytest.approx(norm.isf(RATES), rel=1e-13)
-    assert normal_tail(normal_limit(RATES)) == pytest.approx(RATES, rel=1e-9)
+    assert normal_critical(RATES) == pytest.approx(norm.isf(RATES), rel=1e-13)
+    assert normal_tail(normal_critical(RATES)) == pytest.approx(RATES, rel=1e-9)
+    assert np.isnan(chi2_tail(3.0, 0))
     for freedom in (1, 2, 300):
-        assert chi2_limit(RATES, freedom) == pytest.approx(chi2.isf(RATES, freedom), rel=1e-9)
+        assert chi2_critical(RATES, freedom) == pytest.approx(chi2.isf(RATES, freedom), rel=1e-9)
         assert chi2_tail(np.array([0.0, 0.3, 300.0]), freedom) == pytest.approx(
             chi2.sf([0.0, 0.3, 300.0], freedom), rel=1e-9
         )

@@ -19,6 +19,7 @@ from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import investigate, run_stages, without_blunders
+from prb3r.model.effects.friction import SlipHistory
 from prb3r.model.steps import loads_of
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
@@ -168,6 +169,14 @@ def test_blunders_show_where_friction_follows_the_path_too(blunder):
     assert (found and found.blunder) == blunder
 
 
+def test_blunders_show_beside_friction_that_was_found_to_follow_the_path():
+    lags = {"kind": "slip_history", "presliding_m": 1e-4}
+    right, there = recorded(Case(hidden=(tuple(lags.items()),), program="reversing")), [SlipHistory(**lags)]
+    assert find_blunder(right, Settings(), there) is None
+    wrong = PLANTED["weights noted as newtons are kilograms"](right)
+    assert find_blunder(wrong, Settings(), there).blunder == "weights noted as newtons are kilograms"
+
+
 def test_blunders_are_found_in_workers_as_here():
     """Which send back copies of what they are sent."""
     wrong = PLANTED["cables 1 and 2 are exchanged"](lagging())
@@ -236,7 +245,7 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
     wrong = backward(right, "out")
     assert find_blunder(wrong, Settings()) is None
-    found = investigate(Task(wrong, without=RUBBING | YIELDING))
+    found = investigate(Task(wrong))
     assert found.verdict == "set-up"
     assert [blunder.blunder for blunder in found.blunders] == ["the pictures of sequence out are in backward order"]
     assert found.choice.kinds == {effect["kind"] for effect in hidden}

@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
-from prototype import ELASTICA, PRB_1R, PRB_3R, prototype
+from numba import typeof
+from prototype import ELASTICA, PRB_1R, PRB_3R, prototype, random_chain
 
 from prb3r.mechanics import equilibrium
 from prb3r.mechanics.chain import Chain, loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.lanes.number import LANES
 from prb3r.mechanics.plate_law import Contact, Law
-from prb3r.mechanics.side_by_side import stand_alone
+from prb3r.mechanics.records import pack
+from prb3r.mechanics.side_by_side import lane_space, stand_alone
 
 SEED = 20261124
 FIELDS = ("outcome", "reached", "iterations", "work", "residual", "q", "x", "y", "angle", "tension", "moment")
@@ -101,3 +103,12 @@ def test_only_steps_that_stand_alone_are_taken():
         {"friction_exponent": 0.2},
     ):
         assert not any(taken(chain._replace(**change), steps, [True] * 4)), change
+
+
+def test_kernels_are_compiled_once_for_any_number_of_cables():
+    """What they are compiled for is the type of what they are given."""
+    rng, kinds = np.random.default_rng(SEED), set()
+    for cables in (1, 2, 4):
+        packed = pack(random_chain(rng, cables=cables))
+        kinds.add((typeof(packed), typeof(lane_space(packed))))
+    assert len(kinds) == 1

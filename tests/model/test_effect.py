@@ -64,6 +64,8 @@ def test_precurved_plates_are_circles_when_nothing_pulls():
     elastica = {"model": "elastica"}
     found = state(manipulator({"kind": "precurvature", "curvature_per_m": 3.0}, **elastica), up=0.0)
     assert found.angle[0] == pytest.approx(3.0 * 0.014 * np.arange(5))
+    none = state(manipulator({"kind": "precurvature", "curvature_per_m": 3.0, "plates": []}, **elastica), up=0.0)
+    assert not none.angle.any()
     one = state(manipulator({"kind": "precurvature", "curvature_per_m": 3.0, "plates": [2]}, **elastica), up=0.0)
     assert one.angle[0] == pytest.approx(3.0 * 0.014 * np.array([0, 0, 1, 1, 1]))
 

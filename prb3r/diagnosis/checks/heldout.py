@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_limit, chi2_tail, normal_limit
+from prb3r.diagnosis.chance import chi2_critical, chi2_tail, normal_critical
 from prb3r.diagnosis.checks.doubt import likeliest
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
@@ -180,13 +180,13 @@ class Unseen:
         size = np.maximum(np.linalg.norm(white, axis=0), UNFELT_WEIGHT)
         z = np.abs(white.T @ noise.whiten(misfit)) / size
         worst = int(np.argmax(z))
-        if z[worst] <= normal_limit(self.settings.alarm_rate / 2 / len(z)):
+        if z[worst] <= normal_critical(self.settings.alarm_rate / 2 / len(z)):
             return self
         weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         doubting = replace(self, doubted=(*self.doubted, weight), foreseen={})
         rest = doubting.foresee(fitted).noise.whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
-        return doubting if rest @ rest <= chi2_limit(self.settings.naming_rate, others) else self
+        return doubting if rest @ rest <= chi2_critical(self.settings.naming_rate, others) else self
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:

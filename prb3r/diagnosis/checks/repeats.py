@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_limit
+from prb3r.diagnosis.chance import chi2_critical
 from prb3r.diagnosis.evidence.outliers import outlier_inflation
 from prb3r.diagnosis.evidence.repeated_loads import Match, matches
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -50,7 +50,7 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
         rows, weights = np.array(list(change)), np.array(list(change.values()))
         squares.append((weights @ misfit[rows]) ** 2 / (weights**2 @ variance[rows]))
     factor = float(np.sqrt(np.mean(squares))) if squares else 0.0
-    chance = chi2_limit(settings.alarm_rate, steps)
+    chance = chi2_critical(settings.alarm_rate, steps)
     return Scatter(factor, steps, bool(factor**2 * steps > chance))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
 from prb3r.diagnosis.evidence.model_evidence import cost
 from prb3r.diagnosis.fit.model import Fit
@@ -31,7 +31,7 @@ def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: S
         ("noise", level.reading, settings.noise_log_sd),
         ("scatter of the tensions", level.tension, settings.tension_log_sd),
     ]:
-        if np.log(scale.low) > normal_limit(settings.naming_rate / 2) * sd:
+        if np.log(scale.low) > normal_critical(settings.naming_rate / 2) * sd:
             return (
                 f"the {name} would have to be {scale.value:.2g} times as large as stated: either it is, and should be "
                 "stated so, or something disturbs the readings that no effect of the library accounts for"

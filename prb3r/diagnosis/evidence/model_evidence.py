@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_limit
+from prb3r.diagnosis.chance import chi2_critical
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
@@ -89,4 +89,4 @@ def chi2_threshold(fitted: Fit) -> float:
     """The chi-square that a right model exceeds in a share of `alarm_rate`, or of `naming_rate` if it has effects."""
     settings = fitted.model.settings
     rate = settings.naming_rate if fitted.model.hypotheses else settings.alarm_rate
-    return float(chi2_limit(rate, fitted.freedom))
+    return float(chi2_critical(rate, fitted.freedom))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, neighbours
 from prb3r.diagnosis.evidence.score_test import Alternative, alternatives_of
 from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, noise_of, reading_sd
@@ -184,7 +184,7 @@ def lone_inflation(
     white : (r,) misfits in units of the noise, each under the `inflation` (r,) believed so far.
     noise : that whitened them.
     """
-    scale = max(float(np.median(np.abs(white) * inflation)) / normal_limit(0.25), 1.0)
+    scale = max(float(np.median(np.abs(white) * inflation)) / normal_critical(0.25), 1.0)
     suspected = np.flatnonzero(np.abs(white) * inflation > settings.gross_sd * scale)
     pairs = [neighbours(recording, line) for line in NEIGHBOURS_ALONG]
     here, there = np.hstack([*pairs, *((second, first) for first, second in pairs)])

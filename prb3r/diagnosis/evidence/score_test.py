@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_tail, normal_limit, normal_tail
+from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import freed, together
+from prb3r.diagnosis.fit.basis import all_at_once, freed
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -59,7 +59,7 @@ class Alternative:
         gain = self._gain(along)
         if self.freedom <= 1:
             return np.sqrt(gain)
-        return normal_limit(np.maximum(chi2_tail(gain, self.freedom), 1e-300) / 2)
+        return normal_critical(np.maximum(chi2_tail(gain, self.freedom), 1e-300) / 2)
 
     def _gain(self, along: np.ndarray) -> np.ndarray:
         return ((np.maximum(along, 0.0) if self.one_sided else along) ** 2).sum(0)
@@ -82,8 +82,8 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
     """The alternative of each subject, around `fitted`, of what moves the readings by `moved` (r, k each)."""
-    white = together(fitted.model.noise.whiten, moved)
-    free = together(lambda changes: freed(changes, fitted.basis), white)
+    white = all_at_once(fitted.model.noise.whiten, moved)
+    free = all_at_once(lambda changes: freed(changes, fitted.basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
 
 
@@ -142,7 +142,7 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     judged = tested[:0] if settings.tested_alone else tested
     drawn = largest_by_chance(judged, seed, settings)
     rates = np.array([settings.alarm_rate, settings.naming_rate])
-    high, higher = np.quantile(drawn, 1 - rates) if len(drawn) else normal_limit(rates / 2)
+    high, higher = np.quantile(drawn, 1 - rates) if len(drawn) else normal_critical(rates / 2)
     return Scores(tuple(tested), z, float(high), float(higher), drawn)
 
 

@@ -35,7 +35,7 @@ def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return whole - basis @ (basis.T @ whole)
 
 
-def together(function: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+def all_at_once(function: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray]) -> list[np.ndarray]:
     """What a linear `function` of columns makes of each of `parts` (r, k each), of all at once, as that takes less
     time."""
     if not parts:

@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.mechanics.chain import Chain
-from prb3r.model.effects.base import Effect, Host, WorkedOut
+from prb3r.model.effects.base import CachedHost, Effect, Host
 
 
 class Chains:
@@ -17,7 +17,7 @@ class Chains:
     """
 
     def __init__(self, plain: Chain, manipulator: Host) -> None:
-        self._plain, self._host = plain, WorkedOut(manipulator)
+        self._plain, self._host = plain, CachedHost(manipulator)
         self._scales: tuple[float, float] | None = None
         self._made: list[tuple[Effect | None, Chain]] = []  # the last one: without effects, with the first, and so on
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import basis_of, freed, together
+from prb3r.diagnosis.fit.basis import all_at_once, basis_of, freed
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
@@ -38,7 +38,7 @@ def linear_model(
         change * ([free.prior_sd for free in hypothesis.free] if hypothesis.by_degrees else 1.0)
         for (hypothesis, _), change in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
-    white = together(lambda whole: freed(model.noise.whiten(whole), basis), changes)
+    white = all_at_once(lambda whole: freed(model.noise.whiten(whole), basis), changes)
     for (hypothesis, start), values in zip(probes, white, strict=True):
         if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
             continue

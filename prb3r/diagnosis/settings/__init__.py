@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.settings.blunders import BlundersSettings
 from prb3r.diagnosis.settings.designs import DesignsSettings
 from prb3r.diagnosis.settings.evidence import EvidenceSettings, RatesSettings
@@ -48,7 +48,7 @@ class Settings(
     @cached_property
     def detectable(self) -> float:
         """Norm of an effect's whitened change at which it is noticed but for `missed_rate`: 5.17."""
-        return float(normal_limit(self.alarm_rate / 2 / self.directions_assumed) + normal_limit(self.missed_rate))
+        return float(normal_critical(self.alarm_rate / 2 / self.directions_assumed) + normal_critical(self.missed_rate))
 
     @cached_property
     def alike(self) -> float:
@@ -56,12 +56,12 @@ class Settings(
 
         Their log likelihoods differ by d^2 / 2 on the average and scatter by d, so the rate is Phi(-d / 2).
         """
-        return float(4 * normal_limit(self.alike_rate) ** 2)
+        return float(4 * normal_critical(self.alike_rate) ** 2)
 
     @cached_property
     def resolved(self) -> float:
         """Squared whitened distance of two predictions that are ranked wrongly with `resolved_rate`: 21.6."""
-        return float(4 * normal_limit(self.resolved_rate) ** 2)
+        return float(4 * normal_critical(self.resolved_rate) ** 2)
 
     @cached_property
     def close_fit(self) -> float:

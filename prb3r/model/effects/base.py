@@ -60,7 +60,7 @@ class Host(Protocol):
     def cable_arm(self, side: int) -> np.ndarray: ...
 
 
-class WorkedOut:
+class CachedHost:
     """A manipulator of which what effects ask is worked out once, for many chains of it."""
 
     def __init__(self, manipulator: Host) -> None:
@@ -139,7 +139,7 @@ def _named_kind(effect: type[Effect]) -> dict[str, str]:
 def mask_of(plates: Sequence[int], count: int) -> np.ndarray:
     """(count,) which plates are among those of the numbers `plates`, counted from 1."""
     named = np.zeros(count, bool)
-    named[np.asarray(plates) - 1] = True
+    named[np.asarray(plates, int) - 1] = True
     return named
 
 

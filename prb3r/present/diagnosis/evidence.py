@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.confidence import INTERVAL_RISE, TAIL
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect, ProfileCurve
@@ -42,7 +42,7 @@ def moment_map(diagnosis: Diagnosis) -> Figure:
     figure, grid = panel_grid(1, 1, float(np.clip(22 + 5.0 * plates, 50, 95)), handles)
     axes = grid[0, 0]
     sure = rows["moment_n_m"].abs()[rows["known"] > TOLD]
-    chance = float(normal_limit(TAIL / len(rows)))
+    chance = float(normal_critical(TAIL / len(rows)))
     largest = float((sure if len(sure) else rows["moment_n_m"].abs()).quantile(0.995))
     largest = max(largest, chance * float(rows["sd_n_m"].median()))
     factor, unit = (1e3, "mN m") if largest < 0.1 else (1.0, "N m")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
-from prb3r.diagnosis.chance import chi2_limit
+from prb3r.diagnosis.chance import chi2_critical
 from prb3r.diagnosis.confidence import PLANE_REACH, TAIL
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.present import style
@@ -76,7 +76,7 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
     """Root mean square of the residuals at each place, with what a right model shows."""
     places, number = np.unique(at, return_inverse=True)
     count = np.bincount(number)
-    low, high = (np.sqrt(chi2_limit(share, count) / count) for share in (1 - TAIL, TAIL))
+    low, high = (np.sqrt(chi2_critical(share, count) / count) for share in (1 - TAIL, TAIL))
     for place, bottom, top in zip(places, low, high, strict=True):
         axes.fill_between([place - 0.5, place + 0.5], bottom, top, **NOISE, zorder=0.4)
     axes.axhline(1.0, color=style.INK, lw=0.9, ls=(0, (1.2, 1.3)))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 from prb3r.proof.settings import SETTINGS
 
 
@@ -53,7 +53,7 @@ def _design_effect(outcomes: np.ndarray, clusters: Sequence[Hashable] | None) ->
 
 def _wilson(share: float, count: float) -> tuple[float, float]:
     """Ends of Wilson's interval, also of a number of outcomes that is not whole."""
-    z2 = normal_limit(0.5 - SETTINGS.protocol.confidence / 2) ** 2
+    z2 = normal_critical(0.5 - SETTINGS.protocol.confidence / 2) ** 2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = np.sqrt(z2 * (share * (1 - share) / count + z2 / (4 * count**2))) / (1 + z2 / count)
     return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))

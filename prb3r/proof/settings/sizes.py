@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from prb3r.diagnosis.chance import normal_limit
+from prb3r.diagnosis.chance import normal_critical
 
 
 def squared_distance(error: float) -> float:
@@ -12,7 +12,7 @@ def squared_distance(error: float) -> float:
     Of two simple hypotheses at distance d the likelihood ratio errs with probability Phi(-d / 2) (Neyman and Pearson),
     so that d^2 = 4 z(error)^2; rounded up to a whole number.
     """
-    return float(math.ceil(4 * normal_limit(error) ** 2))
+    return float(math.ceil(4 * normal_critical(error) ** 2))
 
 
 def detectable_norm(alarms: float, tests: int, misses: float) -> float:
@@ -20,7 +20,7 @@ def detectable_norm(alarms: float, tests: int, misses: float) -> float:
 
     Bonferroni's threshold z(alarms / 2 / tests) for `alarms` false alarms, and z(misses) beyond it; to one decimal.
     """
-    return round(float(normal_limit(alarms / 2 / tests) + normal_limit(misses)), 1)
+    return round(float(normal_critical(alarms / 2 / tests) + normal_critical(misses)), 1)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, expected_loss, sight, trier
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
@@ -108,7 +107,7 @@ class Attempt:
 
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     """A recording as it is, with the constants that fit it best, and all that could be wrong with it."""
-    trying, base = trier(recording, settings), predictor(recording, settings)
+    trying = trier(recording, settings)
     quick, rows = quick_predictor(recording, settings), np.arange(recording.readings.count)
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
     starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
@@ -117,11 +116,10 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     seen = tuple(sight(quick, constants, quick.equilibria(constants)) for constants in grid)
     standings = [trying.framed(quick, rows, *known) for known in zip(grid, seen, strict=True)]
     near = min(standings, key=_total)
-    costly = base.chain.presliding > 0
-    if costly:
-        here = fitted or near
-    else:
-        here = near = min([near, *([fitted] if fitted else [])], key=_total)
+    costly = recording.manipulator.follows_history
+    here = fitted or near
+    if not costly:
+        here = near = min(here, near, key=_total)
     return Attempt(recording, remedies(recording, settings), trying, here, grid, seen, near, costly)
 
 
@@ -182,10 +180,9 @@ def trials(attempt: Attempt, apply: Apply = serially) -> list[Trial]:
     if attempt.costly:
         promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
     full = apply(_in_full, [(attempt, tried) for tried in promising])
-    own = [
-        replace(done, remedy=tried.remedy) for done, tried in zip(full, promising, strict=True)
-    ]  # workers have copies
-    return sorted(own, key=_gain, reverse=True)
+    # a remedy is known by its function, of which workers send back a copy
+    done = [replace(there, remedy=tried.remedy) for there, tried in zip(full, promising, strict=True)]
+    return sorted(done, key=_gain, reverse=True)
 
 
 def _in_full(task: tuple[Attempt, Trial]) -> Trial:

@@ -10,13 +10,19 @@ from prb3r.recording.recording import Recording
 
 
 def quick_predictor(recording: Recording, settings: Settings) -> Predictor:
-    """What predicts a recording's readings; where friction follows the load path as if every cable had slipped in all
-    its holes the way that its tension has changed, which is near enough to see what may be wrong."""
-    predict = predictor(recording, settings)
-    if predict.chain.presliding == 0:
+    """What predicts a recording's readings, without history: near enough to see what may be wrong.
+
+    Where friction follows the load path it is taken to have slipped as declared, or, where nothing is declared, in all
+    holes of a cable the way that its tension has changed.
+    """
+    predict, manipulator = predictor(recording, settings), recording.manipulator
+    if not manipulator.follows_history:
         return predict
-    slipped = recording.loads._replace(slip=slips_as_pulled(recording.loads.tension, recording.begins))
-    return replace(predict, recording=replace(recording, loads=slipped), chain=predict.chain._replace(presliding=0.0))
+    loads, declared = recording.loads, [effect for effect in manipulator.effect if not effect.follows_history]
+    if manipulator.friction.direction == "history":
+        loads = loads._replace(slip=slips_as_pulled(loads.tension, recording.begins))
+    without = replace(recording, manipulator=manipulator.model_copy(update={"effect": declared}), loads=loads)
+    return replace(predict, recording=without, chain=predict.chain._replace(presliding=0.0))
 
 
 def slips_as_pulled(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:

@@ -27,8 +27,11 @@ FIXED = 1e-12
 
 def expected_loss(scale: float) -> float:
     """Mean robust misfit of a reading whose noise is Gaussian and `scale` times the stated one."""
-    density = lambda z: np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)  # noqa: E731
-    return float(scipy.integrate.quad(lambda z: density(z) * np.log1p((scale * z) ** 2), -np.inf, np.inf)[0])
+
+    def weighed(z: float) -> float:
+        return np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) * np.log1p((scale * z) ** 2)
+
+    return float(scipy.integrate.quad(weighed, -np.inf, np.inf)[0])
 
 
 @dataclass(frozen=True, eq=False)
