@@ -13,6 +13,7 @@ arc length `l` has `n` nodes that turn by the angles `q` (rad) and `m` links bet
   Runge-Kutta matrix `A` integrates curvature to direction and direction to position.  Order 2 n in the plate length.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -77,6 +78,7 @@ def with_end_hinges(model: PlateModel) -> PlateModel:
     return PlateModel(turn, reach, model.end, np.concatenate([[np.nan], model.stiffness, [np.nan]]))
 
 
+@cache
 def plate_model(model: str, hinges: str = "chen") -> PlateModel:
     """The plate model by its name in a manipulator file.  Constant curvature is an elastica whose nodes
     are later tied to one bend per segment."""

@@ -130,10 +130,10 @@ class Predictor:
         return Lost(readings, np.maximum(missing, least)[self.recording.readings.step])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
-        """(r,) readings less `predicted`; angles by the shorter way round."""
+        """(..., r) readings less `predicted`; angles by the shorter way round."""
         away = self.recording.readings.value - predicted
         turned = self.recording.readings.kind == Kind.ANGLE
-        away[turned] -= 2 * np.pi * np.round(away[turned] / (2 * np.pi))
+        away[..., turned] -= 2 * np.pi * np.round(away[..., turned] / (2 * np.pi))
         return away
 
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
-from prb3r.diagnosis.checks.setup.quick import quick_predictor
-from prb3r.diagnosis.checks.setup.remedy import File, Mended, Remedy
-from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, expected_loss, sight, trier
+from prb3r.diagnosis.checks.setup.remedy import File, Remedy
+from prb3r.diagnosis.checks.setup.robust import expected_loss
+from prb3r.diagnosis.checks.setup.trial import Trial
 from prb3r.diagnosis.checks.setup.units import unit_blunders
-from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
@@ -49,82 +49,10 @@ class Blunder:
         return f"It looks as if {self.blunder}{others}."
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A remedy, and how the recording stands with its manipulator then."""
-
-    remedy: Remedy
-    mended: Mended
-    standing: Standing
-    gain: float
-    """Logarithm of the likelihood ratio to the recording as it is."""
-    total: float
-    """Robust misfit of all photographs and improbability of the constants."""
-
-
 def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
     """The remedy of every blunder that a recording could hold: of pictures, cables, units and order, in this order."""
     others = (cable_blunders, unit_blunders, order_blunders)
     return [*picture_blunders(recording, settings), *(remedy for family in others for remedy in family(recording))]
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """A recording, what could be wrong with it, and where that is tried."""
-
-    recording: Recording
-    among: list[Remedy]
-    trying: Trier
-    here: Standing
-    """The recording as it is."""
-    grid: tuple[Constants, ...]
-    """Constants with which a remedy is tried before any are fitted."""
-    seen: tuple[Sight, ...]
-    """Of the recording as it is, at each of `grid`, as :func:`quick_predictor` has it."""
-    near: Standing
-    """The recording as it is, at the best of them; `here` where predictions are quick anyway."""
-    costly: bool
-    """Whether predictions are slow, as states follow the load path."""
-
-    def rough(self, remedy: Remedy) -> Trial:
-        """A remedy at the best of the coarse constants, seen from where it fits best."""
-        mended = remedy.mend(self.recording)
-        changed = mended.recording
-        alone = changed.loads is self.recording.loads and changed.manipulator is self.recording.manipulator
-        predict, tried = quick_predictor(changed, self.trying.settings), []
-        for constants, known in zip(self.grid, self.seen, strict=True):
-            view = known if alone else sight(predict, constants, predict.equilibria(constants))
-            standing = self.trying.framed(predict, mended.rows, constants, view)
-            tried.append(trial(self.near, remedy, mended, standing))
-        return max(tried, key=_gain)
-
-    def full(self, tried: Trial) -> Trial:
-        """The remedy with constants refitted from where it stands; as it is where those have no equilibrium."""
-        mended = tried.mended
-        standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
-        return tried if standing is None else trial(self.here, tried.remedy, mended, standing)
-
-
-def attempt_on(recording: Recording, settings: Settings) -> Attempt:
-    """A recording as it is, with the constants that fit it best, and all that could be wrong with it."""
-    trying = trier(recording, settings)
-    quick, rows = quick_predictor(recording, settings), np.arange(recording.readings.count)
-    coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
-    starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
-    fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
-    grid = (*coarse, *([fitted.constants] if fitted else []))
-    seen = tuple(sight(quick, constants, quick.equilibria(constants)) for constants in grid)
-    standings = [trying.framed(quick, rows, *known) for known in zip(grid, seen, strict=True)]
-    near = min(standings, key=_total)
-    costly = recording.manipulator.follows_history
-    here = fitted or near
-    if not costly:
-        here = near = min(here, near, key=_total)
-    return Attempt(recording, remedies(recording, settings), trying, here, grid, seen, near, costly)
-
-
-def _total(standing: Standing) -> float:
-    return standing.total
 
 
 def blunders_of(recording: Recording, settings: Settings, apply: Apply = serially) -> tuple[Blunder, ...]:
@@ -153,8 +81,9 @@ def find_blunder(
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
-    least = least_gains(attempt.among, settings)
-    best, *others = sorted(trials(attempt, apply), key=lambda tried: least[tried.remedy] - tried.gain)
+    among = remedies(attempt.recording, settings)
+    least = least_gains(among, settings)
+    best, *others = sorted(trials(attempt, among, apply), key=lambda tried: least[tried.remedy] - tried.gain)
     if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
@@ -172,10 +101,10 @@ def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, flo
     return {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
 
 
-def trials(attempt: Attempt, apply: Apply = serially) -> list[Trial]:
+def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -> list[Trial]:
     """The most promising remedies with refitted constants, the best first."""
     settings, apply = attempt.trying.settings, apply if attempt.costly else serially
-    rough = sorted(map(attempt.rough, attempt.among), key=_gain, reverse=True)
+    rough = sorted(attempt.rough(among), key=_gain, reverse=True)
     promising = rough[: settings.blunders_fitted]
     if attempt.costly:
         promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
@@ -202,42 +131,3 @@ def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
 
 def _gain(tried: Trial) -> float:
     return tried.gain
-
-
-def trial(here: Standing, remedy: Remedy, mended: Mended, there: Standing) -> Trial:
-    """A remedy against the recording as it is.
-
-    Of a photograph only what the blunder concerns counts, as one number, in units of how far off the rest of the
-    photograph is: where all is wrong, it is no evidence that some of it is less so with other labels.
-    """
-    step, before, after = here.recording.readings.step, here.loss, here.loss.copy()
-    after[mended.rows] = there.loss
-    concerned = touched(here.recording, mended)
-    count, others = (np.bincount(step, chosen, minlength=step.max() + 1) for chosen in (concerned, ~concerned))
-    rest = np.bincount(step, np.where(concerned, 0.0, after), minlength=step.max() + 1) / np.maximum(others, 1)
-    slack = np.where(concerned, np.expm1(rest)[step], 0.0)
-    fall = np.logaddexp(before, _log(slack)) - np.logaddexp(after, _log(slack))
-    weight = np.where(count[step] > 0, concerned, True) / np.where(count > 0, count, others)[step]
-    gain = float((fall * weight).sum()) + here.improbable - there.improbable
-    total = float((after / np.bincount(step)[step]).sum()) + there.improbable
-    return Trial(remedy, mended, there, gain, total)
-
-
-def _log(values: np.ndarray) -> np.ndarray:
-    """Natural logarithm of every value, in the shape of `values`; minus infinity for zero, without a warning."""
-    return np.log(values, out=np.full(values.shape, -np.inf), where=values > 0)
-
-
-def touched(recording: Recording, mended: Mended) -> np.ndarray:
-    """(r,) whether its mending concerns a reading of a recording: its loads, its label or its value, or all of them
-    where the manipulator is another one."""
-    changed, before = mended.recording, recording.readings.where(mended.rows)
-    if changed.manipulator is not recording.manipulator:
-        return np.ones(recording.readings.count, bool)
-    loads = zip(changed.loads, recording.loads, strict=True)
-    moved = np.any([(a != b).reshape(len(a), -1).any(1) for a, b in loads if a is not None], axis=0)
-    out = np.ones(recording.readings.count, bool)  # what belongs nowhere any more is concerned
-    out[mended.rows] = moved[before.step] | np.any(
-        [a != b for a, b in zip(changed.readings, before, strict=True)], axis=0
-    )
-    return out

@@ -6,6 +6,7 @@ decides, but by how many powers of ten readings miss.  All readings of a photogr
 wrong with one of them is mostly wrong with all.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -60,12 +61,18 @@ class Trier:
     """(r,) standard deviation of every reading of the recording as it is, m or rad."""
     settings: Settings
 
-    def standing(self, predict: Predictor, rows: np.ndarray, constants: Constants, predicted: np.ndarray) -> Standing:
-        """A recording whose predicted readings (k,) stand in `rows` of the recording as it is."""
+    def standings(
+        self, predict: Predictor, rows: np.ndarray, grid: Sequence[Constants], predicted: np.ndarray
+    ) -> list[Standing]:
+        """A recording with each of some constants, its readings, of which (c, k) are predicted, standing in `rows` of
+        the recording as it is."""
         recording, away = predict.recording, predict.misfit(predicted)
         lost = np.where(recording.readings.kind <= Kind.Y, predict.chain.length, np.pi)
-        away = np.where(np.isfinite(away), away, lost) / self.sd[rows]
-        return Standing(recording, constants, np.log1p(away**2), self.improbable(recording, constants))
+        losses = np.log1p((np.where(np.isfinite(away), away, lost) / self.sd[rows]) ** 2)
+        return [
+            Standing(recording, *known, self.improbable(recording, known[0]))
+            for known in zip(grid, losses, strict=True)
+        ]
 
     def improbable(self, recording: Recording, constants: Constants) -> float:
         """Constants by what handbooks leave open, Gaussian; the frame by what is stated of it, robust as readings."""
@@ -76,24 +83,26 @@ class Trier:
         moved = np.array([constants.x, constants.y]) / (measurement.frame_position_sd_m or np.inf)
         return float(handbook + np.log1p(turned**2) + np.log1p(moved @ moved))
 
-    def framed(self, predict: Predictor, rows: np.ndarray, constants: Constants, sight: "Sight") -> Standing:
-        """What is seen of given states of a recording's steps, from where it fits best."""
+    def framed(self, predict: Predictor, rows: np.ndarray, grid: Sequence[Constants], seen: "Sight") -> list[Standing]:
+        """What is seen of a recording's steps with each of some constants, from where it fits best."""
         readings, measurement = predict.recording.readings, predict.recording.measurement
-        at = readings.step, readings.disk, readings.kind
-        away, columns = predict.misfit(sight.readings[at]), sight.columns[at]
-        seen = np.isfinite(away)
+        of_readings = slice(None), readings.step, readings.disk, readings.kind
+        away, columns = predict.misfit(seen.readings[of_readings]), seen.columns[of_readings]
+        known = np.isfinite(away)
         turned, moved = measurement.frame_rotation_sd_rad, measurement.frame_position_sd_m
         prior = np.array([turned or FIXED, moved or FIXED, moved or FIXED]) ** -2.0
-        already = np.array([constants.rotation, constants.x, constants.y])
-        change, among, missed, variance = np.zeros(3), columns[seen], away[seen], self.sd[rows][seen] ** 2
-        for _ in range(self.settings.robust_rounds if seen.any() else 0):
-            weighed = among / (variance + (missed - among @ change) ** 2)[:, None]
-            normal = among.T @ weighed + np.diag(prior)
-            change = np.linalg.solve(normal, weighed.T @ missed - prior * already)
-        left = away - columns @ change
-        rotation, x, y = (already + change).tolist()
-        framed = constants._replace(rotation=rotation, x=x, y=y)
-        return self.standing(predict, rows, framed, readings.value - left)
+        already = np.array([(constants.rotation, constants.x, constants.y) for constants in grid])
+        change, among, missed, variance = 0 * already, columns.swapaxes(1, 2), np.nan_to_num(away), self.sd[rows] ** 2
+        for _ in range(self.settings.robust_rounds):
+            weight = known / (variance + (missed - (columns @ change[..., None])[..., 0]) ** 2)
+            normal = (among * weight[:, None]) @ columns + np.diag(prior)
+            pull = (among @ (weight * missed)[..., None])[..., 0] - prior * already
+            change = np.linalg.solve(normal, pull[..., None])[..., 0]
+        change[~known.any(1)] = 0.0  # nothing is seen
+        left = away - (columns @ change[..., None])[..., 0]
+        frames = (already + change).tolist()
+        framed = [c._replace(rotation=frame[0], x=frame[1], y=frame[2]) for c, frame in zip(grid, frames, strict=True)]
+        return self.standings(predict, rows, framed, readings.value - left)
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
@@ -105,32 +114,35 @@ class Trier:
             if better is None:
                 break
             p, predicted = better.p, better.solved.readings
-            standings.append(self.standing(predict, rows, better.constants, predicted))
+            standings += self.standings(predict, rows, [better.constants], predicted[None])
             away = predict.misfit(model.readings(better.solved))
             model = replace(model, noise=independent(np.hypot(sd, away)))
         return min(standings, key=lambda standing: standing.total, default=None)
 
 
 class Sight(NamedTuple):
-    """What the camera reads of every disk at every step."""
+    """What the camera reads of every disk at every step, with some constants."""
 
     readings: np.ndarray
-    """(s, n + 1, 4) by step, disk and kind, m and rad."""
+    """(c, s, n + 1, 4) by constants, step, disk and kind, m and rad."""
     columns: np.ndarray
-    """(s, n + 1, 4, 3) derivatives by the rotation and the shift of its frame."""
+    """(c, s, n + 1, 4, 3) derivatives by the rotation and the shift of its frame."""
 
 
-def sight(predict: Predictor, constants: Constants, states: Equilibria) -> Sight:
-    """What the camera reads of all disks of given states."""
-    step = np.broadcast_to(np.arange(len(states.x))[:, None], states.x.shape)
-    seen = predict.seen(np.stack([states.x, states.y], -1), step, constants)
-    x, y, angle = seen[..., 0], seen[..., 1], states.angle + predict.turned(step, constants)
-    bend = np.diff(states.angle, axis=1, prepend=states.angle[:, :1])
-    columns = np.zeros((*x.shape, len(Kind), 3))
-    columns[:, :, Kind.X] = np.stack([-y, np.ones_like(x), np.zeros_like(x)], -1)
-    columns[:, :, Kind.Y] = np.stack([x, np.zeros_like(x), np.ones_like(x)], -1)
-    columns[:, :, Kind.ANGLE, 0] = 1.0
-    return Sight(np.stack([x, y, angle, bend], -1), np.nan_to_num(columns))
+def sight(predict: Predictor, grid: Sequence[Constants], states: Sequence[Equilibria]) -> Sight:
+    """What the camera reads of all disks of the states at each of some constants."""
+    here = states[0]
+    step = np.broadcast_to(np.arange(len(here.x))[:, None], here.x.shape)
+    readings = np.zeros((len(grid), *here.x.shape, len(Kind)))
+    columns = np.zeros((*readings.shape, 3))
+    for constants, state, reads, column in zip(grid, states, readings, columns, strict=True):
+        seen = predict.seen(np.stack([state.x, state.y], -1), step, constants)
+        reads[..., : Kind.ANGLE] = seen
+        reads[..., Kind.ANGLE] = state.angle + predict.turned(step, constants)
+        reads[..., Kind.BEND] = np.diff(state.angle, axis=1, prepend=state.angle[:, :1])
+        column[..., Kind.X, 0], column[..., Kind.Y, 0] = -seen[..., 1], seen[..., 0]
+        column[..., Kind.X, 1] = column[..., Kind.Y, 2] = column[..., Kind.ANGLE, 0] = 1.0
+    return Sight(readings, np.nan_to_num(columns))
 
 
 def trier(recording: Recording, settings: Settings) -> Trier:

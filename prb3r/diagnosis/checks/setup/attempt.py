@@ -1,0 +1,103 @@
+"""A recording, what could be wrong with it, and where that is tried: roughly first, then with constants refitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.quick import quick_predictor
+from prb3r.diagnosis.checks.setup.remedy import Remedy
+from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
+from prb3r.diagnosis.checks.setup.trial import Trial, best_trial
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Loads
+from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.recording.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A recording, and where what could be wrong with it is tried."""
+
+    recording: Recording
+    trying: Trier
+    here: Standing
+    """The recording as it is."""
+    grid: tuple[Constants, ...]
+    """(c,) constants with which a remedy is tried before any are fitted."""
+    seen: Sight
+    """Of the recording as it is, at each of `grid`, as :func:`quick_predictor` has it."""
+    near: Standing
+    """The recording as it is, at the best of them; `here` where predictions are quick anyway."""
+    costly: bool
+    """Whether predictions are slow, as states follow the load path."""
+
+    def rough(self, among: Sequence[Remedy]) -> list[Trial]:
+        """Each remedy at the best of the coarse constants, seen from where it fits best."""
+        mended = [remedy.mend(self.recording) for remedy in among]
+        predictors = [quick_predictor(each.recording, self.trying.settings) for each in mended]
+        others = [k for k, each in enumerate(mended) if self._loads_alone_differ(each.recording)]
+        solved = dict(zip(others, states_at(self.grid, [predictors[k] for k in others]), strict=True))
+        out = []
+        for k, (remedy, each, predict) in enumerate(zip(among, mended, predictors, strict=True)):
+            if k in solved:
+                seen = sight(predict, self.grid, solved[k])
+            elif each.recording.manipulator is self.recording.manipulator:
+                seen = self.seen
+            else:
+                seen = sight(predict, self.grid, states_at(self.grid, [predict])[0])
+            standings = self.trying.framed(predict, each.rows, self.grid, seen)
+            out.append(best_trial(self.near, remedy, each, standings))
+        return out
+
+    def _loads_alone_differ(self, changed: Recording) -> bool:
+        here = self.recording
+        return changed.manipulator is here.manipulator and changed.loads is not here.loads
+
+    def full(self, tried: Trial) -> Trial:
+        """The remedy with constants refitted from where it stands; as it is where those have no equilibrium."""
+        mended = tried.mended
+        standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
+        return tried if standing is None else best_trial(self.here, tried.remedy, mended, [standing])
+
+
+def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> list[list[Equilibria]]:
+    """States of the steps of every predictor, of one manipulator all, at all constants of a grid: solved at once."""
+    if not predictors:
+        return []
+    recordings = [predict.recording for predict in predictors]
+    loads = Loads(*(np.concatenate(field) for field in zip(*(each.loads for each in recordings), strict=True)))
+    begins = np.concatenate([each.begins for each in recordings])
+    number = np.concatenate([predict.number for predict in predictors])
+    ends = np.cumsum([each.loads.steps for each in recordings])
+    out: list[list[Equilibria]] = [[] for _ in predictors]
+    for constants in grid:
+        states = equilibria_of(predictors[0].chain_of(constants), loads, from_rest=begins, number=number)
+        poses = (np.split(field, ends[:-1]) for field in (states.x, states.y, states.angle))
+        for own, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
+            own.append(replace(states, x=x, y=y, angle=angle))
+    return out
+
+
+def attempt_on(recording: Recording, settings: Settings) -> Attempt:
+    """A recording as it is, with the constants that fit it best."""
+    trying = trier(recording, settings)
+    quick, rows = quick_predictor(recording, settings), np.arange(recording.readings.count)
+    coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
+    starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
+    fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
+    grid = (*coarse, *([fitted.constants] if fitted else []))
+    seen = sight(quick, grid, states_at(grid, [quick])[0])
+    near = min(trying.framed(quick, rows, grid, seen), key=_total)
+    costly = recording.manipulator.follows_history
+    here = fitted or near
+    if not costly:
+        here = near = min(here, near, key=_total)
+    return Attempt(recording, trying, here, grid, seen, near, costly)
+
+
+def _total(standing: Standing) -> float:
+    return standing.total
