@@ -24,10 +24,11 @@ class BlundersSettings:
     costly_blunders_of_a_kind: int = 2
     """Of these, how many of one kind, as exchanged labels are many and much alike.  Choice, for time."""
     robust_rounds: int = 3
-    """Reweighted fits, in which readings count less the further they are off.  Choice, for time."""
-    robust_steps: int = 10
-    """Steps of each of them at most.  Right ones take four; what leads out of balance creeps along its edge for as many
-    as it may, and is no explanation.  Choice, for time."""
+    """Rounds in which the frame of the coarse constants is seen to, readings counting less the further they are off.
+    Choice, for time."""
+    robust_steps: int = 6
+    """Steps of a robust fit at most.  Of 240 remedies of 20 recordings with and without blunders the misfits fall by 16
+    from four steps to six, by four more in any number, which take twice the solutions.  Choice, for time."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     blunder_fall: float = 10.0

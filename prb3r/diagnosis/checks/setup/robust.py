@@ -7,7 +7,7 @@ wrong with one of them is mostly wrong with all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,8 @@ import scipy
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import independent, reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import Model
-from prb3r.diagnosis.fit.prediction import Predictor, predictor
+from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.recording.recording import Kind, Recording
@@ -106,18 +106,51 @@ class Trier:
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
-        predict, sd = predictor(recording, self.settings), self.sd[rows]
-        model = Model(predict, independent(sd), settings=self.settings)
-        p, standings = np.array([getattr(start, name) for name in model.varied]), []
-        for _ in range(self.settings.robust_rounds):
-            better = fit(model, p, most=self.settings.robust_steps)
-            if better is None:
-                break
-            p, predicted = better.p, better.solved.readings
-            standings += self.standings(predict, rows, [better.constants], predicted[None])
-            away = predict.misfit(model.readings(better.solved))
-            model = replace(model, noise=independent(np.hypot(sd, away)))
-        return min(standings, key=lambda standing: standing.total, default=None)
+        predict = predictor(recording, self.settings)
+        model = RobustModel(Model(predict, independent(self.sd[rows]), settings=self.settings))
+        p = np.array([getattr(start, name) for name in model.plain.varied])
+        best = fit(model, p, most=self.settings.robust_steps)
+        if best is None:
+            return None
+        return self.standings(predict, rows, [best.constants], best.solved.readings[None])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class RobustModel:
+    """A model whose readings scatter as Cauchy's law has it: the sum of its squared residuals is the robust misfit."""
+
+    plain: Model
+
+    @property
+    def settings(self) -> Settings:
+        return self.plain.settings
+
+    def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of the plain model."""
+        return self.plain.bounds(p)
+
+    def solve(self, p: np.ndarray) -> Solution:
+        """As the plain model does."""
+        return self.plain.solve(p)
+
+    def residuals(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r + p + k,) those of readings in such a way that their squares are their robust misfits."""
+        out, count = self.plain.residuals(p, solved), len(solved.readings)
+        out[:count] = np.sign(out[:count]) * np.sqrt(np.log1p(out[:count] ** 2))
+        return out
+
+    def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
+        """(r + p + k, p) derivatives of the residuals."""
+        out, count = self.plain.jacobian(p, solved), len(solved.readings)
+        plain = np.abs(self.plain.residuals(p, solved)[:count])
+        out[:count] *= np.divide(
+            plain, (1 + plain**2) * np.sqrt(np.log1p(plain**2)), out=np.ones(count), where=plain > 1e-8
+        )[:, None]
+        return out
+
+    def fitted(self, p: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, solved: Solution, done: bool) -> Fit:
+        """The fit that ended at `p`; `done`: whether it has converged."""
+        return self.plain.fitted(p, residual, jacobian, solved, done)
 
 
 class Sight(NamedTuple):
