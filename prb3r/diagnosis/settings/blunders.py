@@ -26,9 +26,15 @@ class BlundersSettings:
     robust_rounds: int = 3
     """Rounds in which the frame of the coarse constants is seen to, readings counting less the further they are off.
     Choice, for time."""
-    robust_steps: int = 6
-    """Steps of a robust fit at most.  Of 240 remedies of 20 recordings with and without blunders the misfits fall by 16
-    from four steps to six, by four more in any number, which take twice the solutions.  Choice, for time."""
+    robust_steps: int = 5
+    """Steps of a robust fit at most.  Of 230 remedies of simulated recordings with and without blunders the sum of all
+    misfits is within 0.1 % of that with any number.  Choice, for time."""
+    widened_from: float = 2.0
+    """Standard deviations by which half of the readings miss from which on readings are taken, at first, to scatter by
+    as much as half of them do: a robust fit is blind to what is far off, and ends at whichever valley is near.
+    Choice."""
+    widened_steps: int = 4
+    """Steps of such a first fit at most.  Choice, for time."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     blunder_fall: float = 10.0

@@ -83,7 +83,10 @@ def find_blunder(
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     among = remedies(attempt.recording, settings)
     least = least_gains(among, settings)
-    best, *others = sorted(trials(attempt, among, apply), key=lambda tried: least[tried.remedy] - tried.gain)
+    better = [tried for tried in trials(attempt, among, apply) if tried.total < attempt.here.total]
+    if not better:
+        return None
+    best, *others = sorted(better, key=lambda tried: least[tried.remedy] - tried.gain)
     if best.gain < least[best.remedy]:
         return None
     alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)

@@ -7,7 +7,7 @@ wrong with one of them is mostly wrong with all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,8 @@ from prb3r.recording.recording import Kind, Recording
 
 FIXED = 1e-12
 """Standard deviation of a part of the frame that is known, m or rad."""
+HALF_OF_NORMAL = 0.6745
+"""Standard deviations within which half of what is normal is."""
 
 
 def expected_loss(scale: float) -> float:
@@ -106,13 +108,27 @@ class Trier:
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
         """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
-        predict = predictor(recording, self.settings)
-        model = RobustModel(Model(predict, independent(self.sd[rows]), settings=self.settings))
-        p = np.array([getattr(start, name) for name in model.plain.varied])
-        best = fit(model, p, most=self.settings.robust_steps)
-        if best is None:
-            return None
-        return self.standings(predict, rows, [best.constants], best.solved.readings[None])[0]
+        predict, settings = predictor(recording, self.settings), self.settings
+        model = Model(predict, independent(self.sd[rows]), settings=settings)
+        p = np.array([getattr(start, name) for name in model.varied])
+        missed = model.residuals(p, model.solve(p))[: len(rows)]
+        half, widened = float(np.median(np.abs(missed))) / HALF_OF_NORMAL, settings.widened_from
+        fits, standings = [(model, settings.robust_steps)], []
+        if half > widened:  # what misses by far has a say in where to go at first
+            wide = replace(model, noise=independent(half * self.sd[rows]))
+            fits.insert(0, (wide, settings.widened_steps))
+        for near, most in fits:
+            better = fit(RobustModel(near), p, most=most)
+            if better is None:
+                return None
+            p = better.p
+            standings += self.standings(predict, rows, [better.constants], better.solved.readings[None])
+        return min(standings, key=total)
+
+
+def total(standing: Standing) -> float:
+    """Robust misfit of a standing, a photograph counting as one, and improbability of its constants."""
+    return standing.total
 
 
 @dataclass(frozen=True, eq=False)
