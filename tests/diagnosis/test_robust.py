@@ -110,5 +110,9 @@ def test_what_fits_better_where_it_is_concerned_and_worse_in_all_is_no_blunder(m
     remedy = remedies(recording, Settings())[0]
     speaks = Trial(remedy, remedy.mend(recording), attempt.here, gain=50.0, total=attempt.here.total - 1)
     for total, said in ((speaks.total, True), (attempt.here.total + 1, False)):
-        monkeypatch.setattr(find, "trials", lambda *_, total=total: [replace(speaks, total=total)])
+
+        def trials(attempt, among, apply, total=total):
+            return [replace(speaks, remedy=among[0], total=total)]
+
+        monkeypatch.setattr(find, "trials", trials)
         assert (find.find_blunder(recording, Settings()) is not None) == said
