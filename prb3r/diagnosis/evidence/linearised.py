@@ -34,7 +34,8 @@ def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     known = _known_at(model.predict, fitted.constants, model.hypotheses, fitted.p.tobytes())
     names = [(hypothesis, start.tobytes()) for hypothesis, start in probes]
     fresh = {name: probe for name, probe in zip(names, probes, strict=True) if name not in known}
-    known.update(zip(fresh, _moved(fitted, list(fresh.values())), strict=True))
+    if fresh:
+        known.update(zip(fresh, _moved(fitted, list(fresh.values())), strict=True))
     return [known[name] for name in names]
 
 

@@ -7,6 +7,7 @@ some are large by chance; how large the largest is by chance is found by drawing
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,9 @@ NOTHING, REPEATED = 1e-6, 1e-6
 """A change that is freed of all but this share of it is not felt; columns are repetitions of others up to this."""
 LEAST_CHANGE = 1e-3
 """Size, in units of the noise, that a change is judged against at least: what rounding leaves of none is not felt."""
+
+ROWS_DRAWN = 256
+"""Numbers are drawn for a multiple of so many directions, so that the same serve many tests."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +150,12 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     return Scores(tuple(tested), z, float(high), float(higher), drawn)
 
 
+@lru_cache(maxsize=1)
+def _standard_normal(seed: int, rows: int, draws: int) -> np.ndarray:
+    """(rows, draws) standard normal numbers: the first rows are the same whatever their number."""
+    return np.random.default_rng(seed).standard_normal((rows, draws))
+
+
 def largest_by_chance(tested: Sequence[Alternative], seed: int, settings: Settings) -> np.ndarray:
     """(k,) ascending: the largest z of all alternatives on residuals drawn as a right model leaves them.
 
@@ -158,6 +168,6 @@ def largest_by_chance(tested: Sequence[Alternative], seed: int, settings: Settin
     bases = np.hstack([candidate.basis for candidate in felt])
     variance, axes = np.linalg.eigh(bases.T @ bases)
     root = (axes * np.sqrt(np.where(variance > REPEATED_SHARE * variance[-1], variance, 0.0))) @ axes.T
-    along = root @ np.random.default_rng(seed).standard_normal((len(root), settings.draws))
+    along = root @ _standard_normal(seed, -(-len(root) // ROWS_DRAWN) * ROWS_DRAWN, settings.draws)[: len(root)]
     parts = np.split(along, np.cumsum([candidate.freedom for candidate in felt])[:-1])
     return np.sort(np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0))

@@ -6,6 +6,7 @@ surprise; how far off they probably are follows from what the best model leaves.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,9 @@ SMALL = 0.01
 FLAT = 1e-9
 """Information on a parameter that its prior has, as a share of that of the readings: next to none, and enough for a
 matrix that can be inverted."""
+SOLUTIONS_KEPT = 4
+"""Solutions of which it is kept how tolerances move their readings: the same is asked for the noise around a fit, for
+the rig as it was made and for what is foreseen."""
 UNFELT = 1e-12
 """Size, in units of the noise, of the change by a parameter at least, so that its prior holds some information."""
 
@@ -61,19 +65,22 @@ class MechanicalTolerance:
     """The chain with it off by so much, in the unit of the name, or in the logarithm of a stiffness."""
 
 
+@lru_cache(maxsize=SOLUTIONS_KEPT)
 def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
-    """All tolerances of a recording, differentiated along a solved path."""
+    """All tolerances of a recording, differentiated along a solved path; kept for those asked for last."""
     acting = mechanical_tolerances_of(predict, solved)
 
     def problem_of(tolerance: MechanicalTolerance) -> Callable[[float], tuple[Chain, Loads]]:
         return lambda share: (tolerance.change(solved.chain, share * tolerance.sd), solved.loads)
 
-    ways = [across(problem_of(tolerance), (-SMALL, SMALL)) for tolerance in acting]
+    felt = [k for k, tolerance in enumerate(acting) if tolerance.sd > 0]
+    moved = np.zeros((predict.recording.readings.count, len(acting)))
+    moved[:, felt] = response(predict, solved, [across(problem_of(acting[k]), (-SMALL, SMALL)) for k in felt])
     marked = list(_markers(predict, solved))
     return Tolerances(
         (*(tolerance.name for tolerance in acting), *(name for name, _, _ in marked)),
         np.array([*(tolerance.sd for tolerance in acting), *(sd for _, sd, _ in marked)]),
-        np.hstack([response(predict, solved, ways), *(column[:, None] for _, _, column in marked)]),
+        np.hstack([moved, *(column[:, None] for _, _, column in marked)]),
     )
 
 

@@ -14,7 +14,7 @@ from none, by adding, leaving out and exchanging.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, permutations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -154,10 +154,19 @@ class LinearModel:
     @cached_property
     def rivals(self) -> np.ndarray:
         """(columns, columns) whether two cannot stand beside each other: probes of the same hypothesis, a kind that
-        occurs once."""
-        numbered = list(enumerate(column.hypothesis for column in self.columns))
-        barred = [j != k and excludes(first, other) for k, first in numbered for j, other in numbered]
-        return np.array(barred, bool).reshape(len(numbered), len(numbered))
+        occurs once, kinds in the place of each other."""
+        hypotheses = [column.hypothesis for column in self.columns]
+        of_kind: dict[str, list[int]] = {}
+        for number, hypothesis in enumerate(hypotheses):
+            of_kind.setdefault(hypothesis.kind, []).append(number)
+        out = np.zeros((len(hypotheses), len(hypotheses)), bool)
+        for numbers, others in product(of_kind.values(), repeat=2):
+            if numbers is not others:  # their kinds alone decide
+                out[np.ix_(numbers, others)] = excludes(hypotheses[numbers[0]], hypotheses[others[0]])
+        for numbers in of_kind.values():
+            for j, k in permutations(numbers, 2):
+                out[j, k] = excludes(hypotheses[j], hypotheses[k])
+        return out
 
 
 class Alike(NamedTuple):
