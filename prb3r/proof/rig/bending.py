@@ -49,8 +49,12 @@ def tabulated_curvature(bare, table):
 
 
 @njit(cache=True)
-def curvature(moment, rigidity, law, firsts, second, third, table):
-    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment."""
+def curvature(moment, rigidity, law, numbers, table):
+    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment.
+
+    `numbers` : of the law, the first by side.
+    """
+    firsts, second, third = numbers
     bare = moment / rigidity
     first = firsts[1] if bare > 0 else firsts[0]
     if law == CUBIC_LAW and first != 0:

@@ -15,7 +15,7 @@ its proximal end, answers with an end pose; equilibrium is where the answer is t
 import numpy as np
 from numba import njit
 
-from prb3r.proof.rig.arrays import Pulls
+from prb3r.proof.rig.arrays import LINEAR_LAW, Pulls
 from prb3r.proof.rig.bending import bent_on, curvature
 
 CLEARANCE_BEND = 0.005
@@ -24,21 +24,14 @@ CLEARANCE_BEND = 0.005
 
 
 @njit(cache=True)
-def _along(plate, wrench, station, z, rate):
+def _along(arm_x, arm_y, bends, force, z, rate):
     """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench.
 
-    `station` : state before and after, of a plate that remembers.
+    `bends` : curvature, and its derivative by the moment.
     """
-    clamp, rest, rigidity, law, first, second, third, table, loop = plate
-    moment, force_x, force_y = wrench
-    arm_x, arm_y = z[0] - clamp, z[1]
-    there = moment - arm_x * force_y + arm_y * force_x
-    if loop[2] > 0:
-        k, softness = bent_on(there, rigidity, loop, station[0], station[1])
-    else:
-        k, softness = curvature(there, rigidity, law, first, second, third, table)
+    (curved, softness), (force_x, force_y) = bends, force
     cos, sin = np.cos(z[2]), np.sin(z[2])
-    rate[0], rate[1], rate[2] = cos, sin, rest + k
+    rate[0], rate[1], rate[2] = cos, sin, curved
     for p in range(3):
         direct = 1.0 if p == 0 else arm_y if p == 1 else -arm_x
         rate[3 + p], rate[6 + p] = -sin * z[9 + p], cos * z[9 + p]
@@ -52,28 +45,29 @@ def shape(rig, i, wrench, elements, bent):
     Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
-    law = rig.law, rig.law_first[i], rig.law_second, rig.law_third, rig.law_table[i]
-    loop = rig.loop_share, rig.loop_yield[i], rig.loop_springs
-    plate = (rig.clamp[i], rig.rest[i], rig.rigidity[i]) + law + (loop,)  # noqa: RUF005 compiled code joins tuples so
-    apart = 1 if rig.loop_springs > 0 else 0  # stations of half an element, or one for all
+    rigidity, straight = rig.rigidity[i], rig.rest[i]
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
-    load = moment, force_x, force_y
     clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
     first = hinge + (rig.base_compliance if i == 0 else 0.0)
     z[0], z[2], z[9] = clamp, first * moment, first
+    numbers, table = (rig.law_first[i], rig.law_second, rig.law_third), rig.law_table[i]
     for element in range(elements):
-        here = 2 * element * apart
-        _along(plate, load, (bent.before[i, here], bent.after[i, here]), z, rate)
-        for q in range(12):
-            mean[q] = rate[q] / 6
-        for stage in range(3):
-            ahead, weight = (h, 1 / 6) if stage == 2 else (h / 2, 1 / 3)
+        for stage in range(4):
+            ahead = 0.0 if stage == 0 else h if stage == 3 else h / 2
+            weight = 1 / 3 if stage == 1 or stage == 2 else 1 / 6
             for q in range(12):
                 trial[q] = z[q] + ahead * rate[q]
-            here = (2 * element + (2 if stage == 2 else 1)) * apart
-            _along(plate, load, (bent.before[i, here], bent.after[i, here]), trial, rate)
+            arm_x, arm_y = trial[0] - clamp, trial[1]
+            there = moment - arm_x * force_y + arm_y * force_x
+            k, softness = there / rigidity, 1 / rigidity
+            if rig.loop_springs > 0:  # stations of half an element
+                loop, here = (rig.loop_share, rig.loop_yield[i], rig.loop_springs), 2 * element + (stage + 1) // 2
+                k, softness = bent_on(there, rigidity, loop, bent.before[i, here], bent.after[i, here])
+            elif rig.law != LINEAR_LAW:
+                k, softness = curvature(there, rigidity, rig.law, numbers, table)
+            _along(arm_x, arm_y, (straight + k, softness), (force_x, force_y), trial, rate)
             for q in range(12):
-                mean[q] += weight * rate[q]
+                mean[q] = (mean[q] if stage > 0 else 0.0) + weight * rate[q]
         for q in range(12):
             z[q] += h * mean[q]
     if hinge > 0:
@@ -252,8 +246,10 @@ def imbalance(rig, forces, slips, bent, ends, elements):
         answer = shape(rig, i, wrench[i], elements, bent)
         for q in range(3):
             gap[i, q], row = answer[q] - ends[i, q], 3 * i + q
-            for column in range(3 * n):
-                for p in range(3):
-                    tangent[row, column] += answer[3 + 3 * q + p] * d_wrench[i, p, column // 3, column % 3]
+            for p in range(3):
+                by_wrench = answer[3 + 3 * q + p]
+                for k in range(n):
+                    for c in range(3):
+                        tangent[row, 3 * k + c] += by_wrench * d_wrench[i, p, k, c]
             tangent[row, row] -= 1
     return gap, tangent, tensions
