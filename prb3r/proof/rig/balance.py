@@ -57,7 +57,9 @@ class RigMemory(NamedTuple):
     bent: np.ndarray
 
     def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
-        """Slip states (n, m) that follow the cables' lengths without limit."""
+        """Slip states (n, m) that follow the cables' lengths without limit; where they are declared, these."""
+        if not np.isfinite(rig.presliding):
+            return self.slip
         return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
 
 
@@ -112,7 +114,7 @@ def _iterate(
     slip = memory.slip_at(rig, ends)
     sticking, moved, bent = np.abs(slip) < 1, np.inf, Bent(memory.bent, np.empty_like(memory.bent))
     for _ in range(ITERATIONS + 2 * slip.size if careful else ITERATIONS):
-        slips = Slips(np.clip(slip, -1, 1), sticking)
+        slips = Slips(np.minimum(np.maximum(slip, -1), 1), sticking)
         gap, tangent, tension = imbalance(rig, forces, slips, bent, ends, elements)
         error = np.abs(gap / scale).max()
         if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
