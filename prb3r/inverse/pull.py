@@ -56,8 +56,9 @@ class Pull:
     def path(self, tension: np.ndarray) -> Loads:
         """The loads of all steps, the last with tensions (m,), N; that one alone where no earlier step matters."""
         last = loads(self.chain, tension[None], self.slip[None])
-        pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
-        last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])
+        if self.chain.friction_excess:  # nothing else goes by the travel
+            pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
+            last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])
         if not self.chain.remembers and not self.chain.closure:
             return last
         return Loads(*(np.concatenate(pair) for pair in zip(self.before, last, strict=True)))

@@ -139,7 +139,12 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
     """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`, each as if pulled from rest."""
     tension = np.atleast_2d(np.asarray(tension, float))
     steps, cables = tension.shape
-    full = lambda value, *shape: np.array(np.broadcast_to(np.asarray(value, float), (steps, *shape)))  # noqa: E731
+
+    def full(value, *shape: int) -> np.ndarray:
+        out = np.empty((steps, *shape))
+        out[:] = value
+        return out
+
     return Loads(
         tension.copy(),
         full(slip, cables),
