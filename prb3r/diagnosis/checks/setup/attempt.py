@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.quick import quick_predictor
 from prb3r.diagnosis.checks.setup.remedy import Remedy
-from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, total, trier
+from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.trial import Trial, best_trial
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import Predictor
@@ -91,9 +92,9 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
     grid = (*coarse, *([fitted.constants] if fitted else []))
     seen = sight(quick, grid, states_at(grid, [quick])[0])
-    near = min(trying.framed(quick, rows, grid, seen), key=total)
+    near = min(trying.framed(quick, rows, grid, seen), key=attrgetter("total"))
     costly = recording.manipulator.follows_history
     here = fitted or near
     if not costly:
-        here = near = min(here, near, key=total)
+        here = near = min(here, near, key=attrgetter("total"))
     return Attempt(recording, trying, here, grid, seen, near, costly)

@@ -9,6 +9,7 @@ be done in one way only, as kilograms in all columns of newtons, asks less than 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -107,14 +108,14 @@ def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, flo
 def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -> list[Trial]:
     """The most promising remedies with refitted constants, the best first."""
     settings, apply = attempt.trying.settings, apply if attempt.costly else serially
-    rough = sorted(attempt.rough(among), key=_gain, reverse=True)
+    rough = sorted(attempt.rough(among), key=attrgetter("gain"), reverse=True)
     promising = rough[: settings.blunders_fitted]
     if attempt.costly:
         promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
     full = apply(_in_full, [(attempt, tried) for tried in promising])
     # a remedy is known by its function, of which workers send back a copy
     done = [replace(there, remedy=tried.remedy) for there, tried in zip(full, promising, strict=True)]
-    return sorted(done, key=_gain, reverse=True)
+    return sorted(done, key=attrgetter("gain"), reverse=True)
 
 
 def _in_full(task: tuple[Attempt, Trial]) -> Trial:
@@ -130,7 +131,3 @@ def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
         if count[candidate.remedy.kind] <= most:
             out.append(candidate)
     return out
-
-
-def _gain(tried: Trial) -> float:
-    return tried.gain

@@ -8,6 +8,7 @@ wrong with one of them is mostly wrong with all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -123,12 +124,7 @@ class Trier:
                 return None
             p = better.p
             standings += self.standings(predict, rows, [better.constants], better.solved.readings[None])
-        return min(standings, key=total)
-
-
-def total(standing: Standing) -> float:
-    """Robust misfit of a standing, a photograph counting as one, and improbability of its constants."""
-    return standing.total
+        return min(standings, key=attrgetter("total"))
 
 
 @dataclass(frozen=True, eq=False)
