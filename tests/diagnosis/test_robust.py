@@ -116,3 +116,18 @@ def test_what_fits_better_where_it_is_concerned_and_worse_in_all_is_no_blunder(m
 
         monkeypatch.setattr(find, "trials", trials)
         assert (find.find_blunder(recording, Settings()) is not None) == said
+
+
+def test_of_two_blunders_that_are_spoken_for_the_one_is_said_that_leaves_all_readings_less_to_miss(monkeypatch):
+    """A sign of one column alone may fit its own readings by more than the mirror does that fits all."""
+    recording = recorded(Case(hidden=()))
+    here = attempt_on(recording, Settings()).here
+    found = [Trial(remedy, remedy.mend(recording), here, 0.0, 0.0) for remedy in remedies(recording, Settings())[:3]]
+    gains, totals = (90.0, 70.0, 2.0), (-5.0, -40.0, -60.0)  # the third does better, but not by what is asked
+
+    def trials(attempt, among, apply):
+        known = zip(found, among, gains, totals, strict=False)
+        return [replace(t, remedy=r, gain=gain, total=here.total + total) for t, r, gain, total in known]
+
+    monkeypatch.setattr(find, "trials", trials)
+    assert find.find_blunder(recording, Settings()).blunder == found[1].remedy.blunder

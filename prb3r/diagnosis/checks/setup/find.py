@@ -73,7 +73,7 @@ def blunders_of(recording: Recording, settings: Settings, apply: Apply = seriall
 def find_blunder(
     recording: Recording, settings: Settings, effects: Sequence[AnyEffect] = (), apply: Apply = serially
 ) -> Blunder | None:
-    """The blunder that explains most of a recording's misfit, if one explains more than chance could.
+    """The blunder that explains most of a recording's misfit, of those that explain more than chance could.
 
     Parameters
     ----------
@@ -84,13 +84,14 @@ def find_blunder(
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     among = remedies(attempt.recording, settings)
     least = least_gains(among, settings)
-    better = [tried for tried in trials(attempt, among, apply) if tried.total < attempt.here.total]
-    if not better:
+    tried = trials(attempt, among, apply)
+    speaking = [t for t in tried if t.gain >= least[t.remedy] and t.total < attempt.here.total]
+    if not speaking:
         return None
-    best, *others = sorted(better, key=lambda tried: least[tried.remedy] - tried.gain)
-    if best.gain < least[best.remedy]:
-        return None
-    alike = tuple(t.remedy.blunder for t in others if t.total < best.total + settings.close_fit / 2)
+    # what speaks for each is of the readings that it concerns; of the misfit of all of them they are compared
+    best = min(speaking, key=lambda t: t.total + least[t.remedy])
+    close = best.total + settings.close_fit / 2
+    alike = tuple(t.remedy.blunder for t in tried if t is not best and t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
     # photographs miss by noise that is not far off: there is no more to explain
     plain = best.total < within_noise and not effects
