@@ -27,7 +27,8 @@ FLAT = 1e-9
 matrix that can be inverted."""
 SOLUTIONS_KEPT = 4
 """Solutions of which it is kept how tolerances move their readings: the same is asked for the noise around a fit, for
-the rig as it was made and for what is foreseen."""
+the rig as it was made and for what is foreseen.  For memory: of six small diagnoses 4 serve 84 of 220 times, 16 serve
+109 times."""
 UNFELT = 1e-12
 """Size, in units of the noise, of the change by a parameter at least, so that its prior holds some information."""
 

@@ -27,14 +27,16 @@ class BlundersSettings:
     """Rounds in which the frame of the coarse constants is seen to, readings counting less the further they are off.
     Choice, for time."""
     robust_steps: int = 5
-    """Steps of a robust fit at most.  Of 230 remedies of simulated recordings with and without blunders the sum of all
-    misfits is within 0.1 % of that with any number.  Choice, for time."""
+    """Steps of a robust fit at most.  Choice, for time: of 240 remedies of 20 simulated recordings with and without
+    blunders the misfits sum to 10,578 after 5 steps, 10,554 after 10 and 10,545 after any number, for 2,179, 3,208 and
+    4,877 solutions."""
     widened_from: float = 2.0
-    """Standard deviations by which half of the readings miss from which on readings are taken, at first, to scatter by
-    as much as half of them do: a robust fit is blind to what is far off, and ends at whichever valley is near.
-    Choice."""
+    """How many times the stated noise has to be what half of the readings scatter by for a robust fit to begin with
+    that in its place: it is blind to what is far off, and ends at whichever valley is near.  Choice: with 1.5 to 5 the
+    fits of 24 simulated recordings whose modulus is stated up to four times too large or small are the same."""
     widened_steps: int = 4
-    """Steps of such a first fit at most.  Choice, for time."""
+    """Steps of such a first fit at most.  Choice, for time: the misfits of these recordings sum to 753 without it, 675
+    after 3 steps, 651 after 4 and 646 after 6."""
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
     blunder_fall: float = 10.0
