@@ -32,7 +32,7 @@ def library(calibrated):
 
 @pytest.fixture(scope="module")
 def others(calibrated, library):
-    """Fits that differ from a calibrated one in the constants, in an effect, in its size alone, and in the recording."""
+    """Fits that differ from a calibrated one in constants, in an effect, in its size alone, and in the recording."""
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     p = calibrated.p + 0.05
     moved = replace(calibrated, p=p, solved=calibrated.model.solve(p))
