@@ -32,18 +32,20 @@ def library(calibrated):
 
 @pytest.fixture(scope="module")
 def others(calibrated, library):
-    """Fits that differ from a calibrated one in constants, in an effect, in its size alone, and in the recording."""
+    """Fits that differ in constants, in an effect, in its size or its place alone, and in the recording."""
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     p = calibrated.p + 0.05
     moved = replace(calibrated, p=p, solved=calibrated.model.solve(p))
     found = fit(calibrated.model.adding(weak), np.append(calibrated.p, 0.0))
     smaller = np.append(found.p[:-1], found.p[-1] / 2)
-    elsewhere = fit_constants(predictor(recorded(Case(hidden=()))))
-    return moved, found, replace(found, p=smaller, solved=found.model.solve(smaller)), elsewhere
+    other = calibrated.model.adding(next(each for each in library if each.name == "weakened_plate (plate 2)"))
+    elsewhere = replace(found, model=other, solved=other.solve(found.p))
+    recording = fit_constants(predictor(recorded(Case(hidden=()))))
+    return moved, found, replace(found, p=smaller, solved=found.model.solve(smaller)), elsewhere, recording
 
 
 def probes_of(library):
-    kinds = {each.kind: each for each in library if each.name != "weakened_plate (plate 4)"}
+    kinds = {each.kind: each for each in library if each.kind != "weakened_plate"}
     return [(each, start) for each in list(kinds.values())[::3] for start in each.starts(0.3)]
 
 
