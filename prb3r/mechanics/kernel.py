@@ -18,7 +18,7 @@ from numba.core import config, typed_passes, untyped_passes
 from numba.core.caching import FunctionCache
 from numba.core.cgutils import ir
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase
+from numba.core.compiler import CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.lowering import Lower
 from numba.core.registry import CPUDispatcher
@@ -131,8 +131,24 @@ PASSES = (
 expressions of whole arrays."""
 
 
+class _Settled(Flags):
+    """Flags that are told apart by what was set, without asking each for its default.
+
+    Numba looks up by them what a call resolves to, hundreds of times a kernel.
+    """
+
+    def __hash__(self):
+        return hash(type(self))
+
+    def __eq__(self, other):
+        return self._values == getattr(other, "_values", None) or super().__eq__(other)
+
+
 def _compiler(lowering: type[NativeLowering]) -> type[CompilerBase]:
     class Compiler(CompilerBase):
+        def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
+            super().__init__(typingctx, targetctx, library, args, return_type, _Settled(flags), locals)
+
         def define_pipelines(self):
             pipeline = PassManager("kernel")
             for step in (*PASSES, lowering, typed_passes.NoPythonBackend):

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from numba import typeof
 from rigs import FACE, RIGIDITY, effect, prototype, short, spans
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from prb3r.errors import SpecError
+from prb3r.proof.rig.build import build_rig
 from prb3r.proof.rig.simulate import observe, simulate
 
 LAWS = [
@@ -46,6 +48,12 @@ LAWS = [
     (effect("gravity", x_m_s2=-3.0, y_m_s2=-9.0), lambda k: k),
     (effect("hole_clearance", clearance_m=0.001), lambda k: k),
 ]
+
+
+def test_rigs_of_every_law_are_of_one_type_for_which_kernels_are_compiled_once():
+    tube = {"tube_outer_m": 1e-3, "tube_inner_m": 8e-4, "notch_depth_m": 6e-4}
+    notched = effect("superelastic_plate", plateau_strain=5e-4, **tube)
+    assert len({typeof(build_rig(short(*what)).rig) for what in [(), (notched,), *((law,) for law, _ in LAWS)]}) == 1
 
 
 @pytest.mark.parametrize(("what", "law"), LAWS, ids=[what.get("law", what["kind"]) for what, _ in LAWS])

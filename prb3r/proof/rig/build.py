@@ -123,7 +123,9 @@ def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
 def _arrays(draft: Draft) -> Rig:
     """The rig that a draft describes, for compiled code: numbers as floats, laws of bending spread to a row for each
     plate, so that all rigs are of one type and kernels are compiled once."""
-    first = np.array(np.broadcast_to(draft.law_first, (len(draft.arc), 2)), float)
+    plates = len(draft.arc)
+    first = np.array(np.broadcast_to(draft.law_first, (plates, 2)), float, order="C")
+    table = np.array(np.broadcast_to(draft.law_table, (plates, *draft.law_table.shape[1:])), float, order="C")
     return Rig(
         arc=draft.arc,
         clamp=draft.clamp,
@@ -134,9 +136,9 @@ def _arrays(draft: Draft) -> Rig:
         law_first=first,
         law_second=float(draft.law_second),
         law_third=float(draft.law_third),
-        law_table=np.array(np.broadcast_to(draft.law_table, (len(draft.arc), *draft.law_table.shape[1:])), float),
+        law_table=table,
         loop_share=float(draft.loop_share),
-        loop_yield=np.array(np.broadcast_to(draft.loop_yield, len(draft.arc)), float),
+        loop_yield=np.array(np.broadcast_to(draft.loop_yield, plates), float),
         loop_springs=int(draft.loop_springs),
         compliance=float(draft.compliance),
         base_compliance=float(draft.base_compliance),
