@@ -245,7 +245,7 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
     wrong = backward(right, "out")
     assert find_blunder(wrong, Settings()) is None
-    found = investigate(Task(wrong))
+    found = investigate(Task(wrong, without=RUBBING | YIELDING))
     assert found.verdict == "set-up"
     assert [blunder.blunder for blunder in found.blunders] == ["the pictures of sequence out are in backward order"]
     assert found.choice.kinds == {effect["kind"] for effect in hidden}

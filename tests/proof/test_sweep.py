@@ -2,14 +2,13 @@
 
 import dataclasses
 import json
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from diagnosis.simulated import recorded
 from threadpoolctl import threadpool_limits
 
-from prb3r import load_recording
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import SpecError
 from prb3r.present.proof.sweep import publish_sweep, sweep_table
@@ -31,8 +30,6 @@ from prb3r.proof.sweep import (
 )
 from prb3r.proof.tasks import VerdictTask, answer
 from prb3r.runs.journal import Journal
-
-EXAMPLE = Path(__file__).parents[2] / "studies/recordings/bench-example"
 
 
 @pytest.mark.parametrize("share", [-0.2, 0.2])
@@ -120,7 +117,7 @@ def test_what_is_read_is_noted_also_through_what_follows_from_it_and_in_copies()
 
 def test_what_no_diagnosis_reads_moves_nothing():
     """All of it moved at once: the same verdict, names, sizes and likelihood."""
-    task = VerdictTask(0, load_recording(EXAMPLE), frozenset(), "diagnose", 1)
+    task = VerdictTask(0, recorded(), frozenset(), "diagnose", 1)
     with threadpool_limits(1):
         noted = noted_answer(task)
         values = {name: value for name, value in numeric_settings(Settings()).items() if name not in noted.read}
