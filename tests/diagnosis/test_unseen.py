@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from prb3r.diagnosis.checks.heldout import Unseen, unseen
+from prb3r.diagnosis.checks.heldout import Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -70,6 +70,29 @@ def test_two_readings_in_the_tails_refute_nothing(clean):
     (sequence,), count = spoilt.judged(fitted), spoilt.predict.recording.readings.count
     assert chi2.sf(count * sequence.error_sd**2, count) < RATE
     assert sequence.p > RATE
+
+
+@pytest.mark.parametrize("tails", [5, np.inf])
+@pytest.mark.parametrize("fitted", [150, 600])
+def test_as_many_right_models_are_refuted_as_is_asked_whatever_the_tails_and_the_readings_that_tell_the_noise(
+    tails, fitted
+):
+    """The level is that of the fitted readings; as if it was known, and by Gauss's law, up to 30 times as many are."""
+    rng, chances, of_gauss = np.random.default_rng(2), [], []
+    for _ in range(4000):
+        drawn = rng.standard_t(tails, fitted + 80) if np.isfinite(tails) else rng.normal(size=fitted + 80)
+        known, new = np.split(drawn / np.sqrt(np.mean(drawn[:fitted] ** 2)), [fitted])
+        chances.append(chance_of_size(new, known, fitted, 3.0))
+        of_gauss.append(chi2.sf(new @ new, 80))
+    assert np.mean(np.less(chances, RATE)) < 2 * RATE
+    assert 0.035 < np.mean(np.less(chances, 0.05)) < 0.065
+    assert np.mean(np.less(of_gauss, RATE)) > 1.5 * RATE
+
+
+def test_where_the_noise_is_known_and_gaussian_the_chance_is_that_of_chi_square():
+    rng = np.random.default_rng(0)
+    known, new = rng.normal(size=10**6), 1.2 * rng.normal(size=90)
+    assert chance_of_size(new, known, 10**6, np.inf) == pytest.approx(chi2.sf(new @ new, 90), rel=0.05)
 
 
 def test_physics_that_is_missing_refutes():

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_critical, chi2_tail, normal_critical
+from prb3r.diagnosis.chance import chi2_critical, f_tail, normal_critical
 from prb3r.diagnosis.checks.doubt import likeliest
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
@@ -146,11 +146,12 @@ class Unseen:
         recording, (readings, noise) = self.predict.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
+        known = fitted.residual[: fitted.model.predict.recording.readings.count]
         for k, name in enumerate(recording.sequences):
             of_sequence = of_reading == k
             lost = not np.isfinite(readings[of_sequence]).all()
-            counted = np.minimum(white[of_sequence] ** 2, self.settings.farthest_sd**2)
-            p = 0.0 if lost else float(chi2_tail(counted.sum(), int(of_sequence.sum())))
+            farthest = self.settings.farthest_sd
+            p = 0.0 if lost else chance_of_size(white[of_sequence], known, fitted.freedom, farthest)
             judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2))), lost))
         return tuple(judged)
 
@@ -187,6 +188,25 @@ class Unseen:
         rest = doubting.foresee(fitted).noise.whiten(misfit)
         others = int((recording.readings.step != weight.step).sum())
         return doubting if rest @ rest <= chi2_critical(self.settings.naming_rate, others) else self
+
+
+def chance_of_size(white: np.ndarray, known: np.ndarray, freedom: int, farthest: float) -> float:
+    """Chance of whitened errors as large as `white` (k,), if they scatter as those that were fitted, `known` (r,), do.
+
+    The level of the noise is known from the fitted readings alone, so that mean squares have the ratio of Fisher's F;
+    where squares scatter more than Gauss's, whose variance is 2, both have as many times fewer degrees of freedom (Box,
+    Biometrika 40 (1953) 318).
+
+    Parameters
+    ----------
+    freedom : degrees of freedom of those that were fitted.
+    farthest : standard deviations as which an error counts at most.
+    """
+    squares, usual = (np.minimum(errors**2, farthest**2) for errors in (white, known))
+    scatter = max(float(usual.var() / usual.mean() ** 2) / 2, 1.0)
+    told = max(freedom, 1)
+    mean = min(float(usual.sum()) / told, 1.0)  # less than 1 where the farthest are cut off
+    return float(f_tail(squares.mean() / mean, len(squares) / scatter, told / scatter))
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
