@@ -3,7 +3,7 @@
 set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import speaks_for
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
@@ -40,13 +40,14 @@ from prb3r.diagnosis.result.remarks import (
     weighed,
     wrong_weights,
 )
-from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.result.tell import adjusted, tell
 from prb3r.diagnosis.search.apply import Apply, serially
-from prb3r.diagnosis.search.assumed import Assumed, assumed_of
+from prb3r.diagnosis.search.assumed import Assumed, assumed_of, bent_as_known
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.starts import search_effects
 from prb3r.errors import Problem, RecordingError
+from prb3r.recording.recording import Recording
 
 STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 Report = Callable[[str], None]
@@ -108,7 +109,8 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
 
     A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
     effects, speak for it.  The second search is given up where its first end is worth less than that of the first one,
-    by as much as would have to speak for the blunder.
+    by as much as would have to speak for the blunder.  One that moves no reading beside what was found, as of a cable
+    that turns out to be dead, is none: what was found is what the recording is searched from as it is.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
@@ -124,6 +126,11 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
             break
         after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
         if not speaks_for(after, before, blunders[count - 1].least):
+            break
+        as_noted, fitted = _mended(task, said), other.choice.fitted
+        if moves_nothing(_without_aside(as_noted.recording, other.tested.doubted.aside), fitted):
+            found = adjusted(task.recording.manipulator, fitted.constants, fitted.effects)
+            searched = to_search(replace(as_noted, assumed=found), lambda stage: None, apply)
             break
         searched, said = other, blunders[:count]
         if not other.choice.structured:
@@ -151,9 +158,14 @@ def calibrate(task: Task) -> Calibrated:
     """Set sequences aside, see what repeated ones scatter, and fit the constants to the rest."""
     recording, settings = task.recording, task.settings
     aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings) if task.hold_out else ()
-    training = recording.only(set(range(len(recording.sequences))) - set(aside))
+    training = _without_aside(recording, aside)
     fitted = fit_constants(predictor(training, settings), settings=settings)
     return Calibrated(task, recording, aside, scatter(training, settings), fitted)
+
+
+def _without_aside(recording: Recording, aside: Sequence[int]) -> Recording:
+    """What is fitted of a recording."""
+    return recording.only(set(range(len(recording.sequences))) - set(aside))
 
 
 def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
@@ -161,7 +173,8 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
     predict = fitted.model.predict
-    scope = Scope.of(predict.recording, predict.chain, fitted.solved.states, task.settings)
+    states = bent_as_known(task.assumed, predict) if task.assumed else None
+    scope = Scope.of(predict.recording, predict.chain, states or fitted.solved.states, task.settings)
     library = hypotheses(scope, task.without)
     assumed = assumed_of(task.assumed, predict.recording.manipulator, library) if task.assumed else Assumed()
     searched = Search(library, task.seed, apply, assumed, task.settings)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from diagnosis.simulated import MU, Case, E, diagnosed, manipulator, recorded
 
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.run import diagnosis_of
-from prb3r.diagnosis.search.assumed import assumed_of
+from prb3r.diagnosis.search.assumed import assumed_of, bent_as_known
 from prb3r.diagnosis.stages import run_stages
 from prb3r.model.given import manipulator_of
 
@@ -69,3 +70,14 @@ def test_what_the_nominal_manipulator_has_stays_with_it():
     assert not assumed.unknown
     assert np.exp(assumed.constants["log_stiffness"]) == pytest.approx(1.2)
     assert np.exp(assumed.constants["log_friction"]) == pytest.approx(0.5)
+
+
+def test_effects_have_their_scales_by_the_bends_of_what_is_known():
+    """Plates three times as stiff bend a third; where the known manipulator buckles constants alone have to do."""
+    predict = predictor(recorded())
+    stiff = manipulator_of(manipulator() | {"youngs_modulus_pa": 3 * E})
+    bends = [
+        np.abs(np.diff(bent_as_known(known, predict).angle)).max() for known in (manipulator_of(manipulator()), stiff)
+    ]
+    assert bends[0] / bends[1] == pytest.approx(3, rel=0.1)
+    assert bent_as_known(manipulator_of(manipulator() | {"youngs_modulus_pa": E / 1e3}), predict) is None

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
 
-from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
+from prb3r.diagnosis import stages
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.remedy import with_manipulator
 from prb3r.diagnosis.checks.setup.robust import expected_loss
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import investigate, run_stages, without_blunders
+from prb3r.diagnosis.stages import investigate, run_stages, to_search, without_blunders
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.model.steps import loads_of
 from prb3r.recording.plausibility import implausible
@@ -253,6 +255,38 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     assert find_blunder(right, Settings(), there) is None
     moved = find_blunder(late(right, "mixed"), Settings(), there)
     assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
+
+
+@pytest.fixture(scope="module")
+def dead():
+    """A recording of a rig with a dead cable, and the same with the sign of that cable's offset exchanged."""
+    right = recorded(Case(hidden=(tuple(RIGHT["a dead cable"][0].items()),)))
+    (cable,) = (cable for cable in right.manipulator.cable if cable.name == "1")
+    return right, other_cables(right, cable_1={"offset_m": -cable.offset_m})
+
+
+def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
+    right, turned = dead
+    searched = to_search(Task(turned), lambda stage: None, serially)
+    assert searched.choice.kinds == {"dead_cable"}
+    fitted, aside = searched.choice.fitted, searched.tested.doubted.aside
+    fitted_of = [k for k in range(len(right.sequences)) if k not in aside]
+    others = (PLANTED["offset_m of cable 3 has the wrong sign"], mirrored)
+    assert moves_nothing(right.only(fitted_of), fitted)
+    assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
+
+
+def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch):
+    """Of a rig of seed 101 with a dead cable and touching disks constants alone bent so far otherwise that the search
+    missed both, but for a cable of the other sign."""
+    right, turned = dead
+    blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, False, 1.0)
+    monkeypatch.setattr(stages, "blunders_of", lambda *_: (blunder,))
+    monkeypatch.setattr(stages, "speaks_for", lambda *_: True)
+    searched, blunders = without_blunders(Task(right), lambda stage: None, serially)
+    assert not blunders
+    assert searched.choice.kinds == {"dead_cable"}
+    assert searched.tested.doubted.recording is right
 
 
 def test_a_noise_stated_wrongly_is_no_blunder():

@@ -14,10 +14,13 @@ import numpy as np
 from prb3r.diagnosis.fit.constants import RUBBING
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes
+from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.effects.base import Effect
+from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 
@@ -108,3 +111,13 @@ def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
         for free in hypothesis.free
     ]
     return fit(model, np.array([*constants, *sizes]))
+
+
+def bent_as_known(known: Manipulator, predict: Predictor) -> Equilibria | None:
+    """States of all steps of a recording as a manipulator that was `known` before has them, by which effects have their
+    scales: constants alone may bend far otherwise.  None where it has not all equilibria, or other plates or cables."""
+    recording, chain = predict.recording, known.chain()
+    if chain.offset.shape != predict.chain.offset.shape:
+        return None
+    states = equilibria_of(chain, recording.loads, from_rest=recording.begins, number=predict.number)
+    return states if np.isfinite(states.angle).all() else None

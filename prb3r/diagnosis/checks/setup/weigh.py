@@ -1,9 +1,17 @@
 """A blunder against effects: which of the two explains a recording, when both may use the whole library."""
 
+import numpy as np
+
+from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.worth import mean_square, worth_of
+from prb3r.recording.recording import Recording
+
+ALIKE_SD = 1e-6
+"""Deviations of a reading by which what moves nothing may differ, as rounding does."""
 
 
 def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], least: float) -> bool:
@@ -26,3 +34,13 @@ def _best(choice: Choice, search: Search) -> tuple[Fit, float]:
     worth = {fitted: worth_of(fitted, choice.level.level, search) for fitted in choice.tried}
     best = max(worth, key=worth.__getitem__)
     return best, worth[best]
+
+
+def moves_nothing(as_noted: Recording, fitted: Fit) -> bool:
+    """Whether what was fitted to a mended recording leaves as much of each reading `as_noted`: nothing was mended."""
+    theirs = fitted.model.predict
+    ours = predictor(as_noted, theirs.settings)
+    if as_noted.readings.count != theirs.recording.readings.count:
+        return False
+    left = [predict.misfit(predict(fitted.constants, fitted.effects)) for predict in (ours, theirs)]
+    return bool(np.all(np.abs(left[0] - left[1]) < ALIKE_SD * reading_sd(theirs.recording)))
