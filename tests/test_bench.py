@@ -21,9 +21,10 @@ from prb3r.bench.paths import PREDICTION, SOLVE, path_tasks, wrist
 from prb3r.bench.prototype import prototype, table_2
 from prb3r.bench.tables import bench_json, bench_page
 from prb3r.mechanics.angle import exponential
+from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.plate import GAUSS_POINTS, plate_model
+from prb3r.mechanics.plate import GAUSS_POINTS, gauss_collocation, plate_model
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.concealed.designs import design_of, followed
 
@@ -206,6 +207,18 @@ def test_a_counted_solve_is_the_solve_and_grows_with_the_plates(mu):
         counted[finer] = weighted(tally) / compiled.work.sum()
     assert counted[3] == pytest.approx(counted[1], rel=0.2)  # an evaluation of a plate is what it is in any chain
     assert counted[1] > 14  # multiply-adds that place a plate's nodes alone
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_counted_solve_of_the_elastica_is_the_solve_and_takes_more_than_springs_do(mu):
+    operations = []
+    for plate in (plate_model("prb3r"), gauss_collocation()):
+        chain = prototype(plate, mu)
+        steps = Loads(*(values[:2] for values in table_2(chain)))
+        states, tally = count_solve(chain, steps)
+        assert np.abs(states.angle - solve_chain(chain, steps, detail=False).angle).max() < 1e-13
+        operations.append(weighted(tally))
+    assert operations[1] > operations[0]
 
 
 def test_friction_and_plates_take_operations_and_no_peak_is_passed(result):

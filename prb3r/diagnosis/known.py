@@ -27,6 +27,8 @@ class Task:
     settings: Settings = Settings()
     assumed: Manipulator | None = None
     """A manipulator with effects that were found before; they are refitted."""
+    begun: Manipulator | None = None
+    """A manipulator from whose effects the search begins too; they are as probable beforehand as any others."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ from prb3r.diagnosis.result.remarks import (
 )
 from prb3r.diagnosis.result.tell import adjusted, tell
 from prb3r.diagnosis.search.apply import Apply, serially
-from prb3r.diagnosis.search.assumed import Assumed, assumed_of, bent_as_known
+from prb3r.diagnosis.search.assumed import Assumed, assumed_of, known_states
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.starts import search_effects
@@ -129,8 +129,8 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
             break
         as_noted, fitted = _mended(task, said), other.choice.fitted
         if moves_nothing(_without_aside(as_noted.recording, other.tested.doubted.aside), fitted):
-            found = adjusted(task.recording.manipulator, fitted.constants, fitted.effects)
-            searched = to_search(replace(as_noted, assumed=found), lambda stage: None, apply)
+            found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
+            searched = to_search(replace(as_noted, begun=found), lambda stage: None, apply)
             break
         searched, said = other, blunders[:count]
         if not other.choice.structured:
@@ -172,12 +172,13 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     """Weigh gross outliers down and set wrong weights aside."""
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
-    predict = fitted.model.predict
-    states = bent_as_known(task.assumed, predict) if task.assumed else None
+    predict, nearest = fitted.model.predict, task.begun or task.assumed
+    states = known_states(nearest, predict) if nearest else None
     scope = Scope.of(predict.recording, predict.chain, states or fitted.solved.states, task.settings)
     library = hypotheses(scope, task.without)
-    assumed = assumed_of(task.assumed, predict.recording.manipulator, library) if task.assumed else Assumed()
-    searched = Search(library, task.seed, apply, assumed, task.settings)
+    nominal, known = predict.recording.manipulator, (task.assumed, task.begun)
+    assumed, begun = (assumed_of(other, nominal, library) if other else Assumed() for other in known)
+    searched = Search(library, task.seed, apply, assumed, begun, task.settings)
     fitted, doubts = without_wrong_weights(fitted, doubts, searched)
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)
 

@@ -131,7 +131,7 @@ PASSES = (
 expressions of whole arrays."""
 
 
-class _Settled(Flags):
+class _FlagsAsSet(Flags):
     """Flags that are told apart by what was set, without asking each for its default.
 
     Numba looks up by them what a call resolves to, hundreds of times a kernel.
@@ -147,7 +147,7 @@ class _Settled(Flags):
 def _compiler(lowering: type[NativeLowering]) -> type[CompilerBase]:
     class Compiler(CompilerBase):
         def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
-            super().__init__(typingctx, targetctx, library, args, return_type, _Settled(flags), locals)
+            super().__init__(typingctx, targetctx, library, args, return_type, _FlagsAsSet(flags), locals)
 
         def define_pipelines(self):
             pipeline = PassManager("kernel")

@@ -11,7 +11,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.run import diagnosis_of
-from prb3r.diagnosis.search.assumed import assumed_of, bent_as_known
+from prb3r.diagnosis.search.assumed import assumed_of, known_states
 from prb3r.diagnosis.stages import run_stages
 from prb3r.model.given import manipulator_of
 
@@ -77,7 +77,7 @@ def test_effects_have_their_scales_by_the_bends_of_what_is_known():
     predict = predictor(recorded())
     stiff = manipulator_of(manipulator() | {"youngs_modulus_pa": 3 * E})
     bends = [
-        np.abs(np.diff(bent_as_known(known, predict).angle)).max() for known in (manipulator_of(manipulator()), stiff)
+        np.abs(np.diff(known_states(known, predict).angle)).max() for known in (manipulator_of(manipulator()), stiff)
     ]
     assert bends[0] / bends[1] == pytest.approx(3, rel=0.1)
-    assert bent_as_known(manipulator_of(manipulator() | {"youngs_modulus_pa": E / 1e3}), predict) is None
+    assert known_states(manipulator_of(manipulator() | {"youngs_modulus_pa": E / 1e3}), predict) is None

@@ -34,16 +34,9 @@ def doubted():
 
 
 @pytest.fixture(scope="module")
-def common(doubted):
-    """The search among the kinds that are common, of whole rigs and of parts."""
-    kinds = common_of_whole_rig(doubted.search.library, doubted.fitted.model.settings)
-    return among(doubted.search, *(hypothesis.kind for hypothesis in kinds))
-
-
-@pytest.fixture(scope="module")
-def whole(doubted, common):
-    """What the search finds among them."""
-    return search_effects(doubted.fitted, common, doubted.doubts)
+def whole(doubted):
+    """What the search finds with the whole library."""
+    return search_effects(doubted.fitted, doubted.search, doubted.doubts)
 
 
 def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
@@ -75,8 +68,8 @@ def test_taken_away_one_after_another_what_is_there_is_left_last(doubted):
     assert evidence[-2] == max(evidence) > evidence[0] + 5
 
 
-def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, common, whole):
-    fitted, search, doubts = doubted.fitted, common, doubted.doubts
+def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole):
+    fitted, search, doubts = doubted.fitted, doubted.search, doubted.doubts
     known = [fitted, saturated(fitted, search, doubts)]
     full = choose(explore_until_settled(Pool(search, fitted.model.settings, known), search, doubts), search)
     assert full.kinds == whole.kinds

@@ -113,9 +113,12 @@ def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
     return fit(model, np.array([*constants, *sizes]))
 
 
-def bent_as_known(known: Manipulator, predict: Predictor) -> Equilibria | None:
-    """States of all steps of a recording as a manipulator that was `known` before has them, by which effects have their
-    scales: constants alone may bend far otherwise.  None where it has not all equilibria, or other plates or cables."""
+def known_states(known: Manipulator, predict: Predictor) -> Equilibria | None:
+    """States of all steps of a recording as a manipulator that was `known` before has them.
+
+    By these effects have their scales, as constants alone may bend plates far otherwise.  None where it has not all
+    equilibria, or other plates or cables.
+    """
     recording, chain = predict.recording, known.chain()
     if chain.offset.shape != predict.chain.offset.shape:
         return None

@@ -30,7 +30,9 @@ class Search:
     apply: Apply = serially
     """Where full fits and costly tests are made."""
     assumed: Assumed = field(default_factory=Assumed)
-    """What was found before."""
+    """What was found before, and is likely beforehand."""
+    begun: Assumed = field(default_factory=Assumed)
+    """What else is begun from, instead."""
     settings: Settings = Settings()
     """Of which it takes how probable kinds of effects are beforehand."""
 

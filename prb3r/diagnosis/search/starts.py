@@ -34,7 +34,8 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     ----------
     least_worth : the search ends with the first end where that is worth less (`worth_of`).
     """
-    beginning = _Beginning(calibrated, fit_assumed(calibrated, search.assumed), search, doubts)
+    known = search.begun if search.begun.values else search.assumed
+    beginning = _Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)
     ends = _ends(beginning, least_worth)
     first_worth, best = ends[0].worth(search), ends[0]
     for other in ends[1:]:
@@ -82,7 +83,7 @@ class _Beginning(NamedTuple):
 
     calibrated: Fit
     known: Fit | None
-    """With what was found before; None where nothing was."""
+    """With what was found before, or is begun from instead; None where nothing is."""
     search: Search
     doubts: Doubts
 

@@ -1,0 +1,106 @@
+"""Blunders to plant in right recordings, by what is said of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.model.steps import loads_of
+from prb3r.recording.recording import Kind
+
+
+def other_steps(known, **columns):
+    steps = known.steps.assign(**columns)
+    return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
+
+
+def other_cables(known, **changes):
+    cables = [cable.model_copy(update=changes.get(f"cable_{cable.name}", {})) for cable in known.manipulator.cable]
+    manipulator = known.manipulator.model_copy(update={"cable": cables})
+    return replace(known, manipulator=manipulator, loads=loads_of(manipulator, manipulator.chain(), known.steps))
+
+
+def relabelled(known, disk=lambda disk, name: disk, step=lambda step, name: step):
+    readings = known.readings
+    names = np.array(known.sequences)[known.of_sequence[readings.step]]
+    labels = [(disk(d, n), step(s, n)) for d, s, n in zip(readings.disk, readings.step, names, strict=True)]
+    changed = readings._replace(disk=np.array([d for d, _ in labels]), step=np.array([s for _, s in labels]))
+    return replace(
+        known,
+        readings=changed.where((changed.disk >= 0) & (changed.disk <= known.manipulator.plates) & (changed.step >= 0)),
+    )
+
+
+def swapped(a, b):
+    return lambda label: {a: b, b: a}.get(label, label)
+
+
+def in_sequence(name, change):
+    return lambda label, own: change(label) if own == name else label
+
+
+def rows(known, name):
+    return np.flatnonzero(known.of_sequence == known.sequences.index(name))
+
+
+def mirrored(known):
+    readings = known.readings
+    return known.with_values(np.where(readings.kind == Kind.X, readings.value, -readings.value))
+
+
+def in_kilograms(known, sequence=None):
+    """Kilograms in the columns of newtons, in all sequences or in one."""
+    here, gravity = known.steps["sequence"].eq(sequence or known.steps["sequence"]), known.manipulator.gravity_m_s2
+    columns = known.steps[[f"cable_{name}_n" for name in "1234"]]
+    return other_steps(known, **columns.where(~here, columns / gravity))
+
+
+def backward(known, name):
+    first, last = rows(known, name)[[0, -1]]
+    return relabelled(known, step=in_sequence(name, lambda step: first + last - step))
+
+
+def late(known, name):
+    last = rows(known, name)[-1]
+    return relabelled(known, step=in_sequence(name, lambda step: step + 1 if step < last else -1))
+
+
+def sequences_swapped(known, a, b):
+    first, second = rows(known, a), rows(known, b)
+    to = dict(zip([*first, *second], [*second, *first], strict=True))
+    return relabelled(known, step=lambda step, name: to.get(step, step))
+
+
+PLANTED = {
+    "cables 1 and 4 are exchanged": lambda r: other_steps(
+        r,
+        cable_1_n=r.steps["cable_4_n"],
+        cable_4_n=r.steps["cable_1_n"],
+        slip_1=r.steps["slip_4"],
+        slip_4=r.steps["slip_1"],
+    ),
+    "cables 1 and 2 are exchanged": lambda r: other_steps(
+        r,
+        cable_1_n=r.steps["cable_2_n"],
+        cable_2_n=r.steps["cable_1_n"],
+        slip_1=r.steps["slip_2"],
+        slip_2=r.steps["slip_1"],
+    ),
+    "the pictures are mirrored: the rig was seen from behind": mirrored,
+    "offset_m of cable 3 has the wrong sign": lambda r: other_cables(r, cable_3={"offset_m": 0.021}),
+    "the disks are counted from the tip": lambda r: relabelled(r, disk=lambda d, n: r.manipulator.plates + 1 - d),
+    "the disks are counted one off: the base disk is counted as 1": lambda r: relabelled(r, disk=lambda d, n: d + 1),
+    "disks 5 and 6 are exchanged": lambda r: relabelled(r, disk=lambda d, n: swapped(5, 6)(d)),
+    "disks 2 and 3 are exchanged in sequence in": lambda r: relabelled(r, disk=in_sequence("in", swapped(2, 3))),
+    "cable 2 ends at segment 1, not where the file says": lambda r: other_cables(r, cable_2={"ends_at_segment": 2}),
+    "weights noted as newtons are kilograms": in_kilograms,
+    "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
+    "slip is declared with the wrong sign": lambda r: other_steps(
+        r, **{f"slip_{name}": -r.steps[f"slip_{name}"] for name in "1234"}
+    ),
+    "the pictures of sequence down are in backward order": lambda r: backward(r, "down"),
+    "the pictures of sequence out belong to the step before the one they are noted at": lambda r: late(r, "out"),
+    "the pictures of sequences out and counter are exchanged": lambda r: sequences_swapped(r, "out", "counter"),
+    "angle_rad is in degrees": lambda r: r.with_values(
+        np.where(r.readings.kind == Kind.ANGLE, np.degrees(r.readings.value), r.readings.value)
+    ),
+}

@@ -1,0 +1,99 @@
+"""Blunders of the set-up and physics: neither is taken for the other, beside each other both are told."""
+
+import pytest
+from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables
+from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
+
+from prb3r.diagnosis import stages
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import investigate, to_search, without_blunders
+
+RIGHT = {
+    "nothing": (),
+    "a dead cable": ({"kind": "dead_cable", "cable": "1"},),
+    "two dead cables": ({"kind": "dead_cable", "cable": "2"}, {"kind": "dead_cable", "cable": "3"}),
+    "heavy friction that lags": (
+        {"kind": "pulley_friction", "efficiency": 0.7},
+        {"kind": "slip_history", "presliding_m": 1e-4},
+    ),
+    "four effects": (
+        {"kind": "segment_stiffness", "segment": 2, "factor": 0.6},
+        {"kind": "precurvature", "curvature_per_m": 1.5},
+        {"kind": "hole_offset", "cable": "1", "offset_m": 0.004},
+        {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8},
+    ),
+}
+
+
+@pytest.mark.parametrize("hidden", RIGHT)
+def test_physics_is_no_blunder(hidden):
+    case = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in RIGHT[hidden])))
+    blunders = blunders_of(case, Settings())
+    assert not blunders or not blunders[-1].plain
+    if blunders:
+        assert not without_blunders(Task(case), lambda stage: None, serially)[1]
+
+
+def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
+    hidden = ({"kind": "pulley_friction", "efficiency": 0.85}, {"kind": "precurvature", "curvature_per_m": 1.5})
+    right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
+    wrong = PLANTED["disks 5 and 6 are exchanged"](right)
+    without = (RUBBING | YIELDING) - {"pulley_friction"}
+    searched, blunders = without_blunders(Task(wrong, without=without), lambda stage: None, serially)
+    assert [blunder.blunder for blunder in blunders] == ["disks 5 and 6 are exchanged"]
+    assert searched.choice.kinds == {"pulley_friction", "precurvature"}
+
+
+def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
+    """In a sequence that was set aside: what the others tell predicts it no more."""
+    hidden = RIGHT["four effects"]
+    right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
+    wrong = backward(right, "out")
+    assert find_blunder(wrong, Settings()) is None
+    found = investigate(Task(wrong))
+    assert found.verdict == "set-up"
+    assert [blunder.blunder for blunder in found.blunders] == ["the pictures of sequence out are in backward order"]
+    assert found.choice.kinds == {effect["kind"] for effect in hidden}
+    there = found.choice.fitted.effects
+    assert find_blunder(right, Settings(), there) is None
+    moved = find_blunder(late(right, "mixed"), Settings(), there)
+    assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
+
+
+@pytest.fixture(scope="module")
+def dead():
+    """A recording of a rig with a dead cable, and the same with the sign of that cable's offset exchanged."""
+    right = recorded(Case(hidden=(tuple(RIGHT["a dead cable"][0].items()),)))
+    (cable,) = (cable for cable in right.manipulator.cable if cable.name == "1")
+    return right, other_cables(right, cable_1={"offset_m": -cable.offset_m})
+
+
+def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
+    right, turned = dead
+    searched = to_search(Task(turned), lambda stage: None, serially)
+    assert searched.choice.kinds == {"dead_cable"}
+    fitted, aside = searched.choice.fitted, searched.tested.doubted.aside
+    fitted_of = [k for k in range(len(right.sequences)) if k not in aside]
+    others = (PLANTED["offset_m of cable 3 has the wrong sign"], mirrored)
+    assert moves_nothing(right.only(fitted_of), fitted)
+    assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
+
+
+def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch):
+    """Of a rig of seed 101 with a dead cable and touching disks constants alone bent so far otherwise that the search
+    missed both, but for a cable of the other sign."""
+    right, turned = dead
+    blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, False, 1.0)
+    monkeypatch.setattr(stages, "blunders_of", lambda *_: (blunder,))
+    monkeypatch.setattr(stages, "speaks_for", lambda *_: True)
+    searched, blunders = without_blunders(Task(right), lambda stage: None, serially)
+    assert not blunders
+    assert searched.choice.kinds == {"dead_cable"}
+    doubted = searched.tested.doubted
+    assert doubted.recording is right
+    assert {hypothesis.kind for hypothesis in doubted.search.begun.values} == {"dead_cable"}
+    assert not doubted.search.assumed.values  # found in the same readings, it is not likelier beforehand
