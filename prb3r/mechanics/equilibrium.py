@@ -8,7 +8,7 @@ import numpy as np
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
 from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_blocks
-from prb3r.mechanics.budget import GAVE_UP
+from prb3r.mechanics.budget import GAVE_UP, Allowance
 from prb3r.mechanics.chain import Chain, Loads, acting, dead_loads, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
@@ -124,6 +124,7 @@ def solve_chain(
     detail: bool = True,
     accepted: AcceptedStates | None = None,
     smallest_step: float = SMALLEST_STEP,
+    allowance: Allowance | None = None,
 ) -> Equilibria:
     """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
 
@@ -135,6 +136,7 @@ def solve_chain(
     accepted : where accepted sub-steps are kept, if states depend on those before.
     smallest_step : part of a load step to which it is found how far a step leads that has no equilibrium (`reached`),
         unless friction follows the cables' travel.
+    allowance : what a sequence may take at most before its steps are given up; absent: `usual_allowance`.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping
@@ -168,7 +170,7 @@ def solve_chain(
         load_path = rows_of_loads(rows)
         onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
         program = Program(onset, Way(load_path, np.zeros(2, np.int64)), dead, anew, done)
-        space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step)
+        space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step, allowance)
         memory = history_space(chain, packed, space) if history else None
         follow(packed, program, modes, space, memory, scratch(packed, columns), path)
     failed = path.status[:, 0] < 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, keep_state
 from prb3r.mechanics.attempt import Way, attempt
-from prb3r.mechanics.budget import GAVE_UP, allowance
+from prb3r.mechanics.budget import GAVE_UP, Allowance, usual_allowance
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.cable import measure_span
 from prb3r.mechanics.chain import Chain, Loads
@@ -46,7 +46,7 @@ class PathSpace(NamedTuple):
     allowed: np.ndarray
     """(1,) work that the sequence may have taken up to the end of the present step; see `Scratch.spent`."""
     allowance: np.ndarray
-    """(2,) by which it grows: for a sequence, and for each of its steps."""
+    """(2,) by which it grows: :class:`Allowance`."""
 
 
 @bundle
@@ -83,7 +83,13 @@ class HistorySpace(NamedTuple):
     allowed: np.ndarray
 
 
-def path_space(chain: Chain, rows: Loads, accepted: AcceptedStates, smallest: float = SMALLEST_STEP) -> PathSpace:
+def path_space(
+    chain: Chain,
+    rows: Loads,
+    accepted: AcceptedStates,
+    smallest: float = SMALLEST_STEP,
+    allowance: Allowance | None = None,
+) -> PathSpace:
     """Working space for load paths of `chain` under `rows`; their ends are found to the part `smallest` of a load step.
 
     Where states depend on those before, what is accepted on the way is kept in `accepted`.
@@ -97,7 +103,7 @@ def path_space(chain: Chain, rows: Loads, accepted: AcceptedStates, smallest: fl
         smallest=np.array([smallest]),
         accepted=accepted,
         allowed=np.zeros(1, np.int64),
-        allowance=allowance(),
+        allowance=np.array(allowance or usual_allowance()),
     )
 
 

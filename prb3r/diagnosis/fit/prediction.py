@@ -70,17 +70,29 @@ class Predictor:
         self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None
     ) -> Equilibria:
         """States of all steps, under `loads` instead of the recorded ones."""
-        chain, begins = self.chain_of(constants, effects), self.recording.begins
-        return equilibria_of(chain, loads or self.recording.loads, from_rest=begins, number=self.number)
+        return self._equilibria(self.chain_of(constants, effects), loads or self.recording.loads)
+
+    def _equilibria(self, chain: Chain, loads: Loads) -> Equilibria:
+        begins, number = self.recording.begins, self.number
+        return equilibria_of(chain, loads, from_rest=begins, number=number, allowance=self.settings.allowance)
 
     def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
         """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
         chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
-        begins, smallest = self.recording.begins, self.settings.path_end_error
-        path = None if chain.closure else solve_path(chain, loads, from_rest=begins, smallest_step=smallest)
-        states = path.equilibria if path else equilibria_of(chain, loads, from_rest=begins, number=self.number)
+        path = None if chain.closure else self._path(chain, loads)
+        states = path.equilibria if path else self._equilibria(chain, loads)
         readings = self.read(states, constants, effects)
         return Solution(constants, tuple(effects), chain, loads, states, path, readings)
+
+    def _path(self, chain: Chain, loads: Loads) -> SolvedPath:
+        settings = self.settings
+        return solve_path(
+            chain,
+            loads,
+            from_rest=self.recording.begins,
+            smallest_step=settings.path_end_error,
+            allowance=settings.allowance,
+        )
 
     def __call__(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> np.ndarray:
         """(r,) predicted readings, m and rad; under `loads` instead of the recorded ones."""

@@ -122,5 +122,11 @@ def known_states(known: Manipulator, predict: Predictor) -> Equilibria | None:
     recording, chain = predict.recording, known.chain()
     if chain.offset.shape != predict.chain.offset.shape:
         return None
-    states = equilibria_of(chain, recording.loads, from_rest=recording.begins, number=predict.number)
+    states = equilibria_of(
+        chain,
+        recording.loads,
+        from_rest=recording.begins,
+        number=predict.number,
+        allowance=predict.settings.allowance,
+    )
     return states if np.isfinite(states.angle).all() else None

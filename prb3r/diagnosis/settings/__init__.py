@@ -24,6 +24,7 @@ from prb3r.diagnosis.settings.noise import DoubtSettings, NoiseSettings, Sequenc
 from prb3r.diagnosis.settings.search import SearchSettings
 from prb3r.diagnosis.settings.sharing import SharingSettings
 from prb3r.diagnosis.settings.telling import LawsSettings, LocationSettings, RemarksSettings
+from prb3r.mechanics.budget import Allowance
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,11 @@ class Settings(
     DesignsSettings,
 ):
     """Thresholds, limits and choices of a diagnosis."""
+
+    @property
+    def allowance(self) -> Allowance:
+        """What a load path may take."""
+        return Allowance(self.work_of_sequence, self.work_of_step)
 
     @cached_property
     def detectable(self) -> float:

@@ -1,10 +1,12 @@
 """A load path that has been solved, with the states that its derivatives are taken at."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
+from prb3r.mechanics.budget import Allowance
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.partials import PathStates
 from prb3r.mechanics.equilibrium import Equilibria, solve_chain
@@ -33,8 +35,9 @@ def solve_path(
     *,
     from_rest: bool | np.ndarray = False,
     smallest_step: float = SMALLEST_STEP,
+    allowance: Allowance | None = None,
 ) -> SolvedPath:
-    """Solve `chain` under every step of `loads` once; `from_rest` and `smallest_step` are those of `solve_chain`.
+    """Solve `chain` under every step of `loads` once; `from_rest` and what follows are those of `solve_chain`.
 
     Raises
     ------
@@ -47,10 +50,11 @@ def solve_path(
     kept = room_for_states(chain)
     if chain.remembers:
         kept = room_for_states(chain, 1 + SUBSTEPS * loads.steps)
-    equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept, smallest_step=smallest_step)
+    asked: dict[str, Any] = {"from_rest": anew, "smallest_step": smallest_step, "allowance": allowance}
+    equilibria = solve_chain(chain, loads, accepted=kept, **asked)
     if kept.noted[0] > len(kept.row) > 0:
         kept = room_for_states(chain, int(kept.noted[0]))
-        equilibria = solve_chain(chain, loads, from_rest=anew, accepted=kept, smallest_step=smallest_step)
+        equilibria = solve_chain(chain, loads, accepted=kept, **asked)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.remembers:
         return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))

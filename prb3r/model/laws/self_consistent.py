@@ -7,9 +7,11 @@ resists runs away instead of settling on an unstable equilibrium.
 """
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
+from prb3r.mechanics.budget import Allowance
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve_chain
 from prb3r.model.laws.moment_law import LawPath, law_path
@@ -36,6 +38,7 @@ def equilibria_of(
     eigenvalue: bool = False,
     detail: bool = True,
     number: np.ndarray | None = None,
+    allowance: Allowance | None = None,
 ) -> Equilibria:
     """As `prb3r.mechanics.equilibrium.solve`, with the moments of the chain's terms.
 
@@ -44,9 +47,11 @@ def equilibria_of(
     Parameters
     ----------
     number : (s,) step numbers, for terms that follow the time; absent: 1, 2, ... in each sequence.
+    allowance : that of `solve_chain`; with moments of terms it is `may_take`.
     """
     if not chain.closure:
-        return solve_chain(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail)
+        asked: dict[str, Any] = {"eigenvalue": eigenvalue, "detail": detail, "allowance": allowance}
+        return solve_chain(chain, loads, from_rest=from_rest, **asked)
     along = law_path(chain, loads, from_rest, number)
     states, _, closed = settled(along, eigenvalue)
     return kept(states, closed, detail)

@@ -76,7 +76,8 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
     ends = np.cumsum([each.loads.steps for each in recordings])
     out: list[list[Equilibria]] = [[] for _ in predictors]
     for constants in grid:
-        states = equilibria_of(predictors[0].chain_of(constants), loads, from_rest=begins, number=number)
+        chain, allowance = predictors[0].chain_of(constants), predictors[0].settings.allowance
+        states = equilibria_of(chain, loads, from_rest=begins, number=number, allowance=allowance)
         poses = (np.split(field, ends[:-1]) for field in (states.x, states.y, states.angle))
         for own, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
             own.append(replace(states, x=x, y=y, angle=angle))
