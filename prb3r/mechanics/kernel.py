@@ -18,6 +18,7 @@ from numba.core import config, typed_passes, untyped_passes
 from numba.core.caching import FunctionCache
 from numba.core.cgutils import ir
 from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import ll as llvm
 from numba.core.compiler import CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.lowering import Lower
@@ -42,7 +43,11 @@ PART = OPTIONS | {"no_cpython_wrapper": True}
 
 
 class _Entire(JITCodeLibrary):
-    """Code that is optimised with the `EFFORT` that pays for kernels."""
+    """Code that is optimised with the `EFFORT` that pays for kernels.
+
+    Its parts are its own.  As Numba names them they are shared: of two kernels that are loaded from disk the second
+    runs the parts of the first where their names are equal, and names hold numbers that each process gives anew.
+    """
 
     def _optimize_functions(self, ll_module):
         ll_module.data_layout = self._codegen._data_layout
@@ -51,6 +56,9 @@ class _Entire(JITCodeLibrary):
             passes.run(function, builder)
 
     def _optimize_final_module(self):
+        for function in self._final_module.functions:
+            if function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = llvm.Linkage.internal
         passes, builder = self._codegen._module_pass_manager(**EFFORT)
         passes.run(self._final_module, builder)
 
@@ -64,11 +72,6 @@ class _Part(_Entire):
     def _finalize_final_module(self):
         self._finalize_dynamic_globals()
         self._finalized = True
-
-
-class _OptimisedPart(_Part):
-    def _optimize_final_module(self):
-        _Entire._optimize_final_module(self)
 
 
 class _Lower(Lower):
@@ -94,24 +97,21 @@ class _EntranceLowering(NativeLowering):
         return super().run_pass(state)
 
 
-def _lowering(library: type[_Part]) -> type[NativeLowering]:
-    """The pass that translates a function into a `library`, from which its callers take it."""
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _PartLowering(NativeLowering):
+    """The pass that translates a function for its callers, which take it from its library."""
 
-    @register_pass(mutates_CFG=True, analysis_only=False)
-    class Lowering(NativeLowering):
-        _name = f"lowering_to{library.__name__.lower()}"
-        lowering_class = _Lower
+    _name = "lowering_to_part"
+    lowering_class = _Lower
 
-        def run_pass(self, state):
-            state.library = library(state.targetctx.codegen(), state.func_id.func_qualname)
-            state.flags.no_compile = True
-            super().run_pass(state)
-            key = object()  # stands for the loaded function, by which callers know the code
-            state.cr = state.cr._replace(cfunc=key)
-            state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
-            return True
-
-    return Lowering
+    def run_pass(self, state):
+        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        key = object()  # stands for the loaded function, by which callers know the code
+        state.cr = state.cr._replace(cfunc=key)
+        state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
+        return True
 
 
 PASSES = (
@@ -159,8 +159,7 @@ def _compiler(lowering: type[NativeLowering]) -> type[CompilerBase]:
     return Compiler
 
 
-_ENTRANCE_COMPILER = _compiler(_EntranceLowering)
-_COMPILER, _OPTIMISING_COMPILER = _compiler(_lowering(_Part)), _compiler(_lowering(_OptimisedPart))
+_ENTRANCE_COMPILER, _COMPILER = _compiler(_EntranceLowering), _compiler(_PartLowering)
 
 
 class _Kernel(CPUDispatcher):
@@ -191,11 +190,6 @@ class _Kernel(CPUDispatcher):
 def kernel(function):
     """Compile `function` as part of every entrance that leads to it; see `OPTIONS`."""
     return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_COMPILER)
-
-
-def inner_loop(function):
-    """The same for a loop that takes most of the time: it is optimised by itself as well, which makes it faster."""
-    return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_OPTIMISING_COMPILER)
 
 
 @contextlib.contextmanager

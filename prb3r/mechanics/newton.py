@@ -10,7 +10,7 @@ from math import inf
 
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.elimination import solve_block
-from prb3r.mechanics.kernel import inner_loop, kernel
+from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import (
     CYCLING,
     FAILED,
@@ -61,7 +61,7 @@ def softest_node(packed):
     return softest
 
 
-@inner_loop
+@kernel
 def newton_march(packed, loads, work):
     """One evaluation of the whole chain under the `loads` of one state, and the full Newton step from there.
 

@@ -41,8 +41,9 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
     """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
     parts.ready()
     missing = plan.missing(parts)
-    waiting = missing.any(1)
-    tasks = [task for chunk in plan.chunks(missing) for task in tasks_of(chunk)]
+    asked = missing & plan.first_of_its_key[:, None]
+    waiting = asked.any(1)
+    tasks = [task for chunk in plan.chunks(asked) for task in tasks_of(chunk)]
     whole = plan.loads()
     what = "cases" if whole == len(plan.cases) else "loads"
     keeper = _Keeper(plan, parts, tasks, progress)
@@ -57,7 +58,7 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
             run_tasks(solve_and_store, todo, keeper, workers, split=lambda task: task.single())
     finally:
         progress.end()
-    return int(waiting.sum())
+    return int(missing.any(1).sum())
 
 
 class _Keeper:

@@ -115,6 +115,16 @@ class Plan:
         compared = [comparison.model_dump() for comparison in self.study.comparison]
         return content_hash([self.engine, self.items, factors, compared, b"".join(self.keys).hex()])
 
+    @cached_property
+    def first_of_its_key(self) -> np.ndarray:
+        """(cases,) whether no case before is the same but for its label: one of them is computed for all."""
+        numbers = dict[bytes, int]()
+        for number, key in enumerate(self.keys):
+            numbers.setdefault(key, number)
+        first = np.zeros(len(self.keys), bool)
+        first[list(numbers.values())] = True
+        return first
+
     def missing(self, parts: Parts) -> np.ndarray:
         """(cases, items) whether an item of a case is not among the parts."""
         known = [parts.place(item, self.keys).known for item in self.items]

@@ -12,7 +12,7 @@ import pytest
 from prb3r.mechanics import code_cache
 from prb3r.mechanics import kernel as compiling
 from prb3r.mechanics.code_cache import ROOM, cache_folder, is_prepared, once_at_a_time, text_key
-from prb3r.mechanics.kernel import entrance, inner_loop, kernel
+from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.runs import provenance
 
 
@@ -82,8 +82,7 @@ def test_a_link_to_a_folder_is_not_used(places):
     assert cache_folder().is_relative_to(places / "temporary")
 
 
-@pytest.mark.parametrize("part", [kernel, inner_loop])
-def test_an_entrance_calls_kernels_that_python_cannot_call(part, places, monkeypatch):
+def test_an_entrance_calls_kernels_that_python_cannot_call(places, monkeypatch):
     for room in (compiling, code_cache):
         monkeypatch.setattr(room, "own_folder", lambda: str(cache_folder()))
     assert not is_prepared()
@@ -92,7 +91,7 @@ def test_an_entrance_calls_kernels_that_python_cannot_call(part, places, monkeyp
         numbers[0] += 1.0
         return numbers[0] / by
 
-    inner = part(divided)
+    inner = kernel(divided)
     outer = entrance(lambda numbers, by: inner(numbers, by) * 2.0)
     assert outer(np.ones(1), 4.0) == 1.0
     assert is_prepared()
@@ -178,3 +177,48 @@ for dtype in sys.argv[2:]:
     with started(read, *types) as process:
         found = process.communicate(timeout=120)[0].splitlines()
     assert found == [f"{300 + np.dtype(dtype).itemsize} {k}" for k, dtype in enumerate(types, 1)]
+
+
+PARTS = """
+import sys
+import numpy as np
+from prb3r.mechanics import kernel as compiling
+compiling.own_folder = lambda: sys.argv[1]
+from prb3r.mechanics.kernel import entrance, kernel
+
+@kernel
+def long(row, x):
+{lines}
+    return x
+
+@entrance
+def twice(rows, x):
+    return long(rows[0], x) + long(rows[0], x + 1.0)
+
+KINDS = {{
+    "one": np.dtype([("low", float), ("high", float)]),
+    "other": np.dtype([("high", float), ("between", float), ("low", float)]),
+}}
+for name in sys.argv[2:]:
+    row = np.zeros(1, KINDS[name])
+    row["low"], row["high"] = 2.0, 0.25
+    print(twice(row, 1.0))
+"""
+
+
+def test_kernels_from_two_processes_keep_their_parts_apart(tmp_path):
+    """Each process numbers the types that it meets from the same number on: so long as parts were shared by their
+    names, the second kernel to be loaded read its records as the first one's."""
+    lines = [f"    x = x * 1.5 + row.low if x < {k}.0 else x - row.high * {k}.0" for k in range(120)]  # not inlined
+    (tmp_path / "parts.py").write_text(PARTS.format(lines="\n".join(lines)))
+    (tmp_path / "code").mkdir()
+
+    def answers(*names):
+        arguments = [sys.executable, "parts.py", "code", *names]
+        environment = os.environ | {"PYTHONHASHSEED": "0"}  # names hold the order of a set too
+        run = subprocess.run(arguments, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+        return list(map(float, run.stdout.split()))
+
+    one, other = answers("one"), answers("other")
+    assert one == other
+    assert answers("one", "other") == answers("other", "one") == one + other

@@ -1,5 +1,7 @@
 """A cloud that is stopped half-way goes on from the blocks that it has, and comes to the same."""
 
+import numpy as np
+import pandas as pd
 import pytest
 from command import PROTOTYPE
 
@@ -97,3 +99,33 @@ def test_a_run_that_died_before_its_case_was_kept_needs_no_block_again(run, monk
     heard = Stopped()
     assert run("out", heard).failed == 0
     assert heard.solved == 0
+
+
+ALIKE = """
+[[factor]]
+name = "pull"
+[[factor.level]]
+label = "as it is"
+[[factor.level]]
+label = "the same"
+set = { "cloud.tension_n" = { 1 = 100.0, 3 = 60.0 } }
+[[factor.level]]
+label = "less"
+set = { "cloud.tension_n" = { 1 = 90.0, 3 = 60.0 } }
+"""
+
+
+def test_cases_that_differ_in_their_labels_alone_are_computed_once(run, tmp_path):
+    """Their blocks have the same names: the first case to end took away what workers had written for the second."""
+    whole, heard = run("whole", Silent()), Stopped()
+    three = run("three", heard, SPEC + ALIKE)
+    count = BLOCKS * SIZE - 48
+    assert (heard.stored, heard.solved, three.computed) == (count, 2 * count, 3)
+    cases = pd.read_parquet(three.folder / "cases.parquet").set_index("pull")["workspace_area_m2"]
+    (area,) = pd.read_parquet(whole.folder / "cases.parquet")["workspace_area_m2"]
+    assert cases["as it is"] == cases["the same"] == area > cases["less"]
+    states = pd.read_parquet(three.folder / "states.parquet")
+    of_case = [states[states.case_id == number].drop(columns="case_id").to_numpy() for number in range(3)]
+    assert np.array_equal(of_case[0], of_case[1])
+    assert not np.array_equal(of_case[0], of_case[2])
+    assert run("three", Stopped(), SPEC + ALIKE).computed == 0
