@@ -5,6 +5,7 @@ set-up -> calibrate -> doubt -> test -> search -> check -> tell
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for, stands_beside
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
@@ -35,6 +36,7 @@ from prb3r.diagnosis.result.remarks import (
     never_unloaded,
     noisy,
     not_predicted,
+    or_a_blunder,
     scattered,
     strained,
     weighed,
@@ -47,6 +49,7 @@ from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.starts import search_effects
 from prb3r.errors import Problem, RecordingError
+from prb3r.recording.plausibility import slips_the_other_way
 from prb3r.recording.recording import Recording
 
 STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
@@ -76,11 +79,15 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     """
     report("set-up")
     try:
-        searched, blunders = without_blunders(task, report, apply)
+        searched, blunders, rival, mended = without_blunders(task, report, apply)
     except OutOfBalance as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("check")
-    investigation = check(standing(searched))
+    investigation = check(standing(searched), rival)
+    if investigation.verdict == "unexplained" and rival and mended:
+        other = check(standing(mended))
+        if other.verdict != "unexplained":
+            investigation, blunders = other, (*blunders, rival)
     if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
         investigation, blunders = beside_effects(task, investigation, blunders, apply)
     return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
@@ -104,7 +111,19 @@ def beside_effects(
     return (unexplained, blunders) if mended.verdict == "unexplained" else (mended, (*blunders, hidden))
 
 
-def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Blunder, ...]]:
+class SetUp(NamedTuple):
+    """What was chosen for a recording, and what is to be said of its set-up."""
+
+    searched: Searched
+    blunders: tuple[Blunder, ...]
+    """They are mended in what was searched."""
+    rival: Blunder | None = None
+    """One that would explain the recording by fewer effects than were chosen, for which too little speaks to say it."""
+    without_rival: Searched | None = None
+    """What was chosen with that mended too."""
+
+
+def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     """What was chosen for a recording once the blunders of its set-up are mended, and these.
 
     A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
@@ -114,19 +133,22 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
-        return to_search(_mended(task, blunders), report, apply), blunders
+        return SetUp(to_search(_mended(task, blunders), report, apply), blunders)
     plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
     searched, said = to_search(_mended(task, plain), report, apply), plain
     for count in range(len(plain) + 1, len(blunders) + 1):
+        blunder, choice = blunders[count - 1], searched.choice
+        if blunder.faint and not (choice.structured or choice.kinds):
+            break
         report("search")
         try:
-            least = searched.choice.first_worth - blunders[count - 1].least
+            least = choice.first_worth - (0.0 if blunder.faint else blunder.least)
             other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply, least)
         except OutOfBalance:
             break
         after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
-        if not speaks_for(after, before, blunders[count - 1].least):
-            break
+        if not speaks_for(after, before, blunder.least):
+            return SetUp(searched, said, blunder, other) if stands_beside(after, before) else SetUp(searched, said)
         as_noted, fitted = _mended(task, said), other.choice.fitted
         if moves_nothing(_without_aside(as_noted.recording, other.tested.doubted.aside), fitted):
             found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
@@ -135,7 +157,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> tuple[Searched
         searched, said = other, blunders[:count]
         if not other.choice.structured:
             break
-    return searched, said
+    return SetUp(searched, said)
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
@@ -200,8 +222,13 @@ def standing(searched: Searched) -> Searched:
     return Searched(tested, coarsened(choice, tested.doubted.search)) if choice.structured else searched
 
 
-def check(searched: Searched) -> Investigation:
-    """Hold the choice against sequences that no fit has seen, and find out how sure what is."""
+def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
+    """Hold the choice against sequences that no fit has seen, and find out how sure what is.
+
+    Parameters
+    ----------
+    blunder : of the set-up, that would do in the place of effects.
+    """
     tested, choice = searched.tested, searched.choice
     if choice.structured:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
@@ -221,7 +248,7 @@ def check(searched: Searched) -> Investigation:
     if why or not named:
         verdict = "unexplained" if why else "adequate"
     else:
-        rivals = any(effect.rivals for effect in named)
+        rivals = any(effect.rivals for effect in named) or blunder is not None
         verdict = "ambiguous" if rivals or choice.alternatives or choice.structured else "explained"
     return Investigation(
         recording=doubted.recording,
@@ -244,6 +271,8 @@ def check(searched: Searched) -> Investigation:
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         remarks=(
             *doubted.recording.remarks,
+            *slips_the_other_way(doubted.recording),
+            *or_a_blunder(blunder),
             *strained(choice.fitted),
             *found_before(doubted.search.assumed, choice),
             *as_many_as_sought(choice),

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
@@ -12,7 +11,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import STAGES, Report, check, standing, without_blunders
+from prb3r.diagnosis.stages import STAGES, Report, SetUp, check, standing, without_blunders
 from prb3r.errors import Problem, RecordingError
 
 
@@ -50,18 +49,18 @@ def diagnose_together(
     """
     searches = [_alone(task, report, apply) for task in tasks]
     report("together")
-    groups = groups_of([searched.tested.doubted.recording for searched, _ in searches])
+    groups = groups_of([alone.searched.tested.doubted.recording for alone in searches])
     alone = [
         Alone(standing(searched).choice, searched.tested.doubted.search, searched.choice.survivors[0].fitted)
-        for searched, _ in searches
+        for searched, *_ in searches
     ]
     together = choose_together(alone, groups)
-    names = [searched.tested.doubted.recording.name for searched, _ in searches]
+    names = [searched.tested.doubted.recording.name for searched, *_ in searches]
     investigations = []
-    for (searched, blunders), joined, name in zip(searches, together.joined, names, strict=True):
+    for (searched, blunders, rival, _), joined, name in zip(searches, together.joined, names, strict=True):
         report(f"check of {name}")
         doubted = replace(searched.tested.doubted, search=joined.search)
-        checked = check(Searched(replace(searched.tested, doubted=doubted), joined.choice))
+        checked = check(Searched(replace(searched.tested, doubted=doubted), joined.choice), rival)
         others = " and ".join(other for other in names if other != name)
         said = f"diagnosed together with {others}: what they share is fitted to all of them"
         checked = replace(checked, remarks=(*checked.remarks, said))
@@ -70,7 +69,7 @@ def diagnose_together(
     return JointDiagnosis(tuple(map(tell, investigations)), common_of(together, names))
 
 
-def _alone(task: Task, report: Report, apply: Apply) -> tuple[Searched, tuple[Blunder, ...]]:
+def _alone(task: Task, report: Report, apply: Apply) -> SetUp:
     """A recording searched by itself, without the blunders of its set-up."""
     name = task.recording.name
     report(f"set-up of {name}")

@@ -102,7 +102,7 @@ def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator
         try:
             label = real_label(request, designs[request.design])
             task = Task(recording_from_folder(designs[request.design], label), seed)
-            searched, _ = without_blunders(task, lambda stage: None, serially)
+            searched = without_blunders(task, lambda stage: None, serially).searched
         except (ValueError, RuntimeError, Prb3rError):
             continue
         yield request.case, attained(searched, label.effects)

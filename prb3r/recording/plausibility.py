@@ -27,6 +27,7 @@ def implausible(recording: Recording) -> Iterator[str]:
     """Sentences on what no right recording of this manipulator shows."""
     yield from _misplaced_disks(recording)
     yield from _wrong_sides(recording)
+    yield from slips_the_other_way(recording)
     yield from _mixed_units(recording)
     yield from _never_noted(recording)
     yield from _too_little(recording)
@@ -73,6 +74,50 @@ def _wrong_sides(recording: Recording) -> Iterator[str]:
     elif wrong:
         names = ", ".join(wrong)
         yield f"cable {names} pulls the arm to the other side than its offset says; exchanged, or a wrong sign?"
+
+
+def slips_the_other_way(recording: Recording) -> Iterator[str]:
+    """Cables that are declared to be paid out where they alone are pulled harder, or drawn in where let go."""
+    for name, sequences in contradicted_slips(recording).items():
+        which = "sequences" if len(sequences) > 1 else "sequence"
+        yield (
+            f"slip_{name} says in {which} {', '.join(sequences)} that cable {name} is paid out where it is pulled "
+            "harder and drawn in where it is let go; is its sign wrong?"
+        )
+    change = _changes_alone(recording)
+    for k, name in enumerate(recording.manipulator.cable_names):
+        let_go = int((change[:, k] < 0).sum())
+        if f"slip_{name}" not in recording.steps and let_go >= FEWEST and _slip_counts(recording):
+            yield (
+                f"cable {name} is let go at {let_go} steps, and there is no column slip_{name}: it is taken as drawn "
+                "in at all holes there too; write 1 where it is paid out"
+            )
+
+
+def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
+    """By cable, the sequences in which its declared slip goes against the changes of its tension, mostly none."""
+    change, out = _changes_alone(recording), dict[str, list[str]]()
+    for k, name in enumerate(recording.manipulator.cable_names):
+        for number, sequence in enumerate(recording.sequences):
+            steps = (change[:, k] != 0) & (recording.of_sequence == number)
+            against = recording.loads.slip[steps, k] == change[steps, k]
+            if steps.sum() >= FEWEST and against.mean() >= ENOUGH and _slip_counts(recording):
+                out.setdefault(name, []).append(sequence)
+    return out
+
+
+def _slip_counts(recording: Recording) -> bool:
+    """Whether declared slip makes a difference."""
+    friction = recording.manipulator.friction
+    return friction.direction == "declared" and friction.coefficient > 0
+
+
+def _changes_alone(recording: Recording) -> np.ndarray:
+    """(s, m) sign of the change of each tension from the step before, or from rest; 0 unless it alone changes."""
+    tension = recording.loads.tension
+    before = np.where(recording.begins[:, None], 0.0, np.concatenate([0 * tension[:1], tension[:-1]]))
+    change = np.sign(tension - before)
+    return np.where((change != 0).sum(1, keepdims=True) == 1, change, 0.0)
 
 
 def _deflections(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,7 @@
 """Blunders of the set-up and physics: neither is taken for the other, beside each other both are told."""
 
 import pytest
-from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables
+from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps
 from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
 
 from prb3r.diagnosis import stages
@@ -10,7 +10,8 @@ from prb3r.diagnosis.checks.setup.weigh import moves_nothing
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import investigate, to_search, without_blunders
+from prb3r.diagnosis.stages import check, investigate, to_search, without_blunders
+from prb3r.recording.plausibility import contradicted_slips
 
 RIGHT = {
     "nothing": (),
@@ -35,7 +36,7 @@ def test_physics_is_no_blunder(hidden):
     blunders = blunders_of(case, Settings())
     assert not blunders or not blunders[-1].plain
     if blunders:
-        assert not without_blunders(Task(case), lambda stage: None, serially)[1]
+        assert not without_blunders(Task(case), lambda stage: None, serially).blunders
 
 
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
@@ -43,7 +44,7 @@ def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
     wrong = PLANTED["disks 5 and 6 are exchanged"](right)
     without = (RUBBING | YIELDING) - {"pulley_friction"}
-    searched, blunders = without_blunders(Task(wrong, without=without), lambda stage: None, serially)
+    searched, blunders, *_ = without_blunders(Task(wrong, without=without), lambda stage: None, serially)
     assert [blunder.blunder for blunder in blunders] == ["disks 5 and 6 are exchanged"]
     assert searched.choice.kinds == {"pulley_friction", "precurvature"}
 
@@ -90,10 +91,62 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, False, 1.0)
     monkeypatch.setattr(stages, "blunders_of", lambda *_: (blunder,))
     monkeypatch.setattr(stages, "speaks_for", lambda *_: True)
-    searched, blunders = without_blunders(Task(right), lambda stage: None, serially)
+    searched, blunders, *_ = without_blunders(Task(right), lambda stage: None, serially)
     assert not blunders
     assert searched.choice.kinds == {"dead_cable"}
     doubted = searched.tested.doubted
     assert doubted.recording is right
     assert {hypothesis.kind for hypothesis in doubted.search.begun.values} == {"dead_cable"}
     assert not doubted.search.assumed.values  # found in the same readings, it is not likelier beforehand
+
+
+def slipping_the_other_way(known, name):
+    """A recording with the sign of all declared slips of a sequence exchanged."""
+    here = known.steps["sequence"] == name
+    return other_steps(
+        known, **{f"slip_{k}": known.steps[f"slip_{k}"].where(~here, -known.steps[f"slip_{k}"]) for k in "1234"}
+    )
+
+
+def test_where_slip_goes_against_the_tension_its_sign_is_said_to_be_wrong():
+    """Friction that lags by a millimetre would explain it as well."""
+    wrong = slipping_the_other_way(recorded(Case(hidden=())), "in")
+    assert contradicted_slips(wrong) == {"2": ["in"]}
+    searched, blunders, rival, _ = without_blunders(Task(wrong), lambda stage: None, serially)
+    assert [blunder.blunder for blunder in blunders] == ["slip is declared with the wrong sign in sequence in"]
+    assert not searched.choice.kinds
+    assert rival is None
+
+
+def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them():
+    """Several cables are pulled and let go at once, so that the file alone tells nothing."""
+    wrong = slipping_the_other_way(recorded(Case(hidden=())), "mixed")
+    assert not contradicted_slips(wrong)
+    set_up = without_blunders(Task(wrong), lambda stage: None, serially)
+    assert not set_up.blunders
+    assert set_up.rival.blunder == "slip is declared with the wrong sign in sequence mixed"
+    assert set_up.searched.choice.kinds == {"slip_history"}
+    assert not set_up.without_rival.choice.kinds
+    found = check(set_up.searched, set_up.rival)
+    assert any(
+        remark.startswith(f"it looks as if {set_up.rival.blunder} just as well, which would explain")
+        for remark in found.remarks
+    )
+
+
+def test_it_is_said_where_nothing_but_its_mending_explains_what_was_set_aside():
+    wrong = slipping_the_other_way(recorded(Case(hidden=())), "mixed")
+    found = investigate(Task(wrong))
+    assert found.verdict == "set-up"
+    assert [blunder.blunder for blunder in found.blunders] == ["slip is declared with the wrong sign in sequence mixed"]
+    assert not found.choice.kinds
+
+
+def test_a_rival_blunder_leaves_an_explanation_ambiguous():
+    weak = recorded(Case())
+    searched = to_search(Task(weak), lambda stage: None, serially)
+    rival = Blunder("cables 1 and 2 are exchanged", (), "steps.csv", weak, False, 10.0, True)
+    assert check(searched).verdict == "explained"
+    beside = check(searched, rival)
+    assert beside.verdict == "ambiguous"
+    assert any("cables 1 and 2 are exchanged just as well" in remark for remark in beside.remarks)

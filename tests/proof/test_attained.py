@@ -15,7 +15,7 @@ FAINT = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": 0.01}
 
 
 def searched(**settings):
-    return without_blunders(Task(recorded(), settings=Settings(**settings)), lambda stage: None, serially)[0]
+    return without_blunders(Task(recorded(), settings=Settings(**settings)), lambda stage: None, serially).searched
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
@@ -124,6 +125,17 @@ def likely_too(choice: Choice) -> list[str]:
     return [
         f"{kind} is likely there too (probability {probability:.2f}), though not sure enough to be named"
         for kind, probability in sorted(likely.items(), key=lambda pair: -pair[1])
+    ]
+
+
+def or_a_blunder(blunder: Blunder | None) -> list[str]:
+    """The blunder of the set-up that is a rival of what is named, if there is one."""
+    if blunder is None:
+        return []
+    looks = blunder.statement.removesuffix(".").removeprefix("It looks")
+    return [
+        f"it looks{looks} just as well, which would explain these recordings with fewer effects: look at that before "
+        "you believe what is named"
     ]
 
 

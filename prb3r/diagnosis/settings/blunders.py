@@ -11,6 +11,10 @@ class BlundersSettings:
 
     blunder_rate: float = 1e-3
     """Share of right recordings in which a blunder may be said: one in a thousand.  Choice."""
+    faint_blunder: float = 3.0
+    """Logarithm of the likelihood ratio from which on a blunder is held against the effects that are found: odds of 20,
+    "strong" (Kass and Raftery).  Four wrong signs of slip, which friction that lags imitates, had 4.0 to 8.6 where
+    9.7 to 12.0 are asked to say them."""
     modulus_sd: float = float(np.log(1.5))
     """Of ln E: a handbook's modulus of the right material is right within a half.  Choice."""
     friction_sd: float = float(np.log(3.0))

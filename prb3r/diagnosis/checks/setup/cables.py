@@ -11,6 +11,9 @@ from prb3r.markdown import listed
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
 
+SLIPS = "slip", "slip of a part"
+"""Kinds of blunders with the sign of declared slip: of all cables and sequences, and of one cable or one sequence."""
+
 
 def cable_blunders(recording: Recording) -> Iterator[Remedy]:
     """Every blunder with cables that a recording could hold."""
@@ -151,7 +154,7 @@ def _slips(recording: Recording) -> Iterator[Remedy]:
         choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
     for names, rows, where in choices:
         yield Remedy(
-            "slip of a part" if where else "slip",
+            SLIPS[1] if where else SLIPS[0],
             f"slip is declared with the wrong sign{where}",
             "steps",
             partial(with_scaled, columns=names, factor=-1.0, rows=rows),

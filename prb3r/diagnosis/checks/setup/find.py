@@ -14,7 +14,7 @@ from operator import attrgetter
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
-from prb3r.diagnosis.checks.setup.cables import cable_blunders
+from prb3r.diagnosis.checks.setup.cables import SLIPS, cable_blunders
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
@@ -24,6 +24,7 @@ from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
+from prb3r.recording.plausibility import contradicted_slips
 from prb3r.recording.recording import Recording
 
 
@@ -42,6 +43,8 @@ class Blunder:
     """Whether constants alone explain the mended recording; else effects that were left out could do as well."""
     least: float
     """Logarithm of the likelihood ratio that has to speak for it."""
+    faint: bool = False
+    """Whether less speaks for it, constants alone being fitted: no more than a rival of effects that are found."""
 
     @property
     def statement(self) -> str:
@@ -59,11 +62,11 @@ def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
 def blunders_of(recording: Recording, settings: Settings, apply: Apply = serially) -> tuple[Blunder, ...]:
     """The blunders that a recording could hold, each looked for with those before it mended; mostly none.
 
-    Where the last is plain they are plain together: constants alone explain what is mended.
+    Where the last is plain they are plain together: constants alone explain what is mended.  The last may be faint.
     """
     out: list[Blunder] = []
-    while len(out) < settings.most_blunders:
-        blunder = find_blunder(out[-1].mended if out else recording, settings, apply=apply)
+    while len(out) < settings.most_blunders and not (out and out[-1].faint):
+        blunder = find_blunder(out[-1].mended if out else recording, settings, apply=apply, faint=True)
         if blunder is None:
             break
         out.append(blunder)
@@ -71,7 +74,11 @@ def blunders_of(recording: Recording, settings: Settings, apply: Apply = seriall
 
 
 def find_blunder(
-    recording: Recording, settings: Settings, effects: Sequence[AnyEffect] = (), apply: Apply = serially
+    recording: Recording,
+    settings: Settings,
+    effects: Sequence[AnyEffect] = (),
+    apply: Apply = serially,
+    faint: bool = False,
 ) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, of those that explain more than chance could.
 
@@ -79,31 +86,41 @@ def find_blunder(
     ----------
     effects : taken to be there too: beside those that were found a blunder shows that they would hide.
     apply : tries many remedies, in workers for instance, where predictions are slow.
+    faint : where there is none, one that explains less, but `Settings.faint_blunder` at least.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     among = remedies(attempt.recording, settings)
-    least = least_gains(among, settings)
+    least = least_gains(among, settings, bool(contradicted_slips(recording)))
     tried = trials(attempt, among, apply)
-    speaking = [t for t in tried if t.gain >= least[t.remedy] and t.total < attempt.here.total]
-    if not speaking:
+    better = [t for t in tried if t.total < attempt.here.total]
+    speaking = [t for t in better if t.gain >= least[t.remedy]]
+    whispering = [t for t in better if t.gain >= settings.faint_blunder] if faint and not speaking else []
+    if not speaking and not whispering:
         return None
     # what speaks for each is of the readings that it concerns; of the misfit of all of them they are compared
-    best = min(speaking, key=lambda t: t.total + least[t.remedy])
+    best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy])
     close = best.total + settings.close_fit / 2
     alike = tuple(t.remedy.blunder for t in tried if t is not best and t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
     # photographs miss by noise that is not far off: there is no more to explain
-    plain = best.total < within_noise and not effects
+    plain = best.total < within_noise and not effects and bool(speaking)
     remedy = best.remedy
-    return Blunder(remedy.blunder, alike, remedy.file, remedy.mend(recording).recording, plain, least[remedy])
+    mended = remedy.mend(recording).recording
+    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking)
 
 
-def least_gains(among: Sequence[Remedy], settings: Settings) -> dict[Remedy, float]:
+def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool = False) -> dict[Remedy, float]:
     """Logarithm of the likelihood ratio to ask of each remedy, so that by chance one of all reaches its own in a share
-    `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part."""
+    `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part.
+
+    Parameters
+    ----------
+    contradicted : whether declared slip goes against the changes of tensions: a wrong sign of it is likely beforehand.
+    """
     places = Counter(remedy.kind for remedy in among)
-    return {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
+    asked = {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
+    return asked | {r: settings.faint_blunder for r in among if contradicted and r.kind in SLIPS}
 
 
 def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -> list[Trial]:

@@ -14,6 +14,14 @@ ALIKE_SD = 1e-6
 """Deviations of a reading by which what moves nothing may differ, as rounding does."""
 
 
+def stands_beside(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> bool:
+    """Whether a blunder is a rival of the effects that are found: with it mended fewer explain the recording better."""
+    (after, _), (before, _) = mended, as_it_is
+    fewer = len(after.kinds) < len(before.kinds) and not after.structured
+    ahead = before.fitted.model.settings.better_exchanged
+    return fewer and _best(*mended)[1] - _best(*as_it_is)[1] > ahead
+
+
 def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], least: float) -> bool:
     """Whether a recording is so much better explained with a blunder mended that the blunder is to be said.
 

@@ -1,0 +1,57 @@
+"""Declared slip is held against the changes of a cable's own tension, without any fit."""
+
+import numpy as np
+import pytest
+from recording.dirty import MANIPULATOR, Bench
+
+from prb3r.recording.plausibility import contradicted_slips, slips_the_other_way
+
+PULLS = [10.0, 30, 20, 5]
+DRAWN_IN_AND_OUT = [-1, -1, 1, 1]
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """Two sequences in which cable 1 alone is pulled and let go, with its slip declared so."""
+    bench = Bench(tmp_path)
+    bench.steps = bench.steps.loc[[0, 0, 0, 0, 3, 3, 3, 3]].assign(
+        step=[1, 2, 3, 4] * 2, cable_1_n=PULLS * 2, slip_1=DRAWN_IN_AND_OUT * 2
+    )
+    return bench
+
+
+def test_slip_with_the_tension_is_never_doubted(bench):
+    assert not contradicted_slips(bench.load())
+    assert not list(slips_the_other_way(bench.load()))
+
+
+def test_slip_against_the_tension_is_told_with_its_sequence(bench):
+    bench.steps["slip_1"] *= np.where(bench.steps["sequence"] == "b", -1, 1)
+    assert contradicted_slips(bench.load()) == {"1": ["b"]}
+    (doubt,) = slips_the_other_way(bench.load())
+    assert doubt.startswith("slip_1 says in sequence b that cable 1 is paid out where it is pulled harder")
+
+
+def test_holes_that_do_not_slip_back_at_once_are_no_contradiction(bench):
+    bench.steps["slip_1"] = -1
+    assert not contradicted_slips(bench.load())
+
+
+def test_where_another_cable_moves_too_a_cable_may_slip_either_way(bench):
+    bench.steps["slip_1"] *= -1
+    bench.steps["cable_2_n"] = PULLS[::-1] * 2
+    assert not contradicted_slips(bench.load())
+
+
+def test_cables_let_go_without_a_column_of_slip_are_told(bench):
+    bench.steps = bench.steps.drop(columns="slip_1")
+    (doubt,) = slips_the_other_way(bench.load())
+    assert doubt.startswith("cable 1 is let go at 4 steps, and there is no column slip_1")
+
+
+@pytest.mark.parametrize("friction", ['direction = "history"', "coefficient = 0"])
+def test_where_slip_is_not_declared_or_changes_nothing_none_is_doubted(bench, friction):
+    bench.steps["slip_1"] *= -1
+    kept = [line for line in MANIPULATOR.splitlines() if not line.startswith(friction.split()[0])]
+    bench.manipulator = "\n".join(kept).replace("[friction]", f"[friction]\n{friction}")
+    assert not list(slips_the_other_way(bench.load()))
