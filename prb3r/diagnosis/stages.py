@@ -28,8 +28,10 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
+    against_the_best,
     as_many_as_sought,
     below_stated,
+    beyond_tolerance,
     found_before,
     likely_too,
     misplaced_marker,
@@ -241,7 +243,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     judged = fresh.judged_by(choice.fitted, models, rate) if fresh else ()
     failed = [sequence for sequence in judged if sequence.p < rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
-    why = why_unexplained(choice, failed, [training.manipulator.cable_names[weight.cable] for weight in wrong])
+    checks, cables = model_checks(choice, judged), training.manipulator.cable_names
+    why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
@@ -250,6 +253,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     else:
         rivals = any(effect.rivals for effect in named) or blunder is not None
         verdict = "ambiguous" if rivals or choice.alternatives or choice.structured else "explained"
+    tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,
         seed=task.seed,
@@ -263,8 +267,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         doubts=choice.doubts,
         named=named,
         models=surviving(choice, fresh),
-        tolerances=tolerances_told(choice.fitted, choice.doubts),
-        checks=model_checks(choice, judged),
+        tolerances=tolerances,
+        checks=checks,
         closure=law,
         closure_gain=gain,
         heldout=fresh.judge(calibrated, choice.fitted) if fresh else None,
@@ -277,6 +281,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *found_before(doubted.search.assumed, choice),
             *as_many_as_sought(choice),
             *(misplaced_marker(choice.calibrated, choice.doubts) if why else likely_too(choice)),
+            *([] if why or choice.share_of_stated < 1 else against_the_best(checks, task.settings)),
+            *beyond_tolerance(tolerances, task.settings),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

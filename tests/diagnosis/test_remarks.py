@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Task
-from prb3r.diagnosis.result.remarks import likely_too, misplaced_marker
+from prb3r.diagnosis.result.remarks import against_the_best, beyond_tolerance, likely_too, misplaced_marker
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt, run_stages, serially
 from prb3r.recording.recording import Kind, Tolerance
@@ -55,3 +57,26 @@ def test_a_marker_that_sits_off_its_disk_alone_is_remarked_on():
     (remark,) = told["off"]
     assert "marker 3 across its disk would be off by 3" in remark or "would be off by 4" in remark
     assert told["two"] == told["right"] == told["bent"] == []
+
+
+def test_parts_beyond_their_tolerance_are_told_the_farthest_first():
+    names = ("marker 4 along its disk, m", "cable.1.offset_m", "segment.1.length_m", "marker 2 across its disk, m")
+    value = np.array([-0.0026, 1e-4, 9e-4, 1.1e-3])
+    told = EstimatedTolerances(names, value, np.full(4, 1e-4), np.array([3.4e-4, 2e-4, 1e-4, 3e-4]))
+    (said,) = beyond_tolerance(told, Settings())
+    assert said.startswith(
+        "off its drawing: segment.1.length_m by 9.0 times its tolerance, marker 4 along its disk by 7.6 times its "
+        "tolerance, marker 2 across its disk by 3.7 times its tolerance: measure it"
+    )
+    assert not beyond_tolerance(told._replace(value=value / 10), Settings())
+
+
+def test_checks_that_speak_against_the_best_model_are_told_with_their_chances():
+    checks = [
+        ModelCheck("chi-square", 0.5),
+        ModelCheck("neighbours along steps", 1e-9),
+        ModelCheck("sequence d", 0.002),
+    ]
+    (said,) = against_the_best(checks, Settings())
+    assert said.endswith("neighbours along steps (below 0.0001); sequence d (0.002)")
+    assert not against_the_best(checks[:1], Settings())

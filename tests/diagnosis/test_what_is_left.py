@@ -12,7 +12,9 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.coarser import told_share
+from prb3r.diagnosis.stages import investigate
 from prb3r.recording.recording import Kind
 
 
@@ -123,3 +125,19 @@ def test_constants_stay_where_their_manipulator_file_can_be_read_again(fitted):
         for end in (low, high):
             factor = float(np.exp(0.999999 * end[model.varied.index(name)]))  # rounding apart
             assert nominal.replace(path, value * factor) != nominal
+
+
+def test_a_disk_that_slides_along_the_arm_step_by_step_leaves_something_to_explain():
+    known = recorded(Case(hidden=()))
+    readings = known.readings
+    sliding = (readings.kind == Kind.X) & (readings.disk == 3)
+    slid = 0.004 * readings.step / readings.step.max()
+    found = investigate(Task(known.with_values(readings.value - np.where(sliding, slid, 0.0))))
+    assert found.verdict == "unexplained"
+    assert "lasts from step to step" in found.why
+
+
+def test_a_right_model_is_not_said_to_leave_what_lasts():
+    found = investigate(Task(recorded(Case(hidden=(), seed=7))))
+    assert found.verdict == "adequate"
+    assert not any("speak against" in remark or "off its drawing" in remark for remark in found.remarks)

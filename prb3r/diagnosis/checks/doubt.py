@@ -45,7 +45,7 @@ def wrong_weight(fitted: Fit, search: Search, known: Sequence[NotedWeight]) -> N
     doubted = {weight.step for weight in known}
     candidates = [weight for weight in weight_alternatives(fitted, sensitivity) if weight.subject.step not in doubted]
     tested = scores(fitted, candidates, search.seed)
-    if tested.largest <= tested.threshold:
+    if tested.largest <= tested.naming:
         return None
     others = examine(fitted, search)
     if tested.largest <= others.largest:

@@ -181,7 +181,7 @@ class Unseen:
         size = np.maximum(np.linalg.norm(white, axis=0), UNFELT_WEIGHT)
         z = np.abs(white.T @ noise.whiten(misfit)) / size
         worst = int(np.argmax(z))
-        if z[worst] <= normal_critical(self.settings.alarm_rate / 2 / len(z)):
+        if z[worst] <= normal_critical(self.settings.naming_rate / 2 / len(z)):
             return self
         weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         doubting = replace(self, doubted=(*self.doubted, weight), foreseen={})

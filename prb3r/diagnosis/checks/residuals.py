@@ -11,6 +11,9 @@ from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, Line, neighbou
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.recording.recording import Recording
 
+ALONG_STEPS = "neighbours along steps"
+"""The check of what lasts from one step to the next."""
+
 
 class ModelCheck(NamedTuple):
     """One test of the best model."""

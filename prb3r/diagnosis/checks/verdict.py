@@ -6,19 +6,24 @@ import numpy as np
 
 from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
+from prb3r.diagnosis.checks.residuals import ALONG_STEPS, ModelCheck
 from prb3r.diagnosis.evidence.model_evidence import cost
+from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.selection import Choice
 
 
-def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str]) -> str:
+def why_unexplained(
+    choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str], checks: Sequence[ModelCheck]
+) -> str:
     """Why the verdict is `unexplained`; empty if it is not.
 
     Parameters
     ----------
     failed : sequences set aside that the choice does not predict.
     doubted : the cable of every weight not believed.
+    checks : of the best model; what lasts from step to step without an effect is told by them alone.
     """
     settings, level = choice.fitted.model.settings, choice.level
     if not choice.fitted.balanced:
@@ -43,6 +48,9 @@ def why_unexplained(choice: Choice, failed: Sequence[JudgedSequence], doubted: S
     if again:
         which = f"cable{'s' * (len(again) > 1)} {' and '.join(again)}"
         return f"weights on {which} do not go with the readings at several steps, which is more than a slip of a label"
+    lasting = any(check.name == ALONG_STEPS and check.p < settings.naming_rate for check in checks)
+    if lasting and not choice.kinds and share_of_stated(choice.fitted, choice.doubts) >= 1:
+        return "what is left lasts from step to step, as noise does not: something moves that no effect here moves so"
     return ""
 
 

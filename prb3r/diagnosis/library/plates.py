@@ -118,8 +118,9 @@ PLATE_SUSPECTS = (
     Suspect(
         "weakened_plate",
         sentence=lambda fitted: (
-            f"Plate {fitted.place['plate']} bends as if its stiffness were {fitted.size} of nominal: "
-            "look for a crack, a loose clamp, a wrong plate."
+            f"Plate {fitted.place['plate']} bends as if its stiffness were {fitted.size} of nominal: look for "
+            + ("a crack, a loose clamp" if fitted.size.value < 1 else "a clamp that holds it shorter")
+            + ", a wrong plate."
         ),
         transfer=OF_A_PART,
         places=lambda scope: ({"plate": plate} for plate in scope.plates),

@@ -6,12 +6,14 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import JudgedSequence
 from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.selection import Choice
@@ -20,6 +22,9 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
 from prb3r.recording.recording import Recording
+
+PARTS_NAMED = 3
+"""Parts beyond their tolerance that a remark names."""
 
 
 def scattered(repeated: Scatter | None) -> list[str]:
@@ -185,15 +190,39 @@ def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
     ]
 
 
+def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]:
+    """The parts of the rig that are beyond their tolerance, the farthest first."""
+    far = np.abs(told.value) / told.prior_sd
+    order = [k for k in np.argsort(-far).tolist() if far[k] > settings.far_tolerance_sd]
+    parts = [f"{told.names[k].removesuffix(', m')} by {far[k]:.1f} times its tolerance" for k in order]
+    if not parts:
+        return []
+    more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
+    return [f"off its drawing: {', '.join(parts[:PARTS_NAMED])}{more}: measure it, or look for what moves it"]
+
+
+def against_the_best(checks: Sequence[ModelCheck], settings: Settings) -> list[str]:
+    """The checks that speak against the best model, with their chances."""
+    rare = [
+        f"{check.name} ({'below 0.0001' if check.p < 1e-4 else f'{check.p:.1g}'})"
+        for check in checks
+        if check.p < settings.naming_rate
+    ]
+    if not rare:
+        return []
+    return [f"checks with a chance of less than {settings.naming_rate:g} speak against what is said: {'; '.join(rare)}"]
+
+
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
     """The weights of a recording that are not believed, a sentence each."""
     remarks = []
     for step, cable in doubted:
         row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
         noted = recording.loads.tension[step, cable]
+        alone = (recording.loads.tension[step] > 0).sum() == 1
         remarks.append(
             f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
-            "not go with its readings; it was not believed"
+            f"not go with its readings{'' if alone else ', or that on another cable'}; it was not believed"
         )
     return remarks
 

@@ -168,7 +168,8 @@ def confirmation(diagnosis: Diagnosis) -> str:
     if not diagnosis.effects:
         return kept
     if held.chi2_calibrated <= held.readings:
-        return f"{kept} There the calibrated model errs no more than the noise."
+        worse = ", and what is named predicts it less well" if held.chi2_explained > held.chi2_calibrated else ""
+        return f"{kept} There the calibrated model errs no more than noise, tensions and tolerances allow{worse}."
     if held.gain <= 0:
         return f"{kept} There what is named does not predict better than refitted constants."
     removed = "leaves none" if held.gain == 1 else f"removes {percent(held.gain)}"
@@ -183,7 +184,7 @@ def _left_of_errors(held: HeldOut) -> str:
         ("angles", held.rmse_explained_rad, held.noise_rad),
     )
     told = [f"{error / noise:.2f} times the reading noise in {name}" for name, error, noise in pairs if error and noise]
-    return f"The root mean square error is then {' and '.join(told)}."
+    return f"The root mean square error, with what tensions and tolerances add to it, is then {' and '.join(told)}."
 
 
 def law_sentence(diagnosis: Diagnosis) -> str | None:
