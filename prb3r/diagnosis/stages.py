@@ -42,6 +42,7 @@ from prb3r.diagnosis.result.remarks import (
     scattered,
     strained,
     weighed,
+    without_mass,
     wrong_weights,
 )
 from prb3r.diagnosis.result.tell import adjusted, tell
@@ -283,6 +284,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *(misplaced_marker(choice.calibrated, choice.doubts) if why else likely_too(choice)),
             *([] if why or choice.share_of_stated < 1 else against_the_best(checks, task.settings)),
             *beyond_tolerance(tolerances, task.settings),
+            *(without_mass(training.manipulator) if verdict in ("ambiguous", "unexplained") else ()),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

@@ -187,9 +187,22 @@ def test_no_sequence_is_set_aside_that_alone_pulls_a_cable_hard():
     assert {k for aside in one_hard for k in aside} == {0, 1, 3, 4, 5}
 
 
+@pytest.mark.parametrize("hung", [{"tip": [0.0, -1.0]}, {"force": [[0.0, 0.0], [0.0, 1.0]]}])
+def test_no_sequence_is_set_aside_that_alone_has_a_weight_hung_on(hung):
+    """Six sequences that pull alike, the third one with a weight on the tip or on a disk."""
+    tension, slip = np.tile([[5.0, 5], [10, 10], [5, 5]], (6, 1)), np.tile([[-1.0], [-1], [1]], (6, 2))
+    of_sequence = np.repeat(np.arange(6), 3)
+    plain = pulled(tension, slip)
+    ((name, load),) = hung.items()
+    field = getattr(plain, name).copy()
+    field[of_sequence == 2] = load
+    aside = {set_aside(of_sequence, plain._replace(**{name: field}), seed, Settings()) for seed in range(20)}
+    assert {k for some in aside for k in some} == {0, 1, 3, 4, 5}
+
+
 def pulled(tension, slip):
-    nothing = np.zeros(len(tension))
-    return Loads(tension, slip, nothing, nothing, nothing, nothing, nothing, nothing)
+    nothing, steps = np.zeros(len(tension)), len(tension)
+    return Loads(tension, slip, np.zeros((steps, 2, 2)), np.zeros((steps, 2)), nothing, nothing, nothing, nothing)
 
 
 def test_what_calibration_hides_is_brought_to_light():

@@ -9,7 +9,13 @@ from diagnosis.simulated import Case, diagnosed, recorded
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Task
-from prb3r.diagnosis.result.remarks import against_the_best, beyond_tolerance, likely_too, misplaced_marker
+from prb3r.diagnosis.result.remarks import (
+    against_the_best,
+    beyond_tolerance,
+    likely_too,
+    misplaced_marker,
+    without_mass,
+)
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt, run_stages, serially
 from prb3r.recording.recording import Kind, Tolerance
@@ -80,3 +86,11 @@ def test_checks_that_speak_against_the_best_model_are_told_with_their_chances():
     (said,) = against_the_best(checks, Settings())
     assert said.endswith("neighbours along steps (below 0.0001); sequence d (0.002)")
     assert not against_the_best(checks[:1], Settings())
+
+
+def test_that_gravity_could_not_act_is_told():
+    manipulator = recorded().manipulator
+    assert not without_mass(manipulator)
+    massless = manipulator.model_copy(update={"disk": manipulator.disk.model_copy(update={"mass_kg": 0.0})})
+    (said,) = without_mass(massless)
+    assert "mass_kg" in said

@@ -10,8 +10,8 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settin
     """Numbers of the sequences that are set aside: `held_out_share` of them, one at least; of fewer than
     `fewest_sequences` none.
 
-    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard, and
-    every pair of cables pulled together.
+    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard,
+    every pair of cables pulled together, and every load on the tip or on a disk.
     """
     count = int(of_sequence.max()) + 1
     if count < settings.fewest_sequences:
@@ -20,7 +20,8 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settin
     hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))
     way = np.concatenate([pulled & (loads.slip < 0), pulled & (loads.slip > 0), hard], 1)
     pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
-    used = np.stack([np.concatenate([way, pairs], 1)[of_sequence == k].any(0) for k in range(count)])
+    hung = np.concatenate([loads.tip != 0, (loads.force != 0).any(2)], 1)
+    used = np.stack([np.concatenate([way, pairs, hung], 1)[of_sequence == k].any(0) for k in range(count)])
     order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
     for least in (2, 1, 0):
         chosen: list[int] = []

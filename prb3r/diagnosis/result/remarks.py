@@ -21,6 +21,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
+from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 PARTS_NAMED = 3
@@ -113,6 +114,13 @@ def _softens(effect: Effect) -> bool:
     if isinstance(effect, NonlinearPlate):
         return effect.ratio is not None and effect.ratio < 1
     return isinstance(effect, SuperelasticPlate)
+
+
+def without_mass(manipulator: Manipulator) -> list[str]:
+    """That gravity is not among the suspects, where the file gives no mass on which it could act."""
+    if manipulator.disk.mass_kg > 0:
+        return []
+    return ["gravity was not suspected, as the manipulator file gives the disks no mass (mass_kg)"]
 
 
 def as_many_as_sought(choice: Choice) -> list[str]:
