@@ -236,6 +236,9 @@ def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):
     assert first.separates == ((a, b), (a, "gravity"))
     assert first.separation == weaker.separation
     assert "enough to rank them rightly" in second.statement
+    asked = experiment.asked
+    few = proposed([Separation(a, b, replace(experiment, separation=asked / 3))])[0].statement
+    assert few.startswith("No load program that was tried tells")
     write_record(found, tmp_path)
     assert {path.name for path in tmp_path.glob("*.csv")} == {"next_experiment_1.csv", "next_experiment_2.csv"}
 
@@ -282,6 +285,6 @@ def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
     assert found.verdict == "explained"
     assert found.choice.smooth_moments > rate
     smooth = replace(found, choice=replace(found.choice, smooth_moments=rate / 2))
-    assert why_unexplained(found.choice, (), ()) == ""
+    assert why_unexplained(found.choice, (), (), ()) == ""
     assert why_unexplained(smooth.choice, (), ()).startswith("a real mismatch remains")
     assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")

@@ -30,12 +30,16 @@ class ProposedExperiment(NamedTuple):
     def statement(self) -> str:
         """What to do and what that brings, in a sentence."""
         rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
-        resolved = self.separation >= self.experiment.asked
-        enough = "enough to rank them rightly" if resolved else "still too little to rank them surely"
         title = self.experiment.title[0].upper() + self.experiment.title[1:]
+        distance = f"a squared distance of {self.separation:.3g} in units of the noise"
+        if self.separation < self.experiment.asked:
+            return (
+                f"No load program that was tried tells {rivals} surely. {title}, together with what is recorded, comes "
+                f"nearest: {distance}, where {self.experiment.asked:.3g} is asked."
+            )
         return (
-            f"{title}: together with what is recorded, that separates {rivals} by a squared distance of "
-            f"{self.separation:.3g} in units of the noise ({self.experiment.asked:.3g} is asked), {enough}."
+            f"{title}: together with what is recorded, that separates {rivals} by {distance} "
+            f"({self.experiment.asked:.3g} is asked), enough to rank them rightly."
         )
 
 
