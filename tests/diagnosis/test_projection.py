@@ -286,5 +286,5 @@ def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
     assert found.choice.smooth_moments > rate
     smooth = replace(found, choice=replace(found.choice, smooth_moments=rate / 2))
     assert why_unexplained(found.choice, (), (), ()) == ""
-    assert why_unexplained(smooth.choice, (), ()).startswith("a real mismatch remains")
+    assert why_unexplained(smooth.choice, (), (), ()).startswith("a real mismatch remains")
     assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")
