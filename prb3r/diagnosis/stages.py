@@ -145,8 +145,10 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
             break
         report("search")
         try:
-            least = choice.first_worth - (0.0 if blunder.faint else blunder.least)
-            other = to_search(_mended(task, blunders[:count]), lambda stage: None, apply, least)
+            tested = to_test(_mended(task, blunders[:count]), lambda stage: None, apply)
+            if blunder.faint and len(choice.kinds) == 1 and leaves_something(tested):
+                break  # that one effect is not dearer than any that would have to be found
+            other = search(tested, choice.first_worth - (0.0 if blunder.faint else blunder.least))
         except OutOfBalance:
             break
         after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
@@ -167,16 +169,27 @@ def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
     return replace(task, recording=blunders[-1].mended) if blunders else task
 
 
-def to_search(task: Task, report: Report, apply: Apply, least_worth: float = -np.inf) -> Searched:
-    """All stages between the set-up and the checks; `least_worth` as of `search_effects`."""
+def to_search(task: Task, report: Report, apply: Apply) -> Searched:
+    """All stages between the set-up and the checks."""
+    tested = to_test(task, report, apply)
+    report("search")
+    return search(tested)
+
+
+def to_test(task: Task, report: Report, apply: Apply) -> Tested:
+    """All stages between the set-up and the search."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")
     doubted = doubt(calibrated, apply)
     report("test")
-    tested = test(doubted)
-    report("search")
-    return search(tested, least_worth)
+    return test(doubted)
+
+
+def leaves_something(tested: Tested) -> bool:
+    """Whether constants alone leave what an effect would explain, however large the noise is."""
+    scale = max(float(np.sqrt(tested.doubted.fitted.reduced)), 1.0)
+    return tested.scores.largest > scale * tested.scores.naming
 
 
 def calibrate(task: Task) -> Calibrated:

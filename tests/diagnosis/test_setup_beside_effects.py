@@ -35,7 +35,7 @@ def test_physics_is_no_blunder(hidden):
     case = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in RIGHT[hidden])))
     blunders = blunders_of(case, Settings())
     assert not blunders or not blunders[-1].plain
-    if blunders:
+    if blunders and not blunders[-1].faint:
         assert not without_blunders(Task(case), lambda stage: None, serially).blunders
 
 
@@ -118,11 +118,15 @@ def test_where_slip_goes_against_the_tension_its_sign_is_said_to_be_wrong():
     assert rival is None
 
 
-def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them():
-    """Several cables are pulled and let go at once, so that the file alone tells nothing."""
+@pytest.fixture(scope="module")
+def set_up():
+    """Of a recording with the wrong sign of slip where several cables are pulled and let go at once."""
     wrong = slipping_the_other_way(recorded(Case(hidden=())), "mixed")
     assert not contradicted_slips(wrong)
-    set_up = without_blunders(Task(wrong), lambda stage: None, serially)
+    return without_blunders(Task(wrong), lambda stage: None, serially)
+
+
+def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them(set_up):
     assert not set_up.blunders
     assert set_up.rival.blunder == "slip is declared with the wrong sign in sequence mixed"
     assert set_up.searched.choice.kinds == {"slip_history"}
@@ -134,9 +138,9 @@ def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them():
     )
 
 
-def test_it_is_said_where_nothing_but_its_mending_explains_what_was_set_aside():
-    wrong = slipping_the_other_way(recorded(Case(hidden=())), "mixed")
-    found = investigate(Task(wrong))
+def test_it_is_said_where_nothing_but_its_mending_explains_what_was_set_aside(set_up, monkeypatch):
+    monkeypatch.setattr(stages, "without_blunders", lambda *_: set_up)
+    found = investigate(set_up.searched.tested.doubted.task)
     assert found.verdict == "set-up"
     assert [blunder.blunder for blunder in found.blunders] == ["slip is declared with the wrong sign in sequence mixed"]
     assert not found.choice.kinds
