@@ -147,7 +147,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         try:
             tested = to_test(_mended(task, blunders[:count]), lambda stage: None, apply)
             if blunder.faint and len(choice.kinds) == 1 and leaves_something(tested):
-                break  # that one effect is not dearer than any that would have to be found
+                break  # fewer effects than one are none, and constants alone do not explain the mended recording
             other = search(tested, choice.first_worth - (0.0 if blunder.faint else blunder.least))
         except OutOfBalance:
             break

@@ -133,6 +133,18 @@ def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndar
     return rate
 
 
+def tension_changes(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:
+    """(s, m) by how much each tension has changed since the step before, or from rest where a sequence begins, N.
+
+    Parameters
+    ----------
+    tension : (s, m), N
+    begins : (s,) whether a step is the first of its sequence.
+    """
+    before = np.concatenate([np.zeros((1, tension.shape[1])), tension[:-1]])
+    return tension - np.where(begins[:, None], 0.0, before)
+
+
 def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) -> np.ndarray:
     """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N.
 
@@ -146,9 +158,9 @@ def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) ->
     begins : (s,) whether a step is the first of its sequence.
     """
     first, none = begins[:, None], np.zeros((1, tension.shape[1]))
-    before = np.where(first, 0.0, np.concatenate([none, tension[:-1]]))
-    starts = first | (slip != np.concatenate([none, slip[:-1]])) | (before == 0)
-    change = np.abs(tension - before)
+    slack = np.concatenate([none, tension[:-1]]) == 0
+    starts = first | (slip != np.concatenate([none, slip[:-1]])) | slack
+    change = np.abs(tension_changes(tension, begins))
     total = np.cumsum(change, axis=0)
     return total - np.maximum.accumulate(np.where(starts, total - change, 0.0), axis=0)
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.model.steps import tension_changes
 from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
 ENOUGH = 0.9
@@ -97,7 +98,8 @@ def slips_the_other_way(recording: Recording) -> Iterator[str]:
 def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
     """By cable, the sequences in which its declared slip goes against the changes of its tension, mostly none."""
     change, out = _changes_alone(recording), dict[str, list[str]]()
-    for k, name in enumerate(recording.manipulator.cable_names):
+    declared = [(k, n) for k, n in enumerate(recording.manipulator.cable_names) if f"slip_{n}" in recording.steps]
+    for k, name in declared:
         for number, sequence in enumerate(recording.sequences):
             steps = (change[:, k] != 0) & (recording.of_sequence == number)
             against = recording.loads.slip[steps, k] == change[steps, k]
@@ -114,9 +116,7 @@ def _slip_counts(recording: Recording) -> bool:
 
 def _changes_alone(recording: Recording) -> np.ndarray:
     """(s, m) sign of the change of each tension from the step before, or from rest; 0 unless it alone changes."""
-    tension = recording.loads.tension
-    before = np.where(recording.begins[:, None], 0.0, np.concatenate([0 * tension[:1], tension[:-1]]))
-    change = np.sign(tension - before)
+    change = np.sign(tension_changes(recording.loads.tension, recording.begins))
     return np.where((change != 0).sum(1, keepdims=True) == 1, change, 0.0)
 
 

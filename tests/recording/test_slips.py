@@ -49,6 +49,15 @@ def test_cables_let_go_without_a_column_of_slip_are_told(bench):
     assert doubt.startswith("cable 1 is let go at 4 steps, and there is no column slip_1")
 
 
+def test_without_a_column_nothing_is_declared_that_could_contradict(bench):
+    """All but the first of twelve steps let the cable go."""
+    long = bench.steps.iloc[[0] * 12].assign(step=range(1, 13), cable_1_n=range(24, 0, -2))
+    bench.steps, bench.markers = long.drop(columns="slip_1"), bench.markers[bench.markers["sequence"] == "a"]
+    assert not contradicted_slips(bench.load())
+    bench.steps = long.assign(slip_1=-1)
+    assert contradicted_slips(bench.load()) == {"1": ["a"]}
+
+
 @pytest.mark.parametrize("friction", ['direction = "history"', "coefficient = 0"])
 def test_where_slip_is_not_declared_or_changes_nothing_none_is_doubted(bench, friction):
     bench.steps["slip_1"] *= -1

@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.steps import tension_changes
 from prb3r.recording.recording import Recording
 
 
@@ -33,8 +34,7 @@ def slips_as_pulled(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:
     tension : (s, m) N.
     begins : (s,) where a sequence begins, from rest.
     """
-    before = np.where(begins[:, None], 0.0, np.concatenate([0 * tension[:1], tension[:-1]]))
-    slip = -np.sign(tension - before)
+    slip = -np.sign(tension_changes(tension, begins))
     for s in range(1, len(slip)):
         if not begins[s]:
             slip[s] = np.where(slip[s] == 0, slip[s - 1], slip[s])
