@@ -1,11 +1,13 @@
 """What a fit leaves: gross readings, misfits that repeat, and bounds that constants stay within."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.checks import doubt
 from prb3r.diagnosis.evidence.neighbours import correlation, neighbours
 from prb3r.diagnosis.evidence.outliers import Doubts, lone_inflation, lone_outliers
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -14,6 +16,7 @@ from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.coarser import told_share
+from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.stages import investigate
 from prb3r.recording.recording import Kind
 
@@ -141,3 +144,18 @@ def test_a_right_model_is_not_said_to_leave_what_lasts():
     found = investigate(Task(recorded(Case(hidden=(), seed=7))))
     assert found.verdict == "adequate"
     assert not any("speak against" in remark or "off its drawing" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize(("share", "doubted"), [(0.5, False), (1.5, True)])
+def test_a_weight_is_doubted_at_the_rate_at_which_effects_are_named(fitted, monkeypatch, share, doubted):
+    """Between the rate of alarms and that of names it is believed, beyond both it is not."""
+    known = Search((), 0)
+    told = doubt.scores
+
+    def as_large(fit, tested, seed):
+        plain = told(fit, tested, seed)
+        return replace(plain, z=np.full(len(plain.z), plain.threshold + share * (plain.naming - plain.threshold)))
+
+    monkeypatch.setattr(doubt, "scores", as_large)
+    monkeypatch.setattr(doubt, "examine", lambda *_: SimpleNamespace(largest=0.0))
+    assert (doubt.wrong_weight(fitted, known, ()) is not None) == doubted
