@@ -58,6 +58,25 @@ def test_a_fit_that_stops_at_a_kink_does_not_call_itself_converged():
     assert not stopped.converged
 
 
+@dataclass(frozen=True)
+class Cliff(Wall):
+    """The same with a derivative beyond `edge` that no square of a number can hold."""
+
+    edge: float = 0.0
+
+    def jacobian(self, p, solved):
+        slope = super().jacobian(p, solved)
+        return slope * np.where(p[0] > self.edge, 1e215, 1.0)
+
+
+def test_where_derivatives_have_no_squares_a_fit_ends_without_a_model():
+    assert fit(Cliff(Settings()), np.array([1.0, 5.0])) is None
+    assert fit(Cliff(Settings()), np.array([-1.0, 5.0])) is None  # the way down leads there
+    away, plain = (fit(model, np.array([1.0, 5.0])) for model in (Cliff(Settings(), edge=9.0), Wall(Settings())))
+    assert away.chi2 == plain.chi2
+    assert fit(Cliff(Settings(), edge=-0.9), np.array([-1.0, 5.0]), most=1) is None  # where it ends
+
+
 def test_a_model_with_a_constant_that_no_reading_feels_has_no_evidence():
     model = SimpleNamespace(
         varied=("log_stiffness",), hypotheses=(), deviations=np.ones(1), bounds=lambda p: (-np.ones(1), np.ones(1))

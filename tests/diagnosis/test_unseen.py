@@ -138,3 +138,37 @@ def test_parts_that_the_other_sequences_tell_are_expected_of_the_one_set_aside()
         assert sequence.p > RATE
     assert np.mean(nearer) < 0.99
     assert np.mean(narrower) > 1.05
+
+
+def misread(recording: Recording, fitted: Fit, step: int, tip: float) -> Recording:
+    """The sequence set aside with an unrecorded force on the tip, N, at one of its steps."""
+    number = np.flatnonzero(recording.of_sequence == ASIDE)[step]
+    force = np.zeros_like(recording.loads.tip)
+    force[number, 1] = tip
+    predict = predictor(recording)
+    there = [predict(fitted.constants, loads=recording.loads._replace(tip=f)) for f in (force, 0.0 * force)]
+    return recording.with_values(recording.readings.value + there[0] - there[1])
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.15, 9.81])
+def test_a_weight_is_not_believed_where_another_one_explains_all(clean, factor):
+    recording, fitted = clean
+    step = np.flatnonzero(recording.of_sequence == ASIDE)[2]
+    tension = recording.loads.tension.copy()
+    cable = int(np.argmax(tension[step]))
+    tension[step, cable] *= factor
+    noted = aside(replace(recording, loads=recording.loads._replace(tension=tension)))
+    (weight,) = noted.doubting(fitted).doubted
+    assert (weight.step, weight.cable) == (2, cable)
+    (sequence,) = noted.doubting(fitted).judged(fitted)
+    assert sequence.p > RATE
+
+
+def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
+    """What is missed at its step stays a failure of the model."""
+    recording, fitted = clean
+    assert not aside(recording).doubting(fitted).doubted
+    pulled = aside(misread(recording, fitted, 2, 4.0))
+    (sequence,) = pulled.judged(fitted)
+    assert sequence.p < RATE
+    assert pulled.doubting(fitted) is pulled

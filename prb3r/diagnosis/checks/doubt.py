@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,23 +52,30 @@ def wrong_weight(fitted: Fit, search: Search, known: Sequence[NotedWeight]) -> N
     if tested.largest <= others.largest:
         return None
     step = candidates[int(np.argmax(tested.z))].subject.step
-    return likeliest(fitted.model.predict, fitted.model.noise, fitted.solved, step, fitted.model.settings)
+    return likeliest(fitted.model.predict, fitted.model.noise, fitted.solved, step, fitted.model.settings).weight
 
 
-def likeliest(predict: Predictor, noise: Noise, solved: Solution, step: int, settings: Settings) -> NotedWeight:
-    """Of the weights on a step, the one that explains its readings best if it was another one."""
-    tension = predict.recording.loads.tension[step]
-    weights = [NotedWeight(step, int(cable)) for cable in np.flatnonzero(tension > 0)]
-    return min(weights, key=lambda weight: _best_misfit(predict, noise, solved, weight, settings))
+class OtherWeight(NamedTuple):
+    """A weight that was another one than was noted."""
+
+    weight: NotedWeight
+    misfit: float
+    """Squared, of its step's readings, in units of their own noise."""
+    readings: np.ndarray
+    """(r,) predicted, m and rad."""
 
 
-def _best_misfit(predict: Predictor, noise: Noise, solved: Solution, weight: NotedWeight, settings: Settings) -> float:
-    """Least squared misfit of the step's readings over what the weight may have been instead."""
-    loads, there = predict.recording.loads, predict.recording.readings.step == weight.step
-    squares = []
-    for factor in np.geomspace(*settings.other_weights):
+def likeliest(predict: Predictor, noise: Noise, solved: Solution, step: int, settings: Settings) -> OtherWeight:
+    """Of all weights on a step, and what each may have been instead, what explains the step's readings best."""
+    loads, there = predict.recording.loads, predict.recording.readings.step == step
+
+    def other(cable: int, factor: float) -> OtherWeight:
         tension = loads.tension.copy()
-        tension[weight.step, weight.cable] *= factor
+        tension[step, cable] *= factor
         predicted = predict(solved.constants, solved.effects, loads._replace(tension=tension))
-        squares.append(np.sum((predict.misfit(predicted)[there] / noise.sd[there]) ** 2))
-    return float(np.nanmin(squares))
+        misfit = np.sum((predict.misfit(predicted)[there] / noise.sd[there]) ** 2)
+        return OtherWeight(NotedWeight(step, cable), float(np.nan_to_num(misfit, nan=np.inf)), predicted)
+
+    cables = np.flatnonzero(loads.tension[step] > 0).tolist()
+    others = [other(cable, factor) for cable in cables for factor in np.geomspace(*settings.other_weights)]
+    return min(others, key=lambda other: other.misfit)

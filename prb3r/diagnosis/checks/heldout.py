@@ -170,24 +170,28 @@ class Unseen:
         return tuple(sequence._replace(p=max(sequence.p, float(mean))) for sequence, mean in zip(first, p, strict=True))
 
     def doubting(self, fitted: Fit) -> "Unseen":
-        """The same without belief in the weight that is wrong beyond chance, if all else is as `fitted` predicts."""
+        """The same without belief in the weight that is wrong beyond chance, if with another one in its place all is as
+        `fitted` predicts."""
         recording, solved = self.predict.recording, self.solved(fitted)
         readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):
             return self
-        white = noise.whiten(tension_response(self.predict, solved)[:, steps, cables])
+        response = tension_response(self.predict, solved)
+        white = noise.whiten(response[:, steps, cables])
         size = np.maximum(np.linalg.norm(white, axis=0), UNFELT_WEIGHT)
         z = np.abs(white.T @ noise.whiten(misfit)) / size
         worst = int(np.argmax(z))
         if z[worst] <= normal_critical(self.settings.naming_rate / 2 / len(z)):
             return self
-        weight = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
-        doubting = replace(self, doubted=(*self.doubted, weight), foreseen={})
-        rest = doubting.foresee(fitted).noise.whiten(misfit)
-        others = int((recording.readings.step != weight.step).sum())
-        return doubting if rest @ rest <= chi2_critical(self.settings.naming_rate, others) else self
+        other = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
+        left = noise.whiten(self.predict.misfit(readings + other.readings - solved.readings))
+        along = noise.whiten(response[:, other.weight.step, other.weight.cable])  # from there to the very best one
+        left = left - along * (along @ left) / max(float(along @ along), UNFELT_WEIGHT)
+        if not left @ left <= chi2_critical(self.settings.naming_rate, len(left)):
+            return self
+        return replace(self, doubted=(*self.doubted, other.weight), foreseen={})
 
 
 def chance_of_size(white: np.ndarray, known: np.ndarray, freedom: int, farthest: float) -> float:

@@ -67,7 +67,7 @@ def fit(
     useful: float = np.inf,
     most: int | None = None,
 ) -> F_co | None:
-    """The model with the parameters of least chi-square, from `start`; None where that is not finite.
+    """The model with the parameters of least chi-square, from `start`; None where that or its slope is not finite.
 
     A step uphill is taken back and shortened.  Derivatives are exact at the start, at the end and wherever secants in
     their stead lead no further.  Where exact ones lead no further either, though they promise it, the fit is at a kink.
@@ -91,6 +91,8 @@ def fit(
     promise, before, idle = np.inf, here.chi2, 0
     for done in range(settings.most_steps if most is None else most):
         if done == settings.patience and here.chi2 > useful:
+            return None
+        if not _is_finite(jacobian):
             return None
         downhill = Downhill.at(here, jacobian, model.bounds(here.p), fixed)
         if exact:
@@ -123,7 +125,14 @@ def fit(
             before = here.chi2
     if not exact:
         jacobian = model.jacobian(here.p, here.solved)
-    return model.fitted(here.p, here.residual, jacobian, here.solved, converged)
+    return model.fitted(here.p, here.residual, jacobian, here.solved, converged) if _is_finite(jacobian) else None
+
+
+def _is_finite(jacobian: np.ndarray) -> bool:
+    """Whether squares of derivatives are numbers; not where a slack cable is paid out over holes that rub as none do,
+    and its tension beyond them grows with its own as e to the power of hundreds."""
+    with np.errstate(over="ignore"):
+        return bool(np.isfinite((jacobian**2).sum()))
 
 
 class Fitted(Protocol):
