@@ -266,7 +266,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         verdict = "unexplained" if why else "adequate"
     else:
         rivals = any(effect.rivals for effect in named) or blunder is not None
-        verdict = "ambiguous" if rivals or choice.alternatives or choice.structured else "explained"
+        sure = not (rivals or choice.alternatives or choice.likely or choice.structured)
+        verdict = "explained" if sure else "ambiguous"
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,

@@ -7,6 +7,7 @@ import numpy as np
 from diagnosis.simulated import Case, diagnosed, recorded
 
 from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.remarks import (
@@ -17,7 +18,7 @@ from prb3r.diagnosis.result.remarks import (
     without_mass,
 )
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import calibrate, doubt, run_stages, serially
+from prb3r.diagnosis.stages import calibrate, check, doubt, run_stages, serially, to_search
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"
@@ -31,12 +32,19 @@ def test_a_model_with_as_many_effects_as_are_sought_is_said_to_have_them():
     assert not any("as many as are sought" in remark for remark in diagnosed().remarks)
 
 
-def test_what_is_likely_but_not_named_is_said():
-    presence = {"weakened_plate": 1.0, "camera_scale": 0.94, "gravity": 0.3}
-    choice = SimpleNamespace(presence=presence, kinds=frozenset({"weakened_plate"}))
-    (remark,) = likely_too(choice)
+def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice, library = searched.choice, searched.tested.doubted.search.library
+    camera = next(one for one in library if one.kind == "camera_scale")
+    only = replace(choice.survivors[0], probability=0.06)
+    more = fit(choice.fitted.model.adding(camera), np.append(choice.fitted.p, 0.0))
+    both = replace(only, probability=0.94, fitted=more)
+    less = replace(choice, survivors=(replace(only, probability=0.6), replace(both, probability=0.4)))
+    (remark,) = likely_too(replace(choice, survivors=(both, only)))
     assert remark.startswith("camera_scale is likely there too (probability 0.94)")
-    assert not any("likely there too" in remark for remark in diagnosed().remarks)
+    assert not likely_too(less)
+    verdicts = [check(replace(searched, choice=one)).verdict for one in (less, replace(choice, survivors=(both, only)))]
+    assert verdicts == ["explained", "ambiguous"]
 
 
 def with_markers_off(recording, *disks):

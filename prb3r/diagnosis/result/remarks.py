@@ -134,10 +134,9 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 
 def likely_too(choice: Choice) -> list[str]:
     """Kinds of effects that are likelier there than not, though what is named does without them."""
-    likely = {kind: p for kind, p in choice.presence.items() if kind not in choice.kinds and p > 0.5}
     return [
         f"{kind} is likely there too (probability {probability:.2f}), though not sure enough to be named"
-        for kind, probability in sorted(likely.items(), key=lambda pair: -pair[1])
+        for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1])
     ]
 
 

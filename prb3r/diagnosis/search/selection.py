@@ -83,6 +83,11 @@ class Choice:
         return {kind: sum(s.probability for s in self.survivors if kind in s.kinds) for kind in kinds}
 
     @property
+    def likely(self) -> Mapping[str, float]:
+        """Probability of each kind that is likelier there than not, though what is chosen does without it."""
+        return {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
+
+    @property
     def alternatives(self) -> tuple[frozenset[str], ...]:
         """Sets of kinds of surviving models that lack a chosen kind, the most probable first, with a share that
         counts."""
