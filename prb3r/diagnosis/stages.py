@@ -266,8 +266,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         verdict = "unexplained" if why else "adequate"
     else:
         rivals = any(effect.rivals for effect in named) or blunder is not None
-        sure = not (rivals or choice.alternatives or choice.likely or choice.structured)
-        verdict = "explained" if sure else "ambiguous"
+        more = max(choice.likely.values(), default=0.0) > task.settings.positive_presence
+        verdict = "ambiguous" if rivals or more or choice.alternatives or choice.structured else "explained"
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,

@@ -1,7 +1,6 @@
 """What is remarked on beside a verdict."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 from diagnosis.simulated import Case, diagnosed, recorded
@@ -39,10 +38,10 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     only = replace(choice.survivors[0], probability=0.06)
     more = fit(choice.fitted.model.adding(camera), np.append(choice.fitted.p, 0.0))
     both = replace(only, probability=0.94, fitted=more)
-    less = replace(choice, survivors=(replace(only, probability=0.6), replace(both, probability=0.4)))
+    less = replace(choice, survivors=(replace(both, probability=0.7), replace(only, probability=0.3)))
     (remark,) = likely_too(replace(choice, survivors=(both, only)))
     assert remark.startswith("camera_scale is likely there too (probability 0.94)")
-    assert not likely_too(less)
+    assert not likely_too(choice)
     verdicts = [check(replace(searched, choice=one)).verdict for one in (less, replace(choice, survivors=(both, only)))]
     assert verdicts == ["explained", "ambiguous"]
 

@@ -68,6 +68,9 @@ class SearchSettings:
     simpler_reach: float = 3.0
     """A part of the most probable model is chosen instead if its ln evidence is at most so much lower: an odds ratio of
     20, "strong" (Kass and Raftery), is asked of every effect that is named."""
+    positive_presence: float = 0.75
+    """Probability from which on a kind that is not named makes what is named no certainty: odds of 3, "positive" (Kass
+    and Raftery), where those of `simpler_reach` would name it."""
     shortlist: int = 8
     """Replacements of an effect that are fitted in full.  Choice, for time."""
     probes_fitted: int = 2
