@@ -15,7 +15,7 @@ UV := $(shell command -v uv 2>/dev/null)
 CREATE = $(if $(UV),uv venv --quiet --allow-existing --python $(PYTHON),$(PYTHON) -m venv) $(VENV)
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 INSTALL = $(if $(UV),uv pip install --quiet --python $(BIN)/python,$(PIP)) -c constraints.txt
-COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/tests?/' $(VENV)/lib || true
+COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/tests?/' $(VENV)/lib prb3r || true
 
 .PHONY: study setup test check format docs schemas bench fuzz combinations proof clean
 

@@ -49,13 +49,13 @@ class Model(Parametrisation):
 
     def moved(self, p: np.ndarray, solved: Solution) -> np.ndarray:
         """(r, p) derivatives of the readings; 0 where a step has no equilibrium."""
-        low, high = self.bounds(p)
+        (low, high), friction = self.bounds(p), self.friction(p)
         mechanical = [name not in FRAME for name in self.varied]
         mechanical += [hypothesis.mechanical for hypothesis in self.hypotheses for _ in hypothesis.free]
 
         def moved(k: int, value: float) -> tuple[Constants, Sequence[Effect]]:
             there = np.concatenate([p[:k], [value], p[k + 1 :]])
-            return self.constants(there), self.effects_near(there, k, solved.effects, p)
+            return self.constants(there), self.effects_near(there, k, solved.effects, friction)
 
         def problem(k: int, value: float) -> tuple[Chain, Loads]:
             return self.predict.chain_of(*moved(k, value)), solved.loads

@@ -91,10 +91,11 @@ class Parametrisation:
         pairs = zip(self.hypotheses, self.shares(p), strict=True)
         return [hypothesis.effect(share, friction) for hypothesis, share in pairs]
 
-    def effects_near(self, p: np.ndarray, changed: int, at: Sequence[Effect], around: np.ndarray) -> Sequence[Effect]:
-        """The effects with the parameters `p`, of which one is `changed` from `around`, where they are `at`."""
+    def effects_near(self, p: np.ndarray, changed: int, at: Sequence[Effect], around: float) -> Sequence[Effect]:
+        """The effects with the parameters `p`, of which one is `changed` from where they are `at`, with the friction
+        coefficient that is `around`."""
         friction = self.friction(p)
-        if friction != self.friction(around):
+        if friction != around:
             return self.effects(p)
         made = zip(self.hypotheses, self.spans, at, strict=True)
         return [

@@ -76,11 +76,10 @@ def seen_change(predict: Predictor, solved: Solution, sensitivities: Sensitiviti
     out = np.array(sensitivities.dangle[step, disk])
     bends = kind == Kind.BEND
     out[bends] -= sensitivities.dangle[step[bends], np.maximum(disk[bends] - 1, 0)]
-    for axis in (0, 1):
-        away = PIXEL * np.eye(2)[axis]
-        ahead = predict.seen(points + away, step, solved.constants, solved.effects)
-        behind = predict.seen(points - away, step, solved.constants, solved.effects)
-        gradient = (ahead - behind) / (2 * PIXEL)
+    around = points + PIXEL * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])[:, None]
+    seen = predict.seen(around, step, solved.constants, solved.effects)
+    gradients = (seen[::2] - seen[1::2]) / (2 * PIXEL)
+    for axis, gradient in enumerate(gradients):
         moved = (sensitivities.dx, sensitivities.dy)[axis][step, disk]
         for reads, column in ((Kind.X, 0), (Kind.Y, 1)):
             of_kind = kind == reads

@@ -211,9 +211,19 @@ OF_LOADS = (
 
 
 def _same_loads(side: Neighbour, problem: LoadedChain) -> bool:
-    """Whether the same loads act, and not only equal ones."""
+    """Whether equal loads act, under recorded ones that are the same and not only equal."""
     chain, loads = problem
-    return side.loads is loads and "constant" not in side.differ and _equal_in(OF_LOADS, side, chain)
+    return side.loads is loads and _equal_in(OF_LOADS, side, chain) and _same_constant(side, chain)
+
+
+def _same_constant(side: Neighbour, chain: Chain) -> bool:
+    """Whether equal loads always act."""
+    if "constant" not in side.differ:
+        return True
+    always, nominal = side.chain.constant, chain.constant
+    if always is None or nominal is None:
+        return False
+    return all(mine.tobytes() == its.tobytes() for mine, its in zip(always, nominal, strict=True))
 
 
 def _equal_in(names: Sequence[str], side: Neighbour, chain: Chain) -> bool:
