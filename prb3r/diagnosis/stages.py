@@ -99,12 +99,15 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
 def beside_effects(
     task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
 ) -> tuple[Investigation, tuple[Blunder, ...]]:
-    """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found.
+    """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found,
+    and steps that are exchanged by weights that were not believed.
 
     One more blunder is said where the recording is explained once it is mended; else all is as it was.
     """
-    there = unexplained.choice.fitted.effects
-    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there, apply) if there else None
+    there, doubted = unexplained.choice.fitted.effects, unexplained.doubted_steps
+    if not there and len(doubted) < 2:
+        return unexplained, blunders
+    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there, apply, doubted=doubted)
     if hidden is None:
         return unexplained, blunders
     try:

@@ -184,6 +184,10 @@ class Recording:
             readings=readings._replace(step=place[readings.step]),
         )
 
+    def rows_of(self, part: "Recording") -> np.ndarray:
+        """Rows of the steps that are those of `part`, the recording of some of the sequences."""
+        return np.flatnonzero(np.isin(self.of_sequence, [self.sequences.index(name) for name in part.sequences]))
+
     def noisier(self, factor: float) -> "Recording":
         """The same recording with all standard deviations of readings and tensions stated `factor` times as large."""
         names = ("position_sd_m", "angle_sd_rad", "tension_sd_relative")

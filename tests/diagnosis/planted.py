@@ -64,6 +64,11 @@ def late(known, name):
     return relabelled(known, step=in_sequence(name, lambda step: step + 1 if step < last else -1))
 
 
+def steps_swapped(known, name, a, b):
+    first, second = rows(known, name)[[a - 1, b - 1]]
+    return relabelled(known, step=in_sequence(name, swapped(first, second)))
+
+
 def sequences_swapped(known, a, b):
     first, second = rows(known, a), rows(known, b)
     to = dict(zip([*first, *second], [*second, *first], strict=True))

@@ -1,7 +1,7 @@
 """Blunders of the set-up and physics: neither is taken for the other, beside each other both are told."""
 
 import pytest
-from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps
+from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps, steps_swapped
 from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
 
 from prb3r.diagnosis import stages
@@ -63,6 +63,15 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     assert find_blunder(right, Settings(), there) is None
     moved = find_blunder(late(right, "mixed"), Settings(), there)
     assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
+
+
+def test_of_two_weights_that_are_not_believed_each_may_be_the_others():
+    """Both go with the readings once the pictures are exchanged, beside a plate that is weak."""
+    found = investigate(Task(steps_swapped(recorded(), "mixed", 2, 3), without=RUBBING | YIELDING))
+    assert found.verdict == "set-up"
+    (blunder,) = found.blunders
+    assert blunder.blunder == "the pictures of steps 2 and 3 of sequence mixed are exchanged"
+    assert (found.choice.kinds, found.doubted_steps) == ({"weakened_plate"}, [])
 
 
 @pytest.fixture(scope="module")

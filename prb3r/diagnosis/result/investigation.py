@@ -58,6 +58,13 @@ class Investigation:
         return self.choice.fitted
 
     @property
+    def doubted_steps(self) -> list[int]:
+        """Rows of the steps of `recording` of which a weight is not believed, those set aside included."""
+        parts = [(self.training, self.doubts.weights)]
+        parts += [(self.fresh.predict.recording, self.fresh.doubted)] if self.fresh else []
+        return [int(self.recording.rows_of(part)[weight.step]) for part, weights in parts for weight in weights]
+
+    @property
     def unmet(self) -> tuple[Scores, Fit]:
         """Score test and model that the mismatch is told of: the best one where structure is left, else calibration."""
         if self.choice.beyond_stated:

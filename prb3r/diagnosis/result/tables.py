@@ -81,18 +81,15 @@ def residual_table(
     of_reading = whole.of_sequence[whole.readings.step]
     seen = np.isin(of_reading, [whole.sequences.index(name) for name in training.sequences])
     sd, believed = np.full(len(seen), np.nan), np.ones(len(seen), bool)
-    doubted = np.zeros(len(whole.of_sequence), bool)
     white = {name: np.full(len(seen), np.nan) for name in models}
     for name, fitted in models.items():
         white[name][seen] = fitted.residual[: seen.sum()]
     sd[seen], believed[seen] = investigation.explained.model.noise.total_sd, investigation.doubts.inflation == 1
-    doubted[_rows_of(whole, training)[[weight.step for weight in investigation.doubts.weights]]] = True
     if fresh is not None:
         noise = fresh.noise(investigation.explained)
         for name in models:
             white[name][~seen] = noise.whiten(fresh.predict.misfit(predicted[name][~seen]))
         sd[~seen], believed[~seen] = noise.total_sd, noise.believed
-        doubted[_rows_of(whole, fresh.predict.recording)[[weight.step for weight in fresh.doubted]]] = True
     return pd.DataFrame(
         {
             **_places(whole, whole.readings),
@@ -102,15 +99,10 @@ def residual_table(
             "sd": sd,
             **{f"residual_{name}": white[name] for name in models},
             "weighed_down": ~believed,
-            "weight_doubted": doubted[whole.readings.step],
+            "weight_doubted": np.isin(whole.readings.step, investigation.doubted_steps),
             "held_out": ~seen,
         }
     )
-
-
-def _rows_of(whole: Recording, part: Recording) -> np.ndarray:
-    """Rows of the steps of `whole` that are those of `part`."""
-    return np.flatnonzero(np.isin(whole.of_sequence, [whole.sequences.index(name) for name in part.sequences]))
 
 
 def moment_table(investigation: Investigation) -> pd.DataFrame:

@@ -15,7 +15,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import SLIPS, cable_blunders
-from prb3r.diagnosis.checks.setup.order import order_blunders
+from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
@@ -79,6 +79,7 @@ def find_blunder(
     effects: Sequence[AnyEffect] = (),
     apply: Apply = serially,
     faint: bool = False,
+    doubted: Sequence[int] = (),
 ) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, of those that explain more than chance could.
 
@@ -87,10 +88,11 @@ def find_blunder(
     effects : taken to be there too: beside those that were found a blunder shows that they would hide.
     apply : tries many remedies, in workers for instance, where predictions are slow.
     faint : where there is none, one that explains less, but `Settings.faint_blunder` at least.
+    doubted : rows of the steps of which a weight is not believed, two of which may be exchanged.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
-    among = remedies(attempt.recording, settings)
+    among = [*remedies(attempt.recording, settings), *step_blunders(attempt.recording, doubted)]
     least = least_gains(among, settings, bool(contradicted_slips(recording)))
     tried = trials(attempt, among, apply)
     better = [t for t in tried if t.total < attempt.here.total]
@@ -114,13 +116,17 @@ def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool 
     """Logarithm of the likelihood ratio to ask of each remedy, so that by chance one of all reaches its own in a share
     `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part.
 
+    What something else speaks for already is likely beforehand: steps are exchanged where weights of both do not go
+    with their readings.
+
     Parameters
     ----------
     contradicted : whether declared slip goes against the changes of tensions: a wrong sign of it is likely beforehand.
     """
     places = Counter(remedy.kind for remedy in among)
     asked = {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
-    return asked | {r: settings.faint_blunder for r in among if contradicted and r.kind in SLIPS}
+    likely = {EXCHANGED_STEPS, *(SLIPS if contradicted else ())}
+    return asked | {r: settings.faint_blunder for r in among if r.kind in likely}
 
 
 def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -> list[Trial]:

@@ -1,12 +1,15 @@
-"""Blunders with the order of what was read: sequences exchanged, played backwards, steps shifted by one."""
+"""Blunders with the order of what was read: sequences or steps exchanged, sequences backwards, steps shifted by one."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels
 from prb3r.recording.recording import Recording
+
+EXCHANGED_STEPS = "steps exchanged"
+"""Kind of the remedy that undoes an exchange of two steps."""
 
 
 def order_blunders(recording: Recording) -> Iterator[Remedy]:
@@ -37,6 +40,18 @@ def order_blunders(recording: Recording) -> Iterator[Remedy]:
             to = _moved(_moved(whole, rows[first], rows[second]), rows[second], rows[first])
             blunder = f"the pictures of sequences {names[first]} and {names[second]} are exchanged"
             yield _reordered("sequences exchanged", blunder, to)
+
+
+def step_blunders(recording: Recording, doubted: Sequence[int]) -> Iterator[Remedy]:
+    """Steps of one sequence that are exchanged, of those (rows of steps) of which a weight is not believed: two labels
+    were wrong, each the other's."""
+    whole, names = np.arange(len(recording.of_sequence)), recording.steps["step"]
+    for first, second in combinations(sorted(doubted), 2):
+        if recording.of_sequence[first] == recording.of_sequence[second]:
+            sequence = recording.sequences[recording.of_sequence[first]]
+            blunder = f"the pictures of steps {names[first]} and {names[second]} of sequence {sequence} are exchanged"
+            both = np.array([first, second])
+            yield _reordered(EXCHANGED_STEPS, blunder, _moved(whole, both, both[::-1]))
 
 
 def _moved(to: np.ndarray, steps: np.ndarray, there: np.ndarray) -> np.ndarray:
