@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from prototype import ELASTICA, PRB_1R, PRB_3R, random_chain, random_loads, row
 
+from prb3r.bench.counting import text_of
 from prb3r.mechanics import balance
-from prb3r.mechanics.kernel import entrance
-from prb3r.mechanics.records import pack
+from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.reference import seed_residual
 from prb3r.mechanics.tangent import chain_tangent, segment_modes, unit_modes
 from prb3r.mechanics.variation import scratch
 
-balance_plate = entrance(balance.balance_plate.py_func)
+balance_plate = np.errstate(invalid="ignore")(text_of(balance.balance_plate))
+"""The kernel's text in plain Python, which need not be compiled for each plate model by itself."""
 
 MODELS = pytest.mark.parametrize("plate", [PRB_3R, PRB_1R, ELASTICA], ids=["PRB 3R", "PRB 1R", "elastica"])
 STEP = 1e-6
@@ -31,7 +32,7 @@ def test_tangent_of_a_plate_is_the_derivative_of_its_balance(plate, seed):
     """Cables arrive from anywhere and rub either way; dead loads pull at the frame."""
     rng = np.random.default_rng(seed)
     chain = random_chain(rng, plate, plates=2)._replace(reach=np.full(3, 2))
-    packed = pack(chain)
+    packed = Packed(*(records.view(np.recarray) for records in pack(chain)))
     model, record, span, cable = packed.model[0], packed.plate[0], packed.span[0], packed.cable
     cable["tension"], cable["approach"], cable["slip"] = [30, 0, 12], rng.uniform(-0.4, 0.4, 3), [-1, 1, 0.3]
     record["load"] = rng.normal(0, 2, 3)
