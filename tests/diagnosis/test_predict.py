@@ -110,6 +110,21 @@ def test_where_a_model_has_no_equilibrium_the_others_are_averaged():
     np.testing.assert_allclose(mean, [2.0, 4.0, np.nan])
 
 
+def test_what_alone_makes_bands_wide_is_said(folder, tmp_path):
+    """A survivor that is hardly probable and moves far."""
+    record = json.loads((folder / "diagnosis.json").read_text())
+    (plain, *_), case = record["posterior"]["models"], {"kind": "base_compliance", "compliance_rad_per_n_m": 0.03}
+    rare = plain | {"probability": 0.1, "named": False, "effects": [*plain["effects"], case]}
+    said = []
+    for models in ([plain | {"probability": 1.0}], [plain | {"probability": 0.9}, rare]):
+        record["posterior"]["models"] = models
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        said.append(predict(tmp_path, folder / "same.toml", folder / "steps.csv").remarks)
+    assert said[0] == ()
+    (remark,) = said[1]
+    assert "times as wide as without base_compliance, of which the recording leaves a probability of 0.10" in remark
+
+
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_path):
     """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle."""
     record = json.loads((folder / "diagnosis.json").read_text())

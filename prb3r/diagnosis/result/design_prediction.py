@@ -6,7 +6,8 @@ diagnosis could not explain is not in it.
 """
 
 import json
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry, supposed
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
+from prb3r.model.effects.base import Effect
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Cable, Manipulator, Segment
@@ -90,7 +92,9 @@ def predict_design(
 
     positions = solve(central, steps)
     centres = [(share, predicted(centre, made=False)) for share, centre in posterior.centres]
-    spread = np.stack([predicted(draw, made=True) for draw in posterior.draws(draws, seed)])
+    rigs = posterior.draws(draws, seed)
+    spread = np.stack([predicted(rig, made=True) for rig in rigs])
+    remarks += _what_widens(posterior, rigs, spread)
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
         remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
@@ -157,14 +161,53 @@ def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.ra
     return manipulator.model_copy(update=parts)
 
 
+WIDER = 2.0
+"""Times as wide as without an effect that is not named, from which on bands that hold it are said to."""
+
+
+def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:
+    """Kinds of effects that are not named and yet make the widest band of a position what it is, a sentence each.
+
+    Parameters
+    ----------
+    spread : (d, rows, 3) coordinates of every one of the `rigs` (d).
+    """
+    named = _kinds(posterior.named.effects)
+    of_rigs = [_kinds(rig.effects) - named for rig in rigs]
+    whole, remarks = _ends(spread[..., :2]), []
+    if not np.isfinite(whole).any():
+        return []
+    row, axis = np.unravel_index(np.nanargmax(whole[1] - whole[0]), whole.shape[1:])
+    for kind in sorted(set().union(*of_rigs)):
+        without = spread[[kind not in kinds for kinds in of_rigs], row, axis, None]
+        if np.isfinite(without).sum() < 1 / TAIL:
+            continue
+        low, high = _ends(without)
+        times = float(np.ptp(whole[:, row, axis]) / max(float(high[0] - low[0]), np.finfo(float).tiny))
+        if times > WIDER:
+            probability = sum(model.probability for model in posterior.models if kind in _kinds(model.effects))
+            remarks.append(
+                f"bands are up to {times:.2g} times as wide as without {kind}, of which the recording leaves a "
+                f"probability of {probability:.2f}: a recording of loads like these would tell"
+            )
+    return remarks
+
+
+def _kinds(effects: Iterable[Effect]) -> set[str]:
+    return {effect.kind for effect in effects}
+
+
 def _banded(steps: pd.DataFrame, centre: np.ndarray, spread: np.ndarray) -> pd.DataFrame:
     """The coordinates (rows, 3) and, of draws (d, rows, 3), the band of each; `steps` tells what the rows are."""
     table = steps[["sequence", "step", "disk"]].copy()
-    known = ~np.isnan(spread).all(0)
     for k, name in enumerate(PREDICTED):
         stem, unit = name.rsplit("_", 1)
-        ends = np.full((2, len(table)), np.nan)
-        rows = known[:, k]
-        ends[:, rows] = np.nanquantile(spread[:, rows, k], [TAIL, 1 - TAIL], axis=0, method="weibull")
+        ends = _ends(spread[..., k])
         table[name], table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"] = centre[:, k], *ends
     return table
+
+
+def _ends(spread: np.ndarray) -> np.ndarray:
+    """(2, ...) ends of the band of draws (d, ...), those without an equilibrium left out; NaN where none has one."""
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+        return np.nanquantile(spread, [TAIL, 1 - TAIL], axis=0, method="weibull")
