@@ -100,14 +100,16 @@ def beside_effects(
     task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
 ) -> tuple[Investigation, tuple[Blunder, ...]]:
     """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found,
-    and steps that are exchanged by weights that were not believed.
+    and steps that are exchanged by weights that were not believed, or where two or three alone are not predicted.
 
     One more blunder is said where the recording is explained once it is mended; else all is as it was.
     """
-    there, doubted = unexplained.choice.fitted.effects, unexplained.doubted_steps
-    if not there and len(doubted) < 2:
+    there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
+    exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
+    if not there and len(exchanged) < 2:
         return unexplained, blunders
-    hidden = find_blunder(_mended(task, blunders).recording, task.settings, there, apply, doubted=doubted)
+    as_noted = _mended(task, blunders).recording
+    hidden = find_blunder(as_noted, task.settings, there, apply, exchanged=sorted(exchanged))
     if hidden is None:
         return unexplained, blunders
     try:

@@ -65,13 +65,20 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
 
 
-def test_of_two_weights_that_are_not_believed_each_may_be_the_others():
-    """Both go with the readings once the pictures are exchanged, beside a plate that is weak."""
+def test_steps_that_are_exchanged_are_said():
+    """Their weights are not believed, each being the other's; beside a plate that is weak."""
     found = investigate(Task(steps_swapped(recorded(), "mixed", 2, 3), without=RUBBING | YIELDING))
     assert found.verdict == "set-up"
     (blunder,) = found.blunders
     assert blunder.blunder == "the pictures of steps 2 and 3 of sequence mixed are exchanged"
     assert (found.choice.kinds, found.doubted_steps) == ({"weakened_plate"}, [])
+
+
+def test_steps_that_are_exchanged_in_a_sequence_that_was_set_aside_are_said():
+    found = investigate(Task(steps_swapped(recorded(Case(hidden=())), "out", 1, 3)))
+    (blunder,) = found.blunders
+    assert blunder.blunder == "the pictures of steps 1 and 3 of sequence out are exchanged"
+    assert (found.verdict, found.choice.kinds, found.missed_steps) == ("set-up", frozenset(), [])
 
 
 @pytest.fixture(scope="module")

@@ -155,6 +155,17 @@ class Unseen:
             judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2))), lost))
         return tuple(judged)
 
+    def missed_steps(self, fitted: Fit) -> list[int]:
+        """Rows of the steps whose readings `fitted` misses by more than chance allows."""
+        readings, noise = self.foresee(fitted)
+        step, misfit = self.predict.recording.readings.step, self.predict.misfit(readings)
+        squares, counts = np.bincount(step, noise.whiten(np.nan_to_num(misfit)) ** 2), np.bincount(step)
+        return [
+            k
+            for k in np.flatnonzero(counts).tolist()
+            if squares[k] > chi2_critical(self.settings.naming_rate / counts.astype(bool).sum(), int(counts[k]))
+        ]
+
     def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]], rate: float) -> tuple[JudgedSequence, ...]:
         """Every sequence, as `fitted` predicts it, or where that has less chance than `rate`, all surviving models do.
 

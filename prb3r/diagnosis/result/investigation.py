@@ -65,6 +65,13 @@ class Investigation:
         return [int(self.recording.rows_of(part)[weight.step]) for part, weights in parts for weight in weights]
 
     @property
+    def missed_steps(self) -> list[int]:
+        """Rows of the steps of `recording` that were set aside and are not predicted."""
+        if self.fresh is None:
+            return []
+        return self.recording.rows_of(self.fresh.predict.recording)[self.fresh.missed_steps(self.explained)].tolist()
+
+    @property
     def unmet(self) -> tuple[Scores, Fit]:
         """Score test and model that the mismatch is told of: the best one where structure is left, else calibration."""
         if self.choice.beyond_stated:

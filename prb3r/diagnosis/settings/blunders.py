@@ -53,3 +53,6 @@ class BlundersSettings:
     """The same of a plate's bend: below, plates would bend by one degree.  Choice."""
     most_blunders: int = 3
     """Blunders that are looked for in one recording.  Choice."""
+    most_missed_steps: int = 3
+    """Steps set aside and not predicted at most, of which two may be exchanged: more are missed for another reason.
+    Choice."""

@@ -79,7 +79,7 @@ def find_blunder(
     effects: Sequence[AnyEffect] = (),
     apply: Apply = serially,
     faint: bool = False,
-    doubted: Sequence[int] = (),
+    exchanged: Sequence[int] = (),
 ) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, of those that explain more than chance could.
 
@@ -88,11 +88,11 @@ def find_blunder(
     effects : taken to be there too: beside those that were found a blunder shows that they would hide.
     apply : tries many remedies, in workers for instance, where predictions are slow.
     faint : where there is none, one that explains less, but `Settings.faint_blunder` at least.
-    doubted : rows of the steps of which a weight is not believed, two of which may be exchanged.
+    exchanged : rows of the steps of which two may be.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
-    among = [*remedies(attempt.recording, settings), *step_blunders(attempt.recording, doubted)]
+    among = [*remedies(attempt.recording, settings), *step_blunders(attempt.recording, exchanged)]
     least = least_gains(among, settings, bool(contradicted_slips(recording)))
     tried = trials(attempt, among, apply)
     better = [t for t in tried if t.total < attempt.here.total]
@@ -117,7 +117,7 @@ def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool 
     `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part.
 
     What something else speaks for already is likely beforehand: steps are exchanged where weights of both do not go
-    with their readings.
+    with their readings, or they alone are not predicted.
 
     Parameters
     ----------

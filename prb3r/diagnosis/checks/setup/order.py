@@ -42,11 +42,10 @@ def order_blunders(recording: Recording) -> Iterator[Remedy]:
             yield _reordered("sequences exchanged", blunder, to)
 
 
-def step_blunders(recording: Recording, doubted: Sequence[int]) -> Iterator[Remedy]:
-    """Steps of one sequence that are exchanged, of those (rows of steps) of which a weight is not believed: two labels
-    were wrong, each the other's."""
+def step_blunders(recording: Recording, among: Sequence[int]) -> Iterator[Remedy]:
+    """Two steps of one sequence that are exchanged, `among` these rows of steps: each label was the other's."""
     whole, names = np.arange(len(recording.of_sequence)), recording.steps["step"]
-    for first, second in combinations(sorted(doubted), 2):
+    for first, second in combinations(sorted(among), 2):
         if recording.of_sequence[first] == recording.of_sequence[second]:
             sequence = recording.sequences[recording.of_sequence[first]]
             blunder = f"the pictures of steps {names[first]} and {names[second]} of sequence {sequence} are exchanged"
