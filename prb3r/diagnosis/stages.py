@@ -42,6 +42,7 @@ from prb3r.diagnosis.result.remarks import (
     scattered,
     strained,
     weighed,
+    what_it_takes,
     without_mass,
     wrong_weights,
 )
@@ -50,7 +51,7 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed, assumed_of, known_states
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.starts import search_effects
+from prb3r.diagnosis.search.starts import search_effects, search_from_known
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.plausibility import slips_the_other_way
 from prb3r.recording.recording import Recording
@@ -93,7 +94,19 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
             investigation, blunders = other, (*blunders, rival)
     if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
         investigation, blunders = beside_effects(task, investigation, blunders, apply)
+    if investigation.failed and not investigation.choice.structured:
+        remark = fitted_too(_mended(task, blunders), investigation, apply)
+        investigation = replace(investigation, remarks=(*investigation.remarks, remark))
     return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
+
+
+def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
+    """What it would take to predict the sequences that are not, in a sentence: what explains all of them together."""
+    fitted = investigation.choice.fitted
+    found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
+    doubted = doubt(calibrate(replace(task, hold_out=False, begun=found)), apply)
+    with_them = search_from_known(doubted.fitted, doubted.search, doubted.doubts)
+    return what_it_takes(investigation.choice, with_them, investigation.failed)
 
 
 def beside_effects(
@@ -293,6 +306,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         closure_gain=gain,
         heldout=fresh.judge(calibrated, choice.fitted) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
+        failed=tuple(sequence.name for sequence in failed),
         remarks=(
             *doubted.recording.remarks,
             *slips_the_other_way(doubted.recording),

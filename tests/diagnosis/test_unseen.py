@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
@@ -15,6 +16,7 @@ from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.settings import Settings
@@ -172,3 +174,14 @@ def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
     (sequence,) = pulled.judged(fitted)
     assert sequence.p < RATE
     assert pulled.doubting(fitted) is pulled
+
+
+def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):
+    """A loss in the pulley of a cable that one sequence alone pulls, and that one set aside."""
+    hidden = {"kind": "pulley_friction", "cables": ("3",), "efficiency": 0.8}
+    recording = recorded(Case(hidden=(tuple(hidden.items()),)))
+    monkeypatch.setattr(stages, "set_aside", lambda *_: (recording.sequences.index("counter"),))
+    found = stages.investigate(Task(recording))
+    assert (found.verdict, found.failed, found.named) == ("unexplained", ("counter",), ())
+    (said,) = [remark for remark in found.remarks if remark.startswith("what it would take to predict counter")]
+    assert "pulley_friction (cables 3) too, as all sequences fitted together have it; nothing unseen" in said

@@ -49,6 +49,8 @@ class Investigation:
     heldout: HeldOut | None
     experiments: tuple[Separation, ...]
     remarks: tuple[str, ...]
+    failed: tuple[str, ...] = ()
+    """Sequences set aside that the choice does not predict."""
     blunders: tuple[Blunder, ...] = ()
     """Of the set-up: all else is said of the recording without them."""
 

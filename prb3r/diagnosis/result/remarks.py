@@ -85,6 +85,28 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     return remarks
 
 
+def what_it_takes(choice: Choice, with_them: Choice, failed: Sequence[str]) -> str:
+    """What explains sequences that were set aside and are not predicted, once they are fitted too.
+
+    Parameters
+    ----------
+    choice : of the other sequences.
+    with_them : of all.
+    """
+    asked = f"what it would take to predict {' and '.join(failed)}"
+    if with_them.structured or not with_them.fitted.balanced:
+        return f"{asked}: not known; fitted with the others it is not explained either"
+    before, after = ({effect.name for effect in each.fitted.model.hypotheses} for each in (choice, with_them))
+    if after == before:
+        return f"{asked}: the same effects at other sizes, which explain all sequences once they are fitted together"
+    more, less = ", ".join(sorted(after - before)), ", ".join(sorted(before - after))
+    change = f"{more} in the place of {less}" if more and less else f"{more} too" if more else f"no {less}"
+    return (
+        f"{asked}: {change}, as all sequences fitted together have it; nothing unseen confirms that: record more of "
+        "its kind, or judge it on another recording (--holdout)"
+    )
+
+
 def found_before(assumed: Assumed, choice: Choice) -> list[str]:
     """What was assumed and cannot be looked for, and what was not found again; nothing where nothing was assumed."""
     remarks = [f"assumed, but not looked for: {reason}" for reason in assumed.unknown]

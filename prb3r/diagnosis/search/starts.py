@@ -46,6 +46,12 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     return replace(choose(settled, search), first_worth=first_worth)
 
 
+def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
+    """The choice of effects from the constants alone and from what was found before, with no other beginning."""
+    known = search.begun if search.begun.values else search.assumed
+    return choose(_from_known(_Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)).explored, search)
+
+
 def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
     """Where searches from several beginnings end; the first alone where that is worth less than `least_worth`.
 
