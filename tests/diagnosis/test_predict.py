@@ -11,7 +11,7 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.cli import main
 from prb3r.diagnosis.result.files import write_record
-from prb3r.diagnosis.result.posterior import averaged
+from prb3r.diagnosis.result.posterior import FreeParameter, ModelPosterior, Posterior, averaged
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
@@ -123,6 +123,33 @@ def test_what_alone_makes_bands_wide_is_said(folder, tmp_path):
     assert said[0] == ()
     (remark,) = said[1]
     assert "times as wide as without base_compliance, of which the recording leaves a probability of 0.10" in remark
+
+
+def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_together():
+    """Stiffness and friction are hardly known, their difference closely; the one stands at its bound."""
+    nominal, bound = Manipulator.model_validate(manipulator()), 0.02
+    frees = [
+        FreeParameter(
+            name=name, u=u, null=null, scale=1.0, log=True, above=False, low=null / 9, high=null * np.exp(high)
+        )
+        for name, u, null, high in (
+            ("youngs_modulus_pa", bound, E, bound),
+            ("friction_coefficient", 0.1, MU, 2.0),
+        )
+    ]
+    loose, close = 0.5**2, 0.01**2
+    covariance = loose * np.ones((2, 2)) + close * np.diag([0.0, 1.0])
+    model = ModelPosterior(
+        probability=1.0, named=True, constants={}, effects=[], free=frees, covariance=covariance.tolist()
+    )
+    rigs = Posterior(manipulator=nominal, models=[model]).draws(400, 0)
+    stiffness, friction = np.array([(rig.constants.log_stiffness, rig.constants.log_friction) for rig in rigs]).T
+    assert stiffness.max() == pytest.approx(bound)
+    assert np.mean(stiffness > bound - 1e-9) == pytest.approx(0.5, abs=0.1)
+    assert np.ptp(stiffness) > 1.0
+    apart = friction - stiffness
+    assert apart.mean() == pytest.approx(0.1 - bound, abs=0.003)
+    assert apart.std() == pytest.approx(0.01, rel=0.2)
 
 
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_path):

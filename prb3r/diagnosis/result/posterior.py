@@ -89,24 +89,46 @@ class ModelPosterior(Strict):
         """(f,) the fitted `u` of each of `free`."""
         return np.array([part.u for part in self.free])
 
+    def within(self, u: np.ndarray, nominal: Manipulator) -> np.ndarray:
+        """(f,) the parameters `u` of which those beyond a bound are held there, and all others where the distribution
+        has them then: what the recording tells of them together, it tells of a draw at a bound too."""
+        friction, covariance = self._friction(self.best, nominal), np.array(self.covariance)
+        low, high = np.array([part.free.bounds(friction) for part in self.free]).T
+        drawn, clipped, held = u, np.clip(u, low, high), np.zeros(len(u), bool)
+        while (beyond := ((u < low) | (u > high)) & ~held).any():
+            held |= beyond
+            known = np.linalg.pinv(covariance[np.ix_(held, held)], hermitian=True)
+            u = drawn + covariance[:, held] @ known @ (clipped - drawn)[held]
+            u[held] = clipped[held]
+        return u
+
+    def _friction(self, u: np.ndarray, nominal: Manipulator) -> float:
+        """Coefficient of all holes that no effect singles out, for the parameters `u` (f,)."""
+        constants = self._constants(u)
+        return friction_beside(nominal, float(np.exp(constants.log_friction)), self._shares(u))
+
+    def _constants(self, u: np.ndarray) -> Constants:
+        names = {file_name: name for name, file_name in FILE_NAMES.items()}
+        pairs = [(part, size) for part, size in zip(self.free, u, strict=True) if part.name in names]
+        return Constants(**{names[part.name]: float(np.log(part.free.value(size) / part.null)) for part, size in pairs})
+
+    def _shares(self, u: np.ndarray) -> list[tuple[Hypothesis, np.ndarray]]:
+        """Every effect with its part of `u` (f,), behind those of the constants."""
+        first = len(self.free) - sum(len(hypothesis.free) for hypothesis in self.hypotheses)
+        ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
+        return list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
+
     def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:
         """Constants and effects for the parameters `u` (f,), each within its bounds."""
-        first = len(self.free) - sum(len(hypothesis.free) for hypothesis in self.hypotheses)
-        names = {file_name: name for name, file_name in FILE_NAMES.items()}
-        fitted = {
-            names[part.name]: float(np.log(part.free.value(size) / part.null))
-            for part, size in zip(self.free[:first], u, strict=False)
-        }
-        constants = Constants(**fitted)
-        ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
-        pairs = list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
-        friction = friction_beside(nominal, float(np.exp(constants.log_friction)), pairs)
-        effects = tuple(hypothesis.effect(share, friction) for hypothesis, share in pairs)
-        return Drawn(constants, effects, self.parts.at(u - self.best) if self.parts else {})
+        friction = self._friction(u, nominal)
+        effects = tuple(hypothesis.effect(share, friction) for hypothesis, share in self._shares(u))
+        return Drawn(self._constants(u), effects, self.parts.at(u - self.best) if self.parts else {})
 
     def draw(self, rng: np.random.Generator, nominal: Manipulator, workshop: np.random.Generator) -> Drawn:
         """Constants and effects at random, as the recording leaves them; its parts by chance of their own."""
-        u = rng.multivariate_normal(self.best, np.array(self.covariance), method="eigh") if self.free else self.best
+        u = self.best
+        if self.free:
+            u = self.within(rng.multivariate_normal(u, np.array(self.covariance), method="eigh"), nominal)
         drawn = self.at(u, nominal)
         if self.parts is None:
             return drawn
