@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
-from prb3r.diagnosis.checks.heldout import unseen
+from prb3r.diagnosis.checks.heldout import Unseen, unseen
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
@@ -32,6 +32,7 @@ from prb3r.diagnosis.result.remarks import (
     as_many_as_sought,
     below_stated,
     beyond_tolerance,
+    chosen_by,
     found_before,
     likely_too,
     misplaced_marker,
@@ -39,6 +40,7 @@ from prb3r.diagnosis.result.remarks import (
     noisy,
     not_predicted,
     or_a_blunder,
+    refuted_sets,
     scattered,
     strained,
     weighed,
@@ -51,6 +53,7 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed, assumed_of, known_states
 from prb3r.diagnosis.search.coarser import coarsened
 from prb3r.diagnosis.search.search import Search, examine
+from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.starts import search_effects, search_from_known
 from prb3r.errors import Problem, RecordingError
 from prb3r.recording.plausibility import slips_the_other_way
@@ -256,6 +259,15 @@ def standing(searched: Searched) -> Searched:
     return Searched(tested, coarsened(choice, tested.doubted.search)) if choice.structured else searched
 
 
+def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
+    """The choice, or where it does not predict what was set aside, the most probable surviving model that does."""
+    if fresh is None or not fresh.refutes(choice.fitted):
+        return choice
+    likely = [s for s in choice.survivors if s.probability >= choice.fitted.model.settings.alike_rate]
+    other = next((survivor.fitted for survivor in likely if not fresh.refutes(survivor.fitted)), None)
+    return choice if other is None else replace(choice, fitted=other, scores=examine(other, search))
+
+
 def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     """Hold the choice against sequences that no fit has seen, and find out how sure what is.
 
@@ -269,14 +281,17 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     doubted, calibrated = tested.doubted, choice.calibrated
     task, training = doubted.task, calibrated.model.predict.recording
     fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts)
-    fresh = fresh.doubting(choice.fitted) if fresh else None
-    rate = task.settings.naming_rate / max(len(doubted.aside), 1)
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
-    judged = fresh.judged_by(choice.fitted, models, rate) if fresh else ()
-    failed = [sequence for sequence in judged if sequence.p < rate]
+    others = [other for share, other in models if share >= task.settings.alike_rate]
+    fresh = fresh.doubting(choice.fitted, others) if fresh else None
+    chosen, choice = choice.fitted, predicting(choice, fresh, doubted.search)
+    judged = fresh.judged_by(choice.fitted, models) if fresh else ()
+    failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
     checks, cables = model_checks(choice, judged), training.manipulator.cable_names
     why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
+    refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
+    choice = choice.without(refuted)
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
@@ -326,5 +341,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
             *weighed(choice.doubts),
             *not_predicted(failed),
+            *refuted_sets(choice, refuted),
+            *chosen_by(chosen, choice.fitted, fresh),
         ),
     )

@@ -52,7 +52,12 @@ def test_what_the_data_contradict_is_dropped_and_said():
     assumed = manipulator_of(manipulator(effects=[{"kind": "weakened_plate", "plate": 2, "factor": 0.6}]))
     found = run_stages(Task(recorded(Case(hidden=(), seed=1)), assumed=assumed))
     assert found.verdict == "adequate"
-    assert any(remark.startswith("assumed, but not found again: weakened_plate (plate 2)") for remark in found.remarks)
+    (remark,) = [
+        remark for remark in found.remarks if remark.startswith("assumed, but not found again: weakened_plate")
+    ]
+    assert "(plate 2): these data contradict its size, factor " in remark
+    assert float(remark.split()[-6]) == pytest.approx(1.0, abs=0.05)
+    assert remark.endswith("in the place of 0.6")
 
 
 def test_what_the_nominal_manipulator_has_stays_with_it():

@@ -19,7 +19,10 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import check, to_search
 from prb3r.recording.recording import Recording, Tolerance
 from tests.diagnosis.simulated import WEAK, Case, recorded
 
@@ -114,9 +117,9 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     alone = aside(recording)
     (right,), (wrong,) = alone.judged(good), alone.judged(poor)
     assert right.p > 0.01
-    (both,) = alone.judged_by(poor, [(0.6, poor), (0.3, good)], RATE)
+    (both,) = alone.judged_by(poor, [(0.6, poor), (0.3, good)])
     assert both.p == pytest.approx((0.6 * wrong.p + 0.3 * right.p) / 0.9)
-    (named,) = alone.judged_by(good, [(0.6, poor), (0.3, good)], RATE)
+    (named,) = alone.judged_by(good, [(0.6, poor), (0.3, good)])
     assert named == right
 
 
@@ -174,6 +177,20 @@ def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
     (sequence,) = pulled.judged(fitted)
     assert sequence.p < RATE
     assert pulled.doubting(fitted) is pulled
+
+
+def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predicts_the_rest():
+    """Constants alone do not predict what a weak plate does; whichever of the two had been chosen."""
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice = searched.choice
+    good, poor = (Survivor(fitted, 0.0, 0.5) for fitted in (choice.fitted, choice.calibrated))
+    for first in (good, poor):
+        beside = replace(choice, fitted=first.fitted, survivors=(good, poor))
+        found = check(replace(searched, choice=beside))
+        assert (found.choice.fitted, found.verdict) == (good.fitted, "explained")
+        assert [(survivor.fitted, survivor.probability) for survivor in found.choice.survivors] == [(good.fitted, 1.0)]
+        assert any(remark.startswith("constants alone: would explain what was fitted") for remark in found.remarks)
+        assert any("it confirms nothing" in remark for remark in found.remarks) == (first is poor)
 
 
 def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):

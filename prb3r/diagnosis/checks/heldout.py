@@ -166,23 +166,38 @@ class Unseen:
             if squares[k] > chi2_critical(self.settings.naming_rate / counts.astype(bool).sum(), int(counts[k]))
         ]
 
-    def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]], rate: float) -> tuple[JudgedSequence, ...]:
-        """Every sequence, as `fitted` predicts it, or where that has less chance than `rate`, all surviving models do.
+    @property
+    def rate(self) -> float:
+        """Chance below which a sequence counts as not predicted, so that one of all does at the rate of names."""
+        return self.settings.naming_rate / len(self.predict.recording.sequences)
+
+    def refutes(self, fitted: Fit) -> bool:
+        """Whether `fitted` does not predict a sequence."""
+        return any(sequence.p < self.rate for sequence in self.judged(fitted))
+
+    def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]]) -> tuple[JudgedSequence, ...]:
+        """Every sequence, as `fitted` predicts it, or where it does not, as all surviving models do.
 
         Parameters
         ----------
         others : probability and fit of every surviving model, `fitted` among them.
         """
         first = self.judged(fitted)
-        if all(sequence.p >= rate for sequence in first):
+        if not self.refutes(fitted):
             return first
         shares = np.array([share for share, _ in others])
         p = shares / shares.sum() @ [[sequence.p for sequence in self.judged(other)] for _, other in others]
         return tuple(sequence._replace(p=max(sequence.p, float(mean))) for sequence, mean in zip(first, p, strict=True))
 
-    def doubting(self, fitted: Fit) -> "Unseen":
+    def doubting(self, fitted: Fit, others: Sequence[Fit] = ()) -> "Unseen":
         """The same without belief in the weight that is wrong beyond chance, if with another one in its place all is as
-        `fitted` predicts."""
+        `fitted` predicts; with it if one of the `others` predicts all as it is noted."""
+        without = self._doubting(fitted)
+        if without is not self and any(self._doubting(other) is self and not self.refutes(other) for other in others):
+            return self
+        return without
+
+    def _doubting(self, fitted: Fit) -> "Unseen":
         recording, solved = self.predict.recording, self.solved(fitted)
         readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)

@@ -1,10 +1,10 @@
 """What a diagnosis remarks on beside its verdict: noise, readings and weights that were not believed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import JudgedSequence
+from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
@@ -16,6 +16,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed
+from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
@@ -85,6 +86,29 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     return remarks
 
 
+def refuted_sets(choice: Choice, refuted: Sequence[Survivor]) -> list[str]:
+    """Sets of effects that explain what was fitted as well as what is chosen, and do not predict what was set aside."""
+    counts = [survivor for survivor in refuted if survivor.probability >= choice.fitted.model.settings.alike_rate]
+    sets = {tuple(sorted(effect.name for effect in survivor.effects)) for survivor in counts}
+    return [
+        f"{' with '.join(names) or 'constants alone'}: would explain what was fitted too, but does not predict what no "
+        "fit has seen"
+        for names in sorted(sets)
+    ]
+
+
+def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
+    """That what was set aside chose between models, and confirms nothing, where the `first` choice was another."""
+    if fresh is None or chosen is first:
+        return []
+    before, after = ({effect.name for effect in fitted.model.hypotheses} for fitted in (first, chosen))
+    sets = [", ".join(sorted(some)) or "nothing more" for some in (after - before, before - after)]
+    return [
+        f"what was set aside ({', '.join(fresh.predict.recording.sequences)}) chose between {sets[0]} and {sets[1]}, "
+        "which explain what was fitted alike: it confirms nothing"
+    ]
+
+
 def what_it_takes(choice: Choice, with_them: Choice, failed: Sequence[str]) -> str:
     """What explains sequences that were set aside and are not predicted, once they are fitted too.
 
@@ -110,13 +134,33 @@ def what_it_takes(choice: Choice, with_them: Choice, failed: Sequence[str]) -> s
 def found_before(assumed: Assumed, choice: Choice) -> list[str]:
     """What was assumed and cannot be looked for, and what was not found again; nothing where nothing was assumed."""
     remarks = [f"assumed, but not looked for: {reason}" for reason in assumed.unknown]
-    for hypothesis in assumed.values:
+    for hypothesis, sizes in assumed.values.items():
         if hypothesis not in choice.fitted.model.hypotheses:
-            share = sum(survivor.probability for survivor in choice.survivors if hypothesis in survivor.effects)
-            contradicted = share < choice.fitted.model.settings.alike_rate
-            how = "these data contradict it" if contradicted else f"these data do not tell it (probability {share:.2g})"
+            having = [survivor for survivor in choice.survivors if hypothesis in survivor.effects]
+            share = sum(survivor.probability for survivor in having)
+            if share < choice.fitted.model.settings.alike_rate:
+                how = "these data contradict it"
+            elif other := _another_size(having[0].fitted, hypothesis, sizes):
+                how = f"these data contradict its size, {other}"
+            else:
+                how = f"these data do not tell it (probability {share:.2g})"
             remarks.append(f"assumed, but not found again: {hypothesis.name}: {how}")
     return remarks
+
+
+def _another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float]) -> str:
+    """The parameter of an effect that is farthest from what it was before, in words; empty if none is by
+    `Settings.strained_sd`."""
+    model, number = fitted.model, fitted.model.hypotheses.index(hypothesis)
+    friction, sd = model.friction(fitted.p), np.sqrt(np.diag(fitted.covariance))[model.spans[number]]
+    found = fitted.p[model.spans[number]]
+    before = np.array([free.at(sizes[free.name], friction) for free in hypothesis.free])
+    away = np.abs(found - before) / np.maximum(sd, np.finfo(float).tiny)
+    if not len(away) or away.max() < model.settings.strained_sd:
+        return ""
+    free = hypothesis.free[int(away.argmax())]
+    now = free.value(found[away.argmax()], friction)
+    return f"{free.name} {now:.3g} in the place of {sizes[free.name]:.3g}"
 
 
 def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:

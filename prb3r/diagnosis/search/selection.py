@@ -1,6 +1,6 @@
 """Which sets of effects explain a recording: those that survive under the noise that the best of them leaves."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -81,6 +81,20 @@ class Choice:
         """Probability that each kind of effect is there, summed over surviving models and places."""
         kinds = sorted({kind for survivor in self.survivors for kind in survivor.kinds})
         return {kind: sum(s.probability for s in self.survivors if kind in s.kinds) for kind in kinds}
+
+    def refuted_by(self, refutes: Callable[[Fit], bool]) -> tuple[Survivor, ...]:
+        """Surviving models that something else than what was fitted speaks against, where it does not against what is
+        chosen."""
+        if refutes(self.fitted):
+            return ()
+        return tuple(s for s in self.survivors if s.fitted is not self.fitted and refutes(s.fitted))
+
+    def without(self, refuted: Sequence[Survivor]) -> "Choice":
+        """The same with the other surviving models alone."""
+        left = [survivor for survivor in self.survivors if survivor not in refuted]
+        total = sum(survivor.probability for survivor in left)
+        survivors = (replace(survivor, probability=survivor.probability / total) for survivor in left)
+        return replace(self, survivors=tuple(survivors)) if refuted else self
 
     @property
     def likely(self) -> Mapping[str, float]:
