@@ -120,8 +120,7 @@ def fit(
         if exact:
             if gain > 0 or not tried:
                 jacobian = model.jacobian(here.p, here.solved)
-            little = max(settings.idle_gain, settings.idle_share * promise)
-            idle = idle + 1 if before - here.chi2 < little and promise >= settings.idle_gain else 0
+            idle = idle + 1 if before - here.chi2 < settings.idle_gain <= promise else 0
             idle = settings.idle_rounds if tried and gain <= 0 else idle
             before = here.chi2
     if not exact:
