@@ -17,9 +17,9 @@ class FitsSettings:
     """Fall of chi-square that beginning again, or exact derivatives in place of secants, must bring: odds of less than
     1.03."""
     idle_rounds: int = 2
-    """Exact derivatives in a row that bring less, after which a fit is taken to be at a kink.  Choice, for time.  One in
-    place of two, and less than 3 % of what derivatives promise beside less than `idle_gain`, save a sixth of the
-    solutions, and with them a search of seed 5 lost the valley of its five effects (case 163)."""
+    """Exact derivatives in a row that bring less, after which a fit is taken to be at a kink.  Choice, for time.  One
+    of them, or less than 3 % of what they promise in the place of less than `idle_gain`, saves a sixth of the
+    solutions; a search lost the valley of its five effects with that (seed 5, case 163)."""
     kink_trials: int = 8
     """Steps that are tried to get past it.  Of 60 starts before a wall of two parameters 31 end at the least without,
     39 with 4 or 8 and 40 with 12 to 24 (`tests/diagnosis/test_kinks.py`)."""
