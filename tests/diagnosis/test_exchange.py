@@ -1,11 +1,14 @@
 """An effect that is not seen beside the one that stands in its place is found once that one is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.exchange import replacements, without_effect
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.rivals import rivals
@@ -64,9 +67,14 @@ def test_what_stands_in_the_place_of_an_effect_stands_beside_all_others(doubted,
 
 
 def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_then(doubted, found, monkeypatch):
+    """None of what was found before too: its odds are better by far."""
     choice = choose(exchange_effects(found, doubted.search), doubted.search)
     assert frozenset(choice.fitted.model.hypotheses) in choice.exchanged
     monkeypatch.setattr("prb3r.diagnosis.search.rivals.replacements", None)  # would not be called again
     contact = [each.kind for each in choice.fitted.model.hypotheses].index("disk_contact")
     near = [rival for rival in rivals(choice, contact, doubted.search) if rival.indistinguishable]
     assert "nonlinear_plate" in {rival.hypothesis.kind for rival in near}
+    before = choice.fitted.model.hypotheses[contact]
+    sizes = {free.name: free.value(0.0) for free in before.free}
+    search = replace(doubted.search, assumed=Assumed({before: sizes}))
+    assert not [rival for rival in rivals(choice, contact, search) if rival.indistinguishable]

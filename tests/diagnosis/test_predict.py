@@ -246,5 +246,12 @@ def test_a_study_without_sampling_gets_it(folder):
     )
     result = run(folder, study)
     assert result.exit_code == 0, result.output
+    assert "left behind" not in result.output
     (folder / "plain-learnt.toml").write_text(result.output)
     assert len(plan_study(folder / "plain-learnt.toml").cases) == 2 * 64
+
+
+def test_a_study_of_another_design_says_what_was_left_behind(folder):
+    study = folder / "longer-study.toml"
+    study.write_text(STUDY.format('[sampling]\nmethod = "sobol"\ncount = 64\n').replace("same.toml", "longer.toml"))
+    assert "# left behind: weakened plate, which is a fault of one part of this rig\n" in run(folder, study).output

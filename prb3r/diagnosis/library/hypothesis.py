@@ -60,6 +60,11 @@ class Free(NamedTuple):
         return 0.0 in self.bounds(friction)
 
 
+def place_text(value: Any) -> str:
+    """A plate, cable or law, or several of them together, in words: `4`, `1+3`."""
+    return "+".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """One kind of effect at one place."""
@@ -110,9 +115,7 @@ class Hypothesis:
     @property
     def name(self) -> str:
         """Kind and place, such as `worn_hole (disk 2, cables 1)`."""
-        places = ", ".join(
-            f"{key} {'+'.join(map(str, value)) if isinstance(value, tuple) else value}" for key, value in self.place
-        )
+        places = ", ".join(f"{key} {place_text(value)}" for key, value in self.place)
         return self.kind + (f" ({places})" if places else "")
 
     def effect(self, u: np.ndarray, friction: float) -> Effect:

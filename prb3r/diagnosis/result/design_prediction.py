@@ -80,6 +80,8 @@ def predict_design(
         return DesignPrediction(central, left, tuple(remarks), None)
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
+    if left:
+        remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
     recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:

@@ -44,12 +44,14 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = load_manipulator(path.parent / spec.manipulator)
     posterior, _ = read_posterior(diagnosis)
-    drawn = [on_design(draw, posterior.manipulator, design)[0] for draw in posterior.draws(count, seed)]
+    carried = [on_design(draw, posterior.manipulator, design) for draw in posterior.draws(count, seed)]
+    drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
     if spec.sampling is None:
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     comment = f"# prb3r predict, of {count} draws (seed {seed}): what a diagnosis leaves possible\n"
+    comment += "".join(f"# left behind: {reason}\n" for reason in left)
     text = path.read_text("utf-8-sig")
     there = Path(os.path.relpath((path.parent / spec.manipulator).resolve(), Path(into).parent.resolve())).as_posix()
     text = re.sub(r"(?m)^manipulator\s*=.*$", lambda _: f'manipulator = "{there}"', text, count=1)

@@ -7,7 +7,7 @@ from typing import Any
 from prb3r.diagnosis.checks.heldout import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.profile import Profile, linear_interval, profile
-from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.hypothesis import Hypothesis, place_text
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_share
@@ -51,8 +51,8 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     simpler = without_effect(fitted, number)
     statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
-        if others := [str(other) for other in among if other != value]:
-            statement += f" These recordings cannot tell {key} {value} from {key} {', '.join(others)}."
+        if others := [place_text(other) for other in among if other != value]:
+            statement += f" These recordings cannot tell {key} {place_text(value)} from {key} {', '.join(others)}."
     return Named(
         hypothesis=hypothesis,
         parameters=parameters,

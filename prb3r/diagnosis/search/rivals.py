@@ -21,11 +21,15 @@ class Rival:
     """Squared whitened distance from the chosen model's prediction to the nearest of the rival's."""
     behind: float
     """How much worse it fits these readings: chi-square with its penalty."""
+    known: float = 0.0
+    """By how much less it was to be expected, where the chosen one was found before: twice the ln of the odds."""
 
     @property
     def indistinguishable(self) -> bool:
-        """Whether the recording cannot rank the two surely."""
+        """Whether the recording, and what was known before, cannot rank the two surely."""
         settings = self.fitted.model.settings
+        if self.known and self.behind + self.known >= settings.close_fit:
+            return False
         near = self.distance < settings.alike or self.behind < settings.close_fit
         return near and self.behind < settings.hopeless_rise
 
@@ -45,13 +49,15 @@ def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
     if effects[number] in choice.settled:
         return []
     refitted = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, effects[number], others)]
-    out: dict[Hypothesis, Rival] = {}
+    out, odds = dict[Hypothesis, Rival](), search.log_odds
     if frozenset(effects) not in choice.exchanged:
         refitted += replacements(chosen, number, search)
     for fitted in refitted:
         new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
         if fitted.balanced and (plausible(fitted) or not new.free):
-            rival = Rival(new, fitted, distance(chosen, fitted), cost(fitted) - cost(chosen))
+            before = effects[number] in search.assumed.values and new in odds
+            known = 2 * (odds[effects[number]] - odds[new]) if before else 0.0
+            rival = Rival(new, fitted, distance(chosen, fitted), cost(fitted) - cost(chosen), known)
             if new not in out or rival.behind < out[new].behind:
                 out[new] = rival
     return sorted(out.values(), key=lambda rival: rival.behind)

@@ -144,7 +144,8 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     if carried:
         kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
         constants = say.constants_in_brief(diagnosis).replace(" and", ",")
-        yield f"Carries over to other designs of the same material and cables: {constants}, {', '.join(kinds)}."
+        alike = "material, cables and clamps" if any("clamp" in kind for kind in kinds) else "material and cables"
+        yield f"Carries over to other designs of the same {alike}: {constants}, {', '.join(kinds)}."
     else:
         constants = say.constants_in_brief(diagnosis)
         carry = "carry" if " " in constants else "carries"
