@@ -260,11 +260,13 @@ def standing(searched: Searched) -> Searched:
 
 
 def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
-    """The choice, or where it does not predict what was set aside, the most probable surviving model that does."""
+    """The choice, or where it does not predict what was set aside, the most probable surviving model that does, of as
+    many effects at most: one more takes the evidence by which effects are named."""
     if fresh is None or not fresh.refutes(choice.fitted):
         return choice
-    likely = [s for s in choice.survivors if s.probability >= choice.fitted.model.settings.alike_rate]
-    other = next((survivor.fitted for survivor in likely if not fresh.refutes(survivor.fitted)), None)
+    count, least = len(choice.fitted.model.hypotheses), choice.fitted.model.settings.alike_rate
+    likely = [s.fitted for s in choice.survivors if s.probability >= least and len(s.effects) <= count]
+    other = next((fitted for fitted in likely if not fresh.refutes(fitted)), None)
     return choice if other is None else replace(choice, fitted=other, scores=examine(other, search))
 
 
@@ -282,7 +284,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     task, training = doubted.task, calibrated.model.predict.recording
     fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts)
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
-    others = [other for share, other in models if share >= task.settings.alike_rate]
+    others = [other for share, other in models if share >= task.settings.alike_rate and other is not choice.fitted]
     fresh = fresh.doubting(choice.fitted, others) if fresh else None
     chosen, choice = choice.fitted, predicting(choice, fresh, doubted.search)
     judged = fresh.judged_by(choice.fitted, models) if fresh else ()

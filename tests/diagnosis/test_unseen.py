@@ -180,17 +180,23 @@ def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
 
 
 def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predicts_the_rest():
-    """Constants alone do not predict what a weak plate does; whichever of the two had been chosen."""
+    """A weak plate at its place predicts what was set aside, one at another place does not; whichever was chosen."""
     searched = to_search(Task(recorded()), lambda stage: None, serially)
-    choice = searched.choice
-    good, poor = (Survivor(fitted, 0.0, 0.5) for fitted in (choice.fitted, choice.calibrated))
+    choice, library = searched.choice, searched.tested.doubted.search.library
+    elsewhere = next(one for one in library if one.name == "weakened_plate (plate 2)")
+    calibrated = choice.calibrated
+    wrong = fit(calibrated.model.adding(elsewhere), np.append(calibrated.p, 0.0))
+    good, poor, plain = (Survivor(fitted, 0.0, 1 / 3) for fitted in (choice.fitted, wrong, calibrated))
     for first in (good, poor):
-        beside = replace(choice, fitted=first.fitted, survivors=(good, poor))
+        beside = replace(choice, fitted=first.fitted, survivors=(poor, good, plain))
         found = check(replace(searched, choice=beside))
-        assert (found.choice.fitted, found.verdict) == (good.fitted, "explained")
+        assert found.choice.fitted is good.fitted
         assert [(survivor.fitted, survivor.probability) for survivor in found.choice.survivors] == [(good.fitted, 1.0)]
-        assert any(remark.startswith("constants alone: would explain what was fitted") for remark in found.remarks)
+        said = [remark for remark in found.remarks if "would explain what was fitted too" in remark]
+        assert [remark.partition(":")[0] for remark in said] == ["constants alone", "weakened_plate (plate 2)"]
         assert any("it confirms nothing" in remark for remark in found.remarks) == (first is poor)
+    alone = check(replace(searched, choice=replace(choice, fitted=calibrated, survivors=(good, plain))))
+    assert not alone.named  # an effect more is not named for what was set aside
 
 
 def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):
