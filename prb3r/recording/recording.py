@@ -171,18 +171,16 @@ class Recording:
 
     def only(self, sequences: Iterable[int]) -> "Recording":
         """The recording of the sequences with these indices, in their order in the recording."""
-        return self.of_steps(np.isin(self.of_sequence, list(sequences)))
-
-    def of_steps(self, chosen: np.ndarray) -> "Recording":
-        """The recording of the steps that a mask (s,) chooses, and of the sequences that they belong to."""
-        sequences, place = np.unique(self.of_sequence[chosen]), np.cumsum(chosen) - 1
-        readings = self.readings.where(chosen[self.readings.step])
+        chosen = sorted(set(sequences))
+        rows = np.isin(self.of_sequence, chosen)
+        place = np.cumsum(rows) - 1
+        readings = self.readings.where(rows[self.readings.step])
         return replace(
             self,
-            sequences=tuple(self.sequences[k] for k in sequences.tolist()),
-            steps=self.steps[chosen].reset_index(drop=True),
-            of_sequence=np.searchsorted(sequences, self.of_sequence[chosen]),
-            loads=Loads(*(field[chosen] for field in self.loads)),
+            sequences=tuple(self.sequences[k] for k in chosen),
+            steps=self.steps[rows].reset_index(drop=True),
+            of_sequence=np.searchsorted(chosen, self.of_sequence[rows]),
+            loads=Loads(*(field[rows] for field in self.loads)),
             readings=readings._replace(step=place[readings.step]),
         )
 

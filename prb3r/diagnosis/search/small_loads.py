@@ -35,18 +35,9 @@ def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | N
 def at_small_loads(known: Fit, doubts: Doubts, share: float) -> Fit | None:
     """A model fitted to the readings under loads of at most a `share` of the largest; None where these are few."""
     model, recording = known.model, known.model.predict.recording
-    light = load_share(recording.loads) <= share
-    read = light[recording.readings.step]
+    read = (load_share(recording.loads) <= share)[recording.readings.step]
     if read.sum() < model.settings.fewest_small_loads * model.count:
         return None
-    if known.solved.chain.remembers:
-        small, weights = replace(recording, readings=recording.readings.where(read)), doubts.weights
-    else:
-        small, place = recording.of_steps(light), np.cumsum(light) - 1
-        weights = tuple(
-            weight._replace(step=int(place[weight.step])) for weight in doubts.weights if light[weight.step]
-        )
-    predict = replace(model.predict, recording=small)
-    solved = predict.solve(known.constants, known.effects)
-    noise = replace(doubts, inflation=doubts.inflation[read], weights=weights).noise(predict, solved, model.settings)
+    predict = replace(model.predict, recording=replace(recording, readings=recording.readings.where(read)))
+    noise = replace(doubts, inflation=doubts.inflation[read]).noise(predict, known.solved, model.settings)
     return fit(replace(model, predict=predict, noise=noise), known.p)
