@@ -122,17 +122,21 @@ def beside_effects(
     """
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
-    if not there and len(exchanged) < 2:
-        return unexplained, blunders
     as_noted = _mended(task, blunders).recording
-    hidden = find_blunder(as_noted, task.settings, there, apply, exchanged=sorted(exchanged))
-    if hidden is None:
-        return unexplained, blunders
-    try:
-        mended = check(to_search(_mended(task, (hidden,)), lambda stage: None, apply))
-    except OutOfBalance:
-        return unexplained, blunders
-    return (unexplained, blunders) if mended.verdict == "unexplained" else (mended, (*blunders, hidden))
+    suspected: list[list[int]] = [[]] if there else []
+    if len(exchanged) > 1:
+        suspected.append(sorted(exchanged))
+    for among in suspected:
+        hidden = find_blunder(as_noted, task.settings, there, apply, exchanged=among)
+        if hidden is None:
+            continue
+        try:
+            mended = check(to_search(_mended(task, (hidden,)), lambda stage: None, apply))
+        except OutOfBalance:
+            continue
+        if mended.verdict != "unexplained":
+            return mended, (*blunders, hidden)
+    return unexplained, blunders
 
 
 class SetUp(NamedTuple):
