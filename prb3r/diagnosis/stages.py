@@ -107,7 +107,10 @@ def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
     """What it would take to predict the sequences that are not, in a sentence: what explains all of them together."""
     fitted = investigation.choice.fitted
     found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
-    doubted = doubt(calibrate(replace(task, hold_out=False, begun=found)), apply)
+    try:
+        doubted = doubt(calibrate(replace(task, hold_out=False, begun=found)), apply)
+    except OutOfBalance:
+        return what_it_takes(investigation.choice, None, investigation.failed)
     with_them = search_from_known(doubted.fitted, doubted.search, doubted.doubts)
     return what_it_takes(investigation.choice, with_them, investigation.failed)
 

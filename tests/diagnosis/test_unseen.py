@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
-from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
@@ -208,3 +210,13 @@ def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):
     assert (found.verdict, found.failed, found.named) == ("unexplained", ("counter",), ())
     (said,) = [remark for remark in found.remarks if remark.startswith("what it would take to predict counter")]
     assert "pulley_friction (cables 3) too, as all sequences fitted together have it; nothing unseen" in said
+
+
+def test_where_nothing_brings_all_sequences_into_balance_it_is_said_that_nobody_knows(monkeypatch):
+    found = SimpleNamespace(
+        recording=recorded(), failed=("in",), choice=SimpleNamespace(fitted=fitted_to_the_others(recorded()))
+    )
+    monkeypatch.setattr(stages, "calibrate", raised := Mock(side_effect=OutOfBalance("nothing is")))
+    said = stages.fitted_too(Task(recorded()), found, serially)
+    assert not raised.call_args.args[0].hold_out
+    assert said.startswith("what it would take to predict in: not known")

@@ -163,10 +163,6 @@ def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.ra
     return manipulator.model_copy(update=parts)
 
 
-WIDER = 2.0
-"""Times as wide as without an effect that is not named, from which on bands that hold it are said to."""
-
-
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:
     """Kinds of effects that are not named and yet make the widest band of a position what it is, a sentence each.
 
@@ -186,7 +182,7 @@ def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray
             continue
         low, high = _ends(without)
         times = float(np.ptp(whole[:, row, axis]) / max(float(high[0] - low[0]), np.finfo(float).tiny))
-        if times > WIDER:
+        if times > Settings.wider_bands:
             probability = sum(model.probability for model in posterior.models if kind in _kinds(model.effects))
             remarks.append(
                 f"bands are up to {times:.2g} times as wide as without {kind}, of which the recording leaves a "

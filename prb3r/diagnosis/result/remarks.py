@@ -109,16 +109,16 @@ def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
     ]
 
 
-def what_it_takes(choice: Choice, with_them: Choice, failed: Sequence[str]) -> str:
+def what_it_takes(choice: Choice, with_them: Choice | None, failed: Sequence[str]) -> str:
     """What explains sequences that were set aside and are not predicted, once they are fitted too.
 
     Parameters
     ----------
     choice : of the other sequences.
-    with_them : of all.
+    with_them : of all; None where no constants bring all into balance.
     """
     asked = f"what it would take to predict {' and '.join(failed)}"
-    if with_them.structured or not with_them.fitted.balanced:
+    if with_them is None or with_them.structured or not with_them.fitted.balanced:
         return f"{asked}: not known; fitted with the others it is not explained either"
     before, after = ({effect.name for effect in each.fitted.model.hypotheses} for each in (choice, with_them))
     if after == before:

@@ -24,3 +24,6 @@ class DesignsSettings:
     learnt_rigs: int = 64
     """Rigs that are drawn for a study.  Choice, for time, a power of two as Sobol's sequences have it: the ends of what
     95 % of them do are then known within a few per cent of the rigs."""
+    wider_bands: float = 2.0
+    """How many times as wide as without an effect that is not named bands have to be for that to be said.  Choice: a
+    designer who is told a tip to 2 mm instead of 1 would do another recording."""
