@@ -21,8 +21,10 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.result import named
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import check, to_search
 from prb3r.recording.recording import Recording, Tolerance
@@ -181,7 +183,24 @@ def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
     assert pulled.doubting(fitted) is pulled
 
 
-def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predicts_the_rest():
+def test_a_weight_is_believed_that_another_model_predicts_as_it_is_noted():
+    """Disks touch at one step alone, of a sequence set aside: without them another weight would explain it."""
+    touching = {"kind": "disk_contact", "angle_rad": 0.15, "stiffness_n_m_per_rad": 8.0}
+    recording = recorded(Case(hidden=(tuple(touching.items()),)))
+    number = recording.sequences.index("in")
+    others = recording.only(set(range(5)) - {number})
+    fresh = unseen(recording, [number], Settings(), Doubts(np.ones(others.readings.count)))
+    plain, whole = fit_constants(predictor(others)), fit_constants(predictor(recording))
+    library = hypotheses(Scope.of(recording, plain.model.predict.chain, whole.solved.states), frozenset())
+    contact = next(one for one in library if one.kind == "disk_contact")
+    sizes = [free.at(touching[free.name]) for free in contact.free]
+    there = fit(plain.model.adding(contact), np.append(plain.p, sizes), fixed=range(len(plain.p), len(plain.p) + 2))
+    assert [weight.step for weight in fresh.doubting(plain).doubted] == [2]
+    assert fresh.doubting(plain, [there]) is fresh
+    assert fresh.doubting(plain, [plain]).doubted
+
+
+def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predicts_the_rest(monkeypatch):
     """A weak plate at its place predicts what was set aside, one at another place does not; whichever was chosen."""
     searched = to_search(Task(recorded()), lambda stage: None, serially)
     choice, library = searched.choice, searched.tested.doubted.search.library
@@ -189,6 +208,12 @@ def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predic
     calibrated = choice.calibrated
     wrong = fit(calibrated.model.adding(elsewhere), np.append(calibrated.p, 0.0))
     good, poor, plain = (Survivor(fitted, 0.0, 1 / 3) for fitted in (choice.fitted, wrong, calibrated))
+    alike = [Rival(elsewhere, fitted, 0.0, 0.0) for fitted in (wrong, choice.fitted)]
+    for rival, plates in zip(alike, [(4,), (2, 4)], strict=True):
+        monkeypatch.setattr(named, "rivals", Mock(return_value=[rival]))
+        (effect,) = check(searched).named
+        assert effect.places["plate"] == (4, plates)
+    monkeypatch.undo()
     for first in (good, poor):
         beside = replace(choice, fitted=first.fitted, survivors=(poor, good, plain))
         found = check(replace(searched, choice=beside))
