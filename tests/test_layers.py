@@ -25,7 +25,7 @@ ORDER = {
     "compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",
-    "diagnosis": "confidence settings library fit evidence search checks result known stages together run",
+    "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style canvas rc framing page accuracy spots study diagnosis proof entries index",
     "bench": "prototype counting methods arithmetic scaling jacobians paths commands diagnosis measure tables",

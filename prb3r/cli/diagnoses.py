@@ -41,9 +41,9 @@ def diagnose_command(ctx, recordings, output, together, holdout, assume, seed, j
 
 def _alone(loaded, output: str | None, asked: dict) -> list[str]:
     """Diagnose one recording, write and say it; the verdict."""
+    from prb3r.diagnosis.investigate import STAGES
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
-    from prb3r.diagnosis.stages import STAGES
     from prb3r.front.diagnoses import diagnose as diagnosed
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable

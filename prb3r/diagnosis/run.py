@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.investigate import run_stages
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import Carried, on_other, supposed
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.stages import Report
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
@@ -27,7 +29,7 @@ def diagnosis_of(
     assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
-    report: stages.Report = lambda step: None,
+    report: Report = lambda step: None,
 ) -> Diagnosis:
     """The diagnosis of a recording, given as its folder or read already.
 
@@ -51,7 +53,7 @@ def diagnosis_of(
     assumed = None if assume is None else manipulator_of(assume)
     (whole,), others = _read([recording]), _read(holdout)
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
-        diagnosis = stages.run_stages(stages.Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
+        diagnosis = run_stages(Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
     return _judged_on(diagnosis, others)
 
 
@@ -62,7 +64,7 @@ def joint_diagnosis_of(
     assume: Given | None = None,
     seed: int = 0,
     jobs: int = 1,
-    report: stages.Report = lambda step: None,
+    report: Report = lambda step: None,
 ) -> JointDiagnosis:
     """The diagnosis of several recordings with what their rigs share; parameters and errors as of `diagnosis_of`.
 
@@ -78,7 +80,7 @@ def joint_diagnosis_of(
         raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
     for name in sorted({name for name in names if names.count(name) > 1}):
         raise SpecError(Problem("together", f"two recordings are named {name!r}; give them names of their own"))
-    tasks = [stages.Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
+    tasks = [Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         joint = diagnose_together(tasks, report, apply)
     return replace(joint, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in joint.diagnoses))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
+from prb3r.diagnosis.investigate import STAGES, SetUp, without_blunders
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.result.common import Common, common_of
@@ -11,7 +12,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import STAGES, Report, SetUp, check, standing, without_blunders
+from prb3r.diagnosis.stages import Report, check, standing
 from prb3r.errors import Problem, RecordingError
 
 

@@ -16,10 +16,10 @@ import numpy as np
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.stages import without_blunders
 from prb3r.errors import Prb3rError
 from prb3r.proof.concealed.composition import drawn_design, flavours, requests
 from prb3r.proof.concealed.folder import recording_from_folder

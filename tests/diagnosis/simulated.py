@@ -16,13 +16,13 @@ from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.stages import investigate
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.code_cache import once_at_a_time
 from prb3r.model.files.toml import toml_text

@@ -8,9 +8,9 @@ from diagnosis.simulated import RUBBING, UNEXPLAINED, YIELDING, Case, diagnosed,
 
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.evidence.model_evidence import plausible
+from prb3r.diagnosis.investigate import investigate, run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind
 

@@ -14,11 +14,11 @@ from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.remedy import with_manipulator
 from prb3r.diagnosis.checks.setup.robust import expected_loss
+from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import run_stages
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording

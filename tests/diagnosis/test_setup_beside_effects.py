@@ -4,13 +4,14 @@ import pytest
 from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps, steps_swapped
 from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
 
-from prb3r.diagnosis import stages
+from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import moves_nothing
+from prb3r.diagnosis.investigate import investigate, without_blunders
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import check, investigate, to_search, without_blunders
+from prb3r.diagnosis.stages import check, to_search
 from prb3r.recording.plausibility import contradicted_slips
 
 RIGHT = {
@@ -105,8 +106,8 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     missed both, but for a cable of the other sign."""
     right, turned = dead
     blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, False, 1.0)
-    monkeypatch.setattr(stages, "blunders_of", lambda *_: (blunder,))
-    monkeypatch.setattr(stages, "speaks_for", lambda *_: True)
+    monkeypatch.setattr(around, "blunders_of", lambda *_: (blunder,))
+    monkeypatch.setattr(around, "speaks_for", lambda *_: True)
     searched, blunders, *_ = without_blunders(Task(right), lambda stage: None, serially)
     assert not blunders
     assert searched.choice.kinds == {"dead_cable"}
@@ -155,7 +156,7 @@ def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them(set_up):
 
 
 def test_it_is_said_where_nothing_but_its_mending_explains_what_was_set_aside(set_up, monkeypatch):
-    monkeypatch.setattr(stages, "without_blunders", lambda *_: set_up)
+    monkeypatch.setattr(around, "without_blunders", lambda *_: set_up)
     found = investigate(set_up.searched.tested.doubted.task)
     assert found.verdict == "set-up"
     assert [blunder.blunder for blunder in found.blunders] == ["slip is declared with the wrong sign in sequence mixed"]

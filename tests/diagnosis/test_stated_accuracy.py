@@ -11,10 +11,11 @@ from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.stages import check, investigate, to_search
+from prb3r.diagnosis.stages import check, to_search
 from prb3r.present.diagnosis.sentences import verdict_sentences
 
 

@@ -14,10 +14,10 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.coarser import told_share
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.stages import investigate
 from prb3r.recording.recording import Kind
 
 

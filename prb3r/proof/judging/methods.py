@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis import stages
 from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.checks.heldout import unseen
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import run_stages
+from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
@@ -24,6 +25,7 @@ from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.exchange import added
 from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import calibrate, doubt
 from prb3r.proof.judging.forecast import forecasts
 from prb3r.proof.judging.verdict import Claim, ExperimentClaim, Verdict
 from prb3r.recording.recording import Recording
@@ -59,7 +61,7 @@ def verdict_of(task: MethodTask) -> Verdict:
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
     """The diagnosis, with some of its settings changed."""
     settings = replace(task.settings, **ablation) if ablation else task.settings
-    diagnosis = stages.run_stages(stages.Task(task.recording, task.seed, task.without, settings=settings))
+    diagnosis = run_stages(Task(task.recording, task.seed, task.without, settings=settings))
     begin = time.process_time()
     elsewhere = forecasts(diagnosis, task.targets) if task.targets else ()
     spent = time.process_time() - begin
@@ -110,8 +112,8 @@ def _exact_tensions(recording: Recording) -> Recording:
 
 def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
     """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
-    asked = stages.Task(recording, task.seed, task.without, settings=task.settings)
-    begun = stages.doubt(stages.calibrate(asked), serially)
+    asked = Task(recording, task.seed, task.without, settings=task.settings)
+    begun = doubt(calibrate(asked), serially)
     calibrated = explained = begun.fitted
     single = added(calibrated, begun.search) if task.method != "E and mu alone" else []
     best = min(single, key=lambda fitted: fitted.chi2, default=None)

@@ -1,0 +1,166 @@
+"""From a recording to a diagnosis: the stages, and around them what is done about blunders and sequences set aside.
+
+set-up -> calibrate -> doubt -> test -> search -> check -> tell
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for, stands_beside
+from prb3r.diagnosis.fit.calibrate import OutOfBalance
+from prb3r.diagnosis.known import Searched, Task
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.diagnosis.result.remarks import what_it_takes
+from prb3r.diagnosis.result.tell import adjusted, tell
+from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.starts import search_from_known
+from prb3r.diagnosis.stages import (
+    Report,
+    calibrate,
+    check,
+    doubt,
+    fitted_part,
+    leaves_something,
+    search,
+    standing,
+    to_search,
+    to_test,
+)
+from prb3r.errors import Problem, RecordingError
+
+STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
+
+
+def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
+    """The diagnosis of the recording of a task, all stages done; parameters and errors as of :func:`investigate`."""
+    investigation = investigate(task, report, apply)
+    report("tell")
+    return tell(investigation)
+
+
+def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Investigation:
+    """All stages but the last: what there is to tell, with the fits behind it.
+
+    Parameters
+    ----------
+    report : hears the name of every stage as it begins.
+    apply : applies a function to many tasks, in worker processes for instance.
+
+    Raises
+    ------
+    RecordingError
+        If nothing near the nominal manipulator is in balance under the recorded loads.
+    """
+    report("set-up")
+    try:
+        searched, blunders, rival, mended = without_blunders(task, report, apply)
+    except OutOfBalance as error:
+        raise RecordingError(Problem(task.recording.name, str(error))) from None
+    report("check")
+    investigation = check(standing(searched), rival)
+    if investigation.verdict == "unexplained" and rival and mended:
+        other = check(standing(mended))
+        if other.verdict != "unexplained":
+            investigation, blunders = other, (*blunders, rival)
+    if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
+        investigation, blunders = beside_effects(task, investigation, blunders, apply)
+    if investigation.failed and not investigation.choice.structured:
+        remark = fitted_too(_mended(task, blunders), investigation, apply)
+        investigation = replace(investigation, remarks=(*investigation.remarks, remark))
+    return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
+
+
+def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
+    """What it would take to predict the sequences that are not, in a sentence: what explains all of them together."""
+    fitted = investigation.choice.fitted
+    found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
+    try:
+        doubted = doubt(calibrate(replace(task, hold_out=False, begun=found)), apply)
+    except OutOfBalance:
+        return what_it_takes(investigation.choice, None, investigation.failed)
+    with_them = search_from_known(doubted.fitted, doubted.search, doubted.doubts)
+    return what_it_takes(investigation.choice, with_them, investigation.failed)
+
+
+def beside_effects(
+    task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
+) -> tuple[Investigation, tuple[Blunder, ...]]:
+    """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found,
+    and steps that are exchanged by weights that were not believed, or where two or three alone are not predicted.
+
+    One more blunder is said where the recording is explained once it is mended; else all is as it was.
+    """
+    there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
+    exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
+    as_noted = _mended(task, blunders).recording
+    suspected: list[list[int]] = [[]] if there else []
+    if len(exchanged) > 1:
+        suspected.append(sorted(exchanged))
+    for among in suspected:
+        hidden = find_blunder(as_noted, task.settings, there, apply, exchanged=among)
+        if hidden is None:
+            continue
+        try:
+            mended = check(to_search(_mended(task, (hidden,)), lambda stage: None, apply))
+        except OutOfBalance:
+            continue
+        if mended.verdict != "unexplained":
+            return mended, (*blunders, hidden)
+    return unexplained, blunders
+
+
+class SetUp(NamedTuple):
+    """What was chosen for a recording, and what is to be said of its set-up."""
+
+    searched: Searched
+    blunders: tuple[Blunder, ...]
+    """They are mended in what was searched."""
+    rival: Blunder | None = None
+    """One that would explain the recording by fewer effects than were chosen, for which too little speaks to say it."""
+    without_rival: Searched | None = None
+    """What was chosen with that mended too."""
+
+
+def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
+    """What was chosen for a recording once the blunders of its set-up are mended, and these.
+
+    A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
+    effects, speak for it.  The second search is given up where its first end is worth less than that of the first one,
+    by as much as would have to speak for the blunder.  One that moves no reading beside what was found, as of a cable
+    that turns out to be dead, is none: what was found is what the recording is searched from as it is.
+    """
+    blunders = blunders_of(task.recording, task.settings, apply)
+    if not blunders or blunders[-1].plain:
+        return SetUp(to_search(_mended(task, blunders), report, apply), blunders)
+    plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
+    searched, said = to_search(_mended(task, plain), report, apply), plain
+    for count in range(len(plain) + 1, len(blunders) + 1):
+        blunder, choice = blunders[count - 1], searched.choice
+        if blunder.faint and not (choice.structured or choice.kinds):
+            break
+        report("search")
+        try:
+            tested = to_test(_mended(task, blunders[:count]), lambda stage: None, apply)
+            if blunder.faint and len(choice.kinds) == 1 and leaves_something(tested):
+                break  # fewer effects than one are none, and constants alone do not explain the mended recording
+            other = search(tested, choice.first_worth - (0.0 if blunder.faint else blunder.least))
+        except OutOfBalance:
+            break
+        after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
+        if not speaks_for(after, before, blunder.least):
+            return SetUp(searched, said, blunder, other) if stands_beside(after, before) else SetUp(searched, said)
+        as_noted, fitted = _mended(task, said), other.choice.fitted
+        if moves_nothing(fitted_part(as_noted.recording, other.tested.doubted.aside), fitted):
+            found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
+            searched = to_search(replace(as_noted, begun=found), lambda stage: None, apply)
+            break
+        searched, said = other, blunders[:count]
+        if not other.choice.structured:
+            break
+    return SetUp(searched, said)
+
+
+def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
+    return replace(task, recording=blunders[-1].mended) if blunders else task
