@@ -125,6 +125,29 @@ def test_what_alone_makes_bands_wide_is_said(folder, tmp_path):
     assert "times as wide as without base_compliance, of which the recording leaves a probability of 0.10" in remark
 
 
+def test_loads_that_bend_plates_further_than_the_recording_did_are_told(folder, tmp_path):
+    """The largest mean strain of a plate is half its thickness by its bend over the length between its clamps."""
+    first, further = {"sequence": "a", "step": 1}, {}
+    for tension in (10.0, 200.0):
+        steps = first | {"cable_1_n": [tension]}
+        result = predict(folder, folder / "same.toml", steps)
+        further[tension] = result.remarks
+    bends = np.abs(np.diff(result.positions["angle_rad"]))
+    free = [
+        (segment.length_m - 2 * segment.clamp_m, segment.thickness_m)
+        for segment in result.manipulator.segment
+        for _ in range(segment.plates)
+    ]
+    most = max(thickness / 2 * bend / length for bend, (length, thickness) in zip(bends, free, strict=True))
+    assert further[10.0] == ()
+    said, *_ = further[200.0]
+    assert f"plates are strained by up to {most:.2%} here" in said
+    record = json.loads((folder / "diagnosis.json").read_text())
+    del record["posterior"]["bending"]  # as it was written before
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    assert not any("strained" in remark for remark in predict(tmp_path, folder / "same.toml", steps).remarks)
+
+
 def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_together():
     """Stiffness and friction are hardly known, their difference closely; the one stands at its bound."""
     nominal, bound = Manipulator.model_validate(manipulator()), 0.02

@@ -180,6 +180,9 @@ def test_files_decide_what_is_shared(tmp_path):
         return groups_of([first, replace(other, manipulator=other.manipulator.model_copy(update=changes))])
 
     assert groups().of == {"material": (0, 1), "friction": (0, 1)}
+    assert groups().remarks == (
+        "of bending laws those in strain are shared, and none in curvature, as sections differ",
+    )
     assert groups(sharing={"material": False}).of == {"friction": (0, 1)}
     softer = groups(youngs_modulus_pa=1.7e11)
     assert softer.of == {"friction": (0, 1)}

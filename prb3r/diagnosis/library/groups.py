@@ -44,6 +44,11 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
     if len({(law.coefficient, law.wrap) for law in rubbing}) > 1:
         remarks.append("friction is not shared: the files state different coefficients or different turns (wrap)")
         friction = ()
+    sections = {
+        (segment.width_m, segment.thickness_m, segment.bending_stiffness_n_m2, segment.outer_fibre_m)
+        for manipulator in stated
+        for segment in manipulator.segment
+    }
     if len(material) > 1:
         segments = [segment for manipulator in stated for segment in manipulator.segment]
         if any(segment.bending_stiffness_n_m2 is not None for segment in segments):
@@ -53,10 +58,7 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
             )
         if not all(np.isfinite(manipulator.outer_fibre).all() for manipulator in stated):
             remarks.append("bending laws are shared as strain only where all files state outer_fibre_m")
+        elif len(sections) > 1:
+            remarks.append("of bending laws those in strain are shared, and none in curvature, as sections differ")
     groups: dict[Group, tuple[int, ...]] = {"material": material, "friction": friction}
-    sections = {
-        (segment.width_m, segment.thickness_m, segment.bending_stiffness_n_m2, segment.outer_fibre_m)
-        for manipulator in stated
-        for segment in manipulator.segment
-    }
     return Groups({name: rigs for name, rigs in groups.items() if len(rigs) > 1}, len(sections) == 1, tuple(remarks))

@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
 from prb3r.diagnosis.result.as_made import as_made
+from prb3r.diagnosis.result.bending import bending_of
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
@@ -93,14 +94,17 @@ def predict_design(
         return solved[list(PREDICTED)].to_numpy()
 
     positions = solve(central, steps)
-    centres = [(share, predicted(centre, made=False)) for share, centre in posterior.centres]
+    centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
+    if posterior.bending is not None:
+        bending = bending_of(design, centre[:, PREDICTED.index("angle_rad")].reshape(-1, design.plates + 1))
+        remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True) for rig in rigs])
     remarks += _what_widens(posterior, rigs, spread)
     lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
     if lost > 0:
         remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
-    return DesignPrediction(central, left, tuple(remarks), _banded(positions, averaged(centres), spread))
+    return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:

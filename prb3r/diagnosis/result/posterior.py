@@ -15,6 +15,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior, parts_posterior
+from prb3r.diagnosis.result.bending import Bending, bending_of
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects import AnyEffect
@@ -144,6 +145,8 @@ class Posterior(Strict):
     """How exactly rigs of its making are made."""
     models: list[ModelPosterior]
     """Most probable first; probabilities add up to one."""
+    bending: Bending | None = None
+    """How far plates were bent; absent in what was written before this was noted."""
 
     @property
     def named(self) -> Drawn:
@@ -179,7 +182,8 @@ def posterior_of(choice: Choice) -> Posterior:
         _model_posterior(survivor, choice.doubts, named=survivor.fitted is choice.fitted)
         for survivor in choice.survivors
     ]
-    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models)
+    bending = bending_of(recording.manipulator, choice.fitted.solved.states.angle)
+    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models, bending=bending)
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:

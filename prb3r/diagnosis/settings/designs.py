@@ -24,6 +24,9 @@ class DesignsSettings:
     learnt_rigs: int = 64
     """Rigs that are drawn for a study.  Choice, for time, a power of two as Sobol's sequences have it: the ends of what
     95 % of them do are then known within a few per cent of the rigs."""
+    bent_beyond: float = 1.1
+    """How many times as far as in the recording plates have to be bent for that to be said.  Choice: rigs repeat their
+    bends within a few per cent, and laws of bending change little over a tenth."""
     wider_bands: float = 2.0
     """How many times as wide as without an effect that is not named bands have to be for that to be said.  Choice: a
     designer who is told a tip to 2 mm instead of 1 would do another recording."""

@@ -18,7 +18,8 @@ from prb3r.runs.files import ensure_writable, write_whole
 
 SHARED_FIGURE = "shared"
 SHARED_CAPTION = (
-    "What the rigs share, from each recording with the same effects and from all of them, with 95 % intervals."
+    "What the rigs share, from each recording with the same effects and from all of them, with 95 % intervals under "
+    "these effects alone; the pages of the recordings have intervals over all sets of effects that are left."
 )
 OF_ALL: dict[str, Any] = {"color": style.PALETTE[0], "marker": "o", "ms": 4.0, "lw": 1.6}
 OF_ONE: dict[str, Any] = {"color": style.PALETTE[2], "marker": "s", "ms": 3.4, "lw": 1.0}

@@ -1,0 +1,34 @@
+"""How far plates are bent: what a recording has seen of their laws, and whether a design goes beyond that."""
+
+import numpy as np
+
+from prb3r.model.manipulator import Manipulator, Strict
+
+
+class Bending(Strict):
+    """The largest bend of a plate, as the mean along it."""
+
+    curvature_per_m: float
+    strain: float | None
+    """Of the outermost fibre; None where its distance is not known of every plate."""
+
+    def beyond(self, seen: "Bending", times: float) -> str:
+        """What is to be said where plates are bent more than `times` as far as was `seen`; empty where they are not."""
+        if self.strain is not None and seen.strain is not None:
+            here, there = self.strain, seen.strain
+            said = f"strained by up to {here:.2%} here, by {there:.2%} at most in the recording"
+        else:
+            here, there = self.curvature_per_m, seen.curvature_per_m
+            said = f"bent up to {here:.3g} 1/m here, {there:.3g} 1/m at most in the recording"
+        if here <= times * there:
+            return ""
+        return f"plates are {said}: beyond that the law of bending is supposed to go on, unseen"
+
+
+def bending_of(manipulator: Manipulator, angle: np.ndarray) -> Bending:
+    """The largest bend of the plates whose disks stand at these angles (s, n + 1), rad; NaN without an equilibrium."""
+    arc = manipulator.per_plate(segment.length_m - 2 * segment.clamp_m for segment in manipulator.segment)
+    curvature = np.abs(np.diff(angle, axis=1)) / arc
+    strain = np.nanmax(curvature * manipulator.outer_fibre, initial=0.0)
+    known = np.isfinite(manipulator.outer_fibre).all()
+    return Bending(curvature_per_m=float(np.nanmax(curvature, initial=0.0)), strain=float(strain) if known else None)
