@@ -7,12 +7,12 @@ import pytest
 from diagnosis.simulated import MU, Case, E, diagnosed, manipulator, recorded
 
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.diagnosis.search.assumed import assumed_of, known_states
-from prb3r.diagnosis.stages import run_stages
 from prb3r.model.given import manipulator_of
 
 WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}

@@ -8,12 +8,13 @@ from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.exchange import replacements, without_effect
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.rivals import rivals
 from prb3r.diagnosis.search.selection import choose, exchange_effects, explore_until_settled
-from prb3r.diagnosis.stages import calibrate, doubt, serially
+from prb3r.diagnosis.stages import calibrate, doubt
 
 TOUCHING = (
     {"kind": "disk_contact", "angle_rad": 0.08, "stiffness_n_m_per_rad": 40.0},

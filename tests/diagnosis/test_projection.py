@@ -23,6 +23,7 @@ import prb3r
 from prb3r import load_manipulator, solve
 from prb3r.diagnosis.checks.verdict import why_unexplained
 from prb3r.diagnosis.evidence.outliers import NotedWeight
+from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
@@ -33,7 +34,6 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import run_stages
 from prb3r.model.manipulator import Manipulator
 
 CONTRACT = {

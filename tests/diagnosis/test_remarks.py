@@ -8,6 +8,7 @@ from diagnosis.simulated import Case, diagnosed, recorded
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
+from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
@@ -16,8 +17,9 @@ from prb3r.diagnosis.result.remarks import (
     misplaced_marker,
     without_mass,
 )
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import calibrate, check, doubt, run_stages, serially, to_search
+from prb3r.diagnosis.stages import calibrate, check, doubt, to_search
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"

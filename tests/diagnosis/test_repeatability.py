@@ -19,9 +19,9 @@ from prb3r.diagnosis.fit.covariance import (
 )
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import investigate
 from prb3r.model.effects.plates import WeakenedPlate
 
 

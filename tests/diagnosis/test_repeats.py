@@ -11,9 +11,9 @@ from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.evidence.repeated_loads import matches
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.investigate import investigate, run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import investigate, run_stages
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.recording.recording import Kind

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from diagnosis.simulated import WEAK, recorded
 
+from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import without_blunders
 from prb3r.proof.attained import attained
 
 FAINT = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": 0.01}
