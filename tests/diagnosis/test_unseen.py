@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.checks.heldout import Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
@@ -231,7 +232,7 @@ def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):
     hidden = {"kind": "pulley_friction", "cables": ("3",), "efficiency": 0.8}
     recording = recorded(Case(hidden=(tuple(hidden.items()),)))
     monkeypatch.setattr(stages, "set_aside", lambda *_: (recording.sequences.index("counter"),))
-    found = stages.investigate(Task(recording))
+    found = around.investigate(Task(recording))
     assert (found.verdict, found.failed, found.named) == ("unexplained", ("counter",), ())
     (said,) = [remark for remark in found.remarks if remark.startswith("what it would take to predict counter")]
     assert "pulley_friction (cables 3) too, as all sequences fitted together have it; nothing unseen" in said
@@ -241,7 +242,7 @@ def test_where_nothing_brings_all_sequences_into_balance_it_is_said_that_nobody_
     found = SimpleNamespace(
         recording=recorded(), failed=("in",), choice=SimpleNamespace(fitted=fitted_to_the_others(recorded()))
     )
-    monkeypatch.setattr(stages, "calibrate", raised := Mock(side_effect=OutOfBalance("nothing is")))
-    said = stages.fitted_too(Task(recorded()), found, serially)
+    monkeypatch.setattr(around, "calibrate", raised := Mock(side_effect=OutOfBalance("nothing is")))
+    said = around.fitted_too(Task(recorded()), found, serially)
     assert not raised.call_args.args[0].hold_out
     assert said.startswith("what it would take to predict in: not known")
