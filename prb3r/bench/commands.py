@@ -21,10 +21,10 @@ from prb3r.model.manipulator import Manipulator
 SOLVE_COMMAND, GRID_COMMAND, CLOUD_COMMAND = "solve, table to table", "study, grid of tensions", "study, cloud"
 FEW_AND_MANY: Mapping[str, tuple[int, int]] = {
     SOLVE_COMMAND: (16_384, 147_456),
-    GRID_COMMAND: (2_000, 22_000),
-    CLOUD_COMMAND: (16_384, 278_528),
+    GRID_COMMAND: (20_000, 200_000),
+    CLOUD_COMMAND: (524_288, 2_097_152),
 }
-"""Configurations of each command: few, and so many more that starting does not count."""
+"""Configurations of each command: few, with which all workers have begun, and so many more that this does not count."""
 KIB = 1 if sys.platform == "darwin" else 1024
 """Bytes in what the system calls a unit of resident memory."""
 LAUNCHER = """

@@ -12,12 +12,14 @@ from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.search import starts
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
 from prb3r.diagnosis.search.starts import beside, lead, search_effects
 from prb3r.diagnosis.search.worth import worth
-from prb3r.diagnosis.stages import calibrate, doubt, serially
+from prb3r.diagnosis.stages import calibrate, doubt
 
 TOGETHER = (
     {"kind": "nonlinear_plate", "law": "smooth", "knee_strain": 0.0018, "ratio": 0.3, "sharpness": 4.0},
@@ -31,6 +33,12 @@ TOGETHER = (
 def doubted():
     hidden = tuple(tuple(effect.items()) for effect in TOGETHER)
     return doubt(calibrate(Task(recorded(Case(hidden=hidden)))), serially)
+
+
+@pytest.fixture(scope="module")
+def full(doubted):
+    """All common effects of the whole rig at once."""
+    return saturated(doubted.fitted, doubted.search, doubted.doubts)
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +58,24 @@ def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
     assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)
 
 
-def test_all_at_once_takes_away_most_of_what_constants_leave(doubted):
-    full = saturated(doubted.fitted, doubted.search, doubted.doubts)
+def test_all_at_once_takes_away_most_of_what_constants_leave(doubted, full):
     assert doubted.fitted.reduced > 10
     assert full.reduced < 0.5 * doubted.fitted.reduced
 
 
-def test_taken_away_one_after_another_what_is_there_is_left_last(doubted):
-    full = saturated(doubted.fitted, doubted.search, doubted.doubts)
+def test_what_all_effects_do_without_is_left_out_as_long_as_that_is_more_probable(doubted, full):
+    search, settings = doubted.search, doubted.fitted.model.settings
+    pool = Pool(search, settings, [doubted.fitted, full])
+    assert pool.thin()
+    assert {hypothesis.kind for hypothesis in pool.best.model.hypotheses} == {"nonlinear_plate", "disk_contact"}
+    for number in range(2):
+        less = without_effect(pool.best, number)
+        assert log_evidence(less, search.log_odds) < log_evidence(pool.best, search.log_odds)
+    assert not pool.thin()
+    assert not pool.under(full.model.noise).thin()
+
+
+def test_taken_away_one_after_another_what_is_there_is_left_last(doubted, full):
     fits = eliminated(full, doubted.search)
     sets = [frozenset(fitted.model.hypotheses) for fitted in fits]
     assert fits[0] is full
@@ -68,11 +86,10 @@ def test_taken_away_one_after_another_what_is_there_is_left_last(doubted):
     assert evidence[-2] == max(evidence) > evidence[0] + 5
 
 
-def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole):
+def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole, full):
     fitted, search, doubts = doubted.fitted, doubted.search, doubted.doubts
-    known = [fitted, saturated(fitted, search, doubts)]
-    full = choose(explore_until_settled(Pool(search, fitted.model.settings, known), search, doubts), search)
-    assert full.kinds == whole.kinds
+    pool = Pool(search, fitted.model.settings, [fitted, full])
+    assert choose(explore_until_settled(pool, search, doubts), search).kinds == whole.kinds
 
 
 def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_either(doubted, whole):

@@ -15,9 +15,10 @@ from prb3r.diagnosis.search.columns import beginning, linear_model
 from prb3r.diagnosis.search.search import Search
 
 
-def without_effect(fitted: Fit, number: int) -> Fit | None:
-    """The model refitted without one of its effects; None where nothing of it is left to be compared."""
-    return fit(fitted.model.without(number), fitted.model.without_share(fitted.p, number))
+def without_effect(fitted: Fit, number: int, useful: float = np.inf) -> Fit | None:
+    """The model refitted without one of its effects; None where nothing of it is left to be compared, or where the fit
+    is of no use (`useful` as of :func:`fit`)."""
+    return fit(fitted.model.without(number), fitted.model.without_share(fitted.p, number), useful=useful)
 
 
 def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:

@@ -15,7 +15,7 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
-from prb3r.diagnosis.search.exchange import replacements
+from prb3r.diagnosis.search.exchange import replacements, without_effect
 from prb3r.diagnosis.search.linear_selection import LinearModel, best_sets, worth_fitting
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
@@ -52,6 +52,7 @@ class Pool:
         self.evidence: dict[Effects, float] = {}
         self.expanded: set[Effects] = set()
         self.exchanged: set[Effects] = set()
+        self.thinned: set[Effects] = set()
         for fitted in fits:
             self.add(fitted)
 
@@ -137,6 +138,25 @@ class Pool:
                 self.add(other)
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
+    def thin(self) -> bool:
+        """Leave one effect after another out of the best model as long as the rest is more probable; whether it was.
+
+        Of a large model the linearised one tells badly what can be left out, as around its fit effects stand in for
+        each other that do not once one of them is gone: so those that it misses least are each left out in full.
+        """
+        before = self.ranked[0]
+        while (effects := self.ranked[0]) and effects not in self.thinned:
+            self.thinned.add(effects)
+            fitted = self.fits[effects]
+            linear, present = self.linearised(fitted)
+            missed = sorted(present, key=lambda number: -linear.evidence(present - {number}))
+            most = self.settings.costly_left_out if fitted.costly else self.settings.left_out
+            names = [linear.columns[k].hypothesis for k in missed[:most]]
+            tasks = [(fitted, fitted.model.hypotheses.index(name), self._useful([*effects - {name}])) for name in names]
+            for less in self.search.apply(_without, tasks):
+                self.add(less)
+        return self.ranked[0] != before
+
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
         """The linearised model around a fit, and which of its columns are those of the fitted effects."""
         return linear_model(fitted, self.search.library, self.search.log_odds)
@@ -156,7 +176,9 @@ class Pool:
         """The models worth it, and that without effects, refitted under another covariance."""
         chosen = self.worth_keeping()
         tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
-        return Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
+        pool = Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
+        pool.thinned = set(self.thinned)
+        return pool
 
     def worth_keeping(self) -> list[Effects]:
         """The models that may still be good under another covariance, and that without effects."""
@@ -173,6 +195,10 @@ class Pool:
         weight = np.exp([self.evidence[effects] - best for effects in kept])
         shares = (weight / weight.sum()).tolist()
         return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
+
+
+def _without(task: tuple[Fit, int, float]) -> Fit | None:
+    return without_effect(*task)
 
 
 def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:

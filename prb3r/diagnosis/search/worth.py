@@ -23,9 +23,17 @@ def worth(choice: Choice, search: Search) -> float:
     return worth_of(choice.fitted, choice.level.level, search)
 
 
-def worth_of(fitted: Fit, level: NoiseLevel, search: Search) -> float:
-    """The same of any fit under a level of the noise."""
-    photographs = len(np.unique(fitted.model.predict.recording.readings.step))
+def photographs_of(fitted: Fit) -> int:
+    """Number of the steps whose readings a fit is of."""
+    return len(np.unique(fitted.model.predict.recording.readings.step))
+
+
+def worth_of(fitted: Fit, level: NoiseLevel, search: Search, photographs: int | None = None) -> float:
+    """The same of any fit under a level of the noise.
+
+    `photographs`: how many to count; absent: its own. Of two fits to be compared one may have lost some.
+    """
+    photographs = photographs or photographs_of(fitted)
     settings, constants = fitted.model.settings, fitted.constants
     occam = log_evidence(fitted, search.log_odds) + fitted.chi2 / 2
     odd = (constants.log_stiffness / settings.modulus_sd) ** 2 + (constants.log_friction / settings.friction_sd) ** 2

@@ -71,6 +71,12 @@ class SearchSettings:
     positive_presence: float = 0.75
     """Probability from which on a kind that is not named makes what is named no certainty: odds of 3, "positive" (Kass
     and Raftery), where those of `simpler_reach` would name it."""
+    left_out: int = 3
+    """Effects of the best model that are left out in full, one at a time, those first that the linearised model misses
+    least.  Choice: of ten effects fitted to a notched wrist it misses least those that are needed, and eight of them
+    are found to be none with 3 or with all, none with 1."""
+    costly_left_out: int = 1
+    """The same where a prediction is slow.  Choice, for time."""
     shortlist: int = 8
     """Replacements of an effect that are fitted in full.  Choice, for time."""
     probes_fitted: int = 2
