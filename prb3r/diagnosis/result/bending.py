@@ -9,7 +9,7 @@ class Bending(Strict):
     """The largest bend of a plate, as the mean along it."""
 
     curvature_per_m: float
-    strain: float | None
+    strain: float | None = None
     """Of the outermost fibre; None where its distance is not known of every plate."""
 
     def beyond(self, seen: "Bending", times: float) -> str:
