@@ -125,4 +125,5 @@ def pooled(carried: Sequence[tuple[Recording, Carried]]) -> HeldOut:
         chi2_calibrated=sum(error.chi2_calibrated for error in errors),
         chi2_explained=sum(error.chi2_explained for error in errors),
         readings=sum(error.readings for error in errors),
+        lost=sum(error.lost for error in errors),
     )

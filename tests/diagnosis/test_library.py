@@ -112,6 +112,17 @@ def test_one_side_is_suspected_where_plates_bend_to_both(rubbing, limp):
     assert names(limp._replace(bend=np.abs(limp.bend)), "notch_closing") == closing[1:2]
 
 
+def test_notches_that_were_read_to_bend_far_may_close_though_constants_bend_none_so_far(limp):
+    predict, stiff = predictor(limp.recording), limp._replace(bend=0.1 * limp.bend)
+    read = limp.recording.with_values(predict.read(predict.equilibria(Constants()), Constants()))
+    assert not names(stiff, "notch_closing")
+    assert names(stiff._replace(recording=read), "notch_closing") == names(limp, "notch_closing")
+    (bound,) = {
+        contact.free[0].high for contact in hypotheses(stiff._replace(recording=read)) if contact.kind == "disk_contact"
+    }
+    assert bound == pytest.approx(limp.largest_bend)
+
+
 def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     rubs = {"slip_history", "edge_wrap"}
     alone = [f"cable_friction (cables {name})" for name in "1234"]

@@ -7,8 +7,9 @@ import pytest
 from diagnosis.simulated import Case, investigated
 
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.remarks import never_unloaded
+from prb3r.diagnosis.result.remarks import never_unloaded, or_loops
 from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import NonlinearPlate
 
 LOOPS = {"kind": "hysteretic_plate", "slipping_share": 0.4, "yield_strain": 1.2e-3}
@@ -47,3 +48,27 @@ def test_where_nothing_unloads_softening_and_dissipating_are_said_to_be_alike(ra
     remarks = never_unloaded(found, [Hypothesis("hysteretic_plate")] if suspected else [])
     assert len(remarks) == said
     assert all("are alike here" in remark and "unload" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "kinds", "unloads", "said"),
+    [
+        (6e10, {"pulley_friction", "worn_hole"}, True, True),
+        (2e11, {"pulley_friction"}, True, False),
+        (6e10, {"pulley_friction"}, False, False),
+        (6e10, {"precurvature"}, True, False),
+    ],
+)
+def test_loops_of_plates_that_may_be_superelastic_may_have_been_taken_for_friction(modulus, kinds, unloads, said):
+    law = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.2)
+    rig = SimpleNamespace(recording=SimpleNamespace(manipulator=SimpleNamespace(youngs_modulus_pa=modulus / 2)))
+    fitted = SimpleNamespace(
+        effects=(law,),
+        constants=SimpleNamespace(log_stiffness=np.log(2)),
+        model=SimpleNamespace(settings=Settings(), predict=rig),
+    )
+    remarks = or_loops(
+        SimpleNamespace(kinds=frozenset(kinds), fitted=fitted), [Hypothesis("hysteretic_plate")] if unloads else []
+    )
+    assert len(remarks) == said
+    assert all("pulley_friction and worn_hole may stand for that" in remark for remark in remarks)

@@ -110,6 +110,19 @@ def test_where_a_model_has_no_equilibrium_the_others_are_averaged():
     np.testing.assert_allclose(mean, [2.0, 4.0, np.nan])
 
 
+def test_where_most_draws_have_no_equilibrium_there_is_no_band(folder, tmp_path):
+    """Six rigs of ten collapse under what pushes at their tips."""
+    record = json.loads((folder / "diagnosis.json").read_text())
+    (plain, *_), push = record["posterior"]["models"], {"kind": "tip_force", "x_n": -1e6, "y_n": 1e6}
+    gone = plain | {"probability": 0.6, "named": False, "effects": [*plain["effects"], push]}
+    record["posterior"]["models"] = [gone, plain | {"probability": 0.4}]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    found = predict(tmp_path, folder / "same.toml", folder / "steps.csv")
+    assert any("there are none where more than half of the draws are lost" in remark for remark in found.remarks)
+    assert found.positions["x_m"].notna().all()  # of the model that is in balance
+    assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
+
+
 def test_what_alone_makes_bands_wide_is_said(folder, tmp_path):
     """A survivor that is hardly probable and moves far."""
     record = json.loads((folder / "diagnosis.json").read_text())

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -223,6 +224,19 @@ def test_a_set_of_effects_that_stands_in_the_place_of_what_is_named_is_said_and_
     assert alone.second == "constants alone"
     lines = summary_lines(tell(replace(found, verdict="ambiguous", choice=choice, experiments=(apart,))))
     assert "- or instead of what is named: segment_stiffness" in lines
+
+
+def test_the_closing_lines_tell_the_constants_and_what_is_not_predicted():
+    found = diagnosed()
+    (line,) = [line for line in summary_lines(found) if line.startswith("constants: ")]
+    modulus, low, high = map(float, re.match(r"constants: Young's modulus (\S+) \((\S+) to (\S+)\) GPa", line).groups())
+    assert low < 1.05 * found.nominal.youngs_modulus_pa / 1e9 < high
+    assert low < modulus < high
+    assert ", friction coefficient 0." in line
+    lines = summary_lines(replace(found, heldout=replace(found.heldout, lost=8)))
+    held = [line for line in lines if line.startswith("held out")]
+    assert held
+    assert all(line.endswith("; 8 readings not predicted") for line in held)
 
 
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):

@@ -1,6 +1,7 @@
 """What is remarked on beside a verdict."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from diagnosis.simulated import Case, diagnosed, recorded
@@ -10,6 +11,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
     beyond_tolerance,
@@ -18,6 +20,8 @@ from prb3r.diagnosis.result.remarks import (
     without_mass,
 )
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, check, doubt, to_search
 from prb3r.recording.recording import Kind, Tolerance
@@ -44,8 +48,26 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     (remark,) = likely_too(replace(choice, survivors=(both, only)))
     assert remark.startswith("camera_scale is likely there too (probability 0.94)")
     assert not likely_too(choice)
+    instead = fit(choice.calibrated.model.adding(camera), np.append(choice.calibrated.p, 0.0))
+    (remark,) = likely_too(replace(choice, survivors=(only, replace(both, fitted=instead))))
+    assert remark == "camera_scale is likelier there than not (probability 0.94), in the place of weakened_plate"
     verdicts = [check(replace(searched, choice=one)).verdict for one in (less, replace(choice, survivors=(both, only)))]
     assert verdicts == ["explained", "ambiguous"]
+
+
+def test_what_all_models_that_are_left_have_is_named_though_one_does_nearly_as_well_without():
+    """Four models with ln evidence 0, -0.2, -0.4 and -2.9: what all but the last have is there with a probability of
+    0.98; the smallest model within reach lacks it."""
+    a, b, c, d = (Hypothesis(name) for name in "abcd")
+
+    def survivor(evidence, *hypotheses):
+        fitted = SimpleNamespace(model=SimpleNamespace(hypotheses=hypotheses))
+        return Survivor(fitted, evidence, float(np.exp(evidence) / np.exp([0, -0.2, -0.4, -2.9]).sum()))
+
+    most, *others = survivor(0, a, b), survivor(-0.2, b, c), survivor(-0.4, b, d)
+    alone = survivor(-2.9, a)
+    assert simplest([most, *others, alone], Settings()) is most.fitted
+    assert simplest([most, alone], Settings(certain=0.99)) is alone.fitted
 
 
 def with_markers_off(recording, *disks):

@@ -1,15 +1,23 @@
 """Blunders of the set-up and physics: neither is taken for the other, beside each other both are told."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps, steps_swapped
 from diagnosis.simulated import RUBBING, YIELDING, Case, recorded
 
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import moves_nothing
+from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.covariance import NoiseLevel
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate, without_blunders
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import check, to_search
 from prb3r.recording.plausibility import contradicted_slips
@@ -141,6 +149,21 @@ def set_up():
     wrong = slipping_the_other_way(recorded(Case(hidden=())), "mixed")
     assert not contradicted_slips(wrong)
     return without_blunders(Task(wrong), lambda stage: None, serially)
+
+
+def test_to_lose_photographs_is_no_gain():
+    """Noise of three times the stated: every photograph that is left out would be a gain of ln 9 / 2."""
+    recording = recorded()
+    kept = replace(recording, readings=recording.readings.where(recording.readings.step % 4 > 0))
+    level = SimpleNamespace(level=NoiseLevel(scale=3.0))
+    outcomes = []
+    for some in (kept, recording):
+        fitted = fit_constants(predictor(some))
+        outcomes.append((SimpleNamespace(fitted=fitted, tried=(fitted,), level=level, structured=False), Search((), 0)))
+    fall = [outcome[0].fitted.reduced for outcome in outcomes]
+    honest = len(np.unique(recording.readings.step)) * np.log(fall[1] / fall[0]) / 2
+    assert not speaks_for(*outcomes, honest + 1)
+    assert speaks_for(*outcomes, honest - 1)
 
 
 def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them(set_up):

@@ -41,6 +41,8 @@ class HeldOut:
     chi2_explained: float
     readings: int
     """How many could be compared: where a model has no equilibrium there is no prediction."""
+    lost: int = 0
+    """How many could not."""
 
     @property
     def gain(self) -> float:
@@ -282,4 +284,5 @@ def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained
         float(np.sum(noise.whiten(before) ** 2)),
         float(np.sum(noise.whiten(after) ** 2)),
         int(known.sum()),
+        int((~known).sum()),
     )

@@ -19,11 +19,11 @@ def _plate_stiffness(scope: Scope) -> float:
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Disks touch between a fiftieth of the largest bend and all of it, and are from a thousandth as stiff as the
-    plate, which is not felt, to ten thousand times, which is rigid beside it."""
+    """Disks touch between a fiftieth of the largest bend and all of it, or the largest that was read, and are from a
+    thousandth as stiff as the plate, which is not felt, to ten thousand times, which is rigid beside it."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return (
-        Free("angle_rad", bend / 2, bend / 50, bend, log=True),
+        Free("angle_rad", bend / 2, bend / 50, np.nanmax(np.abs(scope.bend_read), initial=bend), log=True),
         Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
     )
 
@@ -41,10 +41,14 @@ def said_of_contact(fitted: Occurrence) -> str:
 
 
 def closing_places(scope: Scope) -> Iterator[Place]:
-    """Every side, and both together, to which plates bend so far that notches could close."""
+    """Every side, and both together, to which plates bend so far that notches could close.
+
+    As constants have it or as it was read: plates that soften bend much further than constants can.
+    """
     angles = scope.settings.closing_range[0] * closing_angles(scope.chain.arc, scope.manipulator)
-    least = np.nanmin(scope.bend, axis=0, initial=0.0), np.nanmax(scope.bend, axis=0, initial=0.0)
-    sides = [side for side, bend, angle in zip(SIDES, least, angles.T, strict=True) if (np.abs(bend) > angle).any()]
+    bend = np.concatenate([scope.bend, scope.bend_read])
+    most = np.nanmin(bend, axis=0, initial=0.0), np.nanmax(bend, axis=0, initial=0.0)
+    sides = [side for side, bent, angle in zip(SIDES, most, angles.T, strict=True) if (np.abs(bent) > angle).any()]
     yield from ({"side": side} for side in sides)
     yield from whole_rig_if(len(sides) == 2)
 

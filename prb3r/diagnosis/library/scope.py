@@ -10,7 +10,7 @@ from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.effects.base import Side
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import Recording
+from prb3r.recording.recording import Kind, Recording
 
 Place = Mapping[str, Any]
 """Parameters of an effect that say where it sits; several cables or plates as a tuple."""
@@ -99,6 +99,17 @@ class Scope(NamedTuple):
     def largest_bend(self) -> float:
         """Largest bend of a plate at any step, rad; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend))) or 1.0
+
+    @property
+    def bend_read(self) -> np.ndarray:
+        """(s, n) bends as they were read, or the angles of the disks at both ends; NaN where neither was."""
+        step, disk, kind, value = self.recording.readings
+        angle = np.full((len(self.bend), self.chain.plates + 1), np.nan)
+        angle[:, 0] = 0.0
+        angle[step[kind == Kind.ANGLE], disk[kind == Kind.ANGLE]] = value[kind == Kind.ANGLE]
+        bend = np.diff(angle, axis=1)
+        bend[step[kind == Kind.BEND], disk[kind == Kind.BEND] - 1] = value[kind == Kind.BEND]
+        return bend
 
     @property
     def curvature(self) -> float:

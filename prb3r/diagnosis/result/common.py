@@ -9,7 +9,7 @@ import numpy as np
 
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.joint import JointModel
-from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.result.statements import IN_WORDS, Estimate
 from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
 from prb3r.diagnosis.search.together import Together
 from prb3r.diagnosis.settings.sharing import SharingSettings
@@ -18,14 +18,6 @@ from prb3r.runs.files import ensure_writable, write_json
 
 TOGETHER_FILE = "together.json"
 CONSTANT_FILES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
-IN_WORDS: Mapping[str, tuple[str, float, str]] = {
-    "youngs_modulus_pa": ("Young's modulus", 1e-9, " GPa"),
-    "friction_coefficient": ("the friction coefficient", 1.0, ""),
-    "knee_strain": ("the strain at the knee", 100.0, " %"),
-    "plateau_strain": ("the strain at the plateau", 100.0, " %"),
-    "presliding_m": ("the presliding travel", 1e6, " micrometres"),
-}
-"""What a parameter is called, and the factor and the unit that people read it in; others by their names."""
 
 
 @dataclass(frozen=True)

@@ -101,9 +101,12 @@ def predict_design(
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True) for rig in rigs])
     remarks += _what_widens(posterior, rigs, spread)
-    lost = np.isnan(spread).any(2).mean(0).max(initial=0.0)
-    if lost > 0:
-        remarks.append(f"at some step {lost:.0%} of the draws have no equilibrium; bands are of the others")
+    lost = np.isnan(spread).any(2).mean(0)
+    if lost.max(initial=0.0) > 0:
+        told = "bands are of the others"
+        if (few := lost > Settings.most_lost_draws).any():
+            spread[:, few], told = np.nan, f"{told}, and there are none where more than half of the draws are lost"
+        remarks.append(f"at some step {lost.max():.0%} of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
 
 

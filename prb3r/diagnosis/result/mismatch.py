@@ -51,6 +51,8 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."
+        if not places and not said:
+            statement = f"{left} is more than noise; no single plate and no law that was tried tells where it is from."
         if not top and structured and investigation.choice.smooth:
             statement = f"{left} changes smoothly with the loads and along the arm, as noise does not."
         if sequences and len(sequences) < len(recording.sequences):

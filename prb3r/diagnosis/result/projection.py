@@ -7,8 +7,10 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.library.suspect import Estimate
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect, Separation
+from prb3r.diagnosis.result.statements import IN_WORDS
 from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.markdown import few
 
@@ -71,6 +73,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     for effect in diagnosis.effects:
         lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
         lines += dict.fromkeys(f"  cannot be told apart: {_with_values(rival)}" for rival in effect.rivals)
+    lines += _constants_line(diagnosis)
     if diagnosis.verdict == "ambiguous":
         sets = (", ".join(kinds) or "constants alone" for kinds in diagnosis.alternatives)
         lines += [f"- or instead of what is named: {kinds}" for kinds in sets]
@@ -83,11 +86,23 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     for factor, unit, errors in _held_errors(held) if held and diagnosis.effects else ():
         calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
         where = few(held.sequences) if held else ""
-        lines.append(f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}")
+        error = f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}"
+        lines.append(error + (f"; {held.lost} readings not predicted" if held and held.lost else ""))
     lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:
         lines.append("not confirmed on held-out data")
     return lines
+
+
+def _constants_line(diagnosis: Diagnosis) -> list[str]:
+    """Young's modulus and friction as they came out, where the manipulator has them."""
+    said = []
+    for name, constant in diagnosis.constants.items():
+        if constant.nominal and constant.explained:
+            words, factor, unit = IN_WORDS[name]
+            low, high = (end if np.isfinite(end) else None for end in (constant.low, constant.high))
+            said.append(f"{words.removeprefix('the ')} {Estimate(constant.explained, low, high).times(factor)}{unit}")
+    return [f"constants: {', '.join(said)}"] if said else []
 
 
 def setup_sentences(diagnosis: Diagnosis) -> list[str]:

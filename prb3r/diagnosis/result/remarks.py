@@ -17,7 +17,7 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.pool import Survivor
-from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.search.selection import Choice, presence_of
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
@@ -25,6 +25,8 @@ from prb3r.model.effects.sections import SuperelasticPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
+LIKE_LOOPS = {"pulley_friction", "worn_hole", "slip_history", "breakaway_friction", "load_dependent_friction"}
+"""Kinds of effects that take more in loading than they give back in unloading, as plates do that go through loops."""
 PARTS_NAMED = 3
 """Parts beyond their tolerance that a remark names."""
 
@@ -175,6 +177,21 @@ def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
     ]
 
 
+def or_loops(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
+    """That loops of plates which may be superelastic look like friction, where a recording that unloads is explained by
+    both: the library holds loops about the straight plate, and none that close at rest as theirs do."""
+    looks, fitted = sorted(choice.kinds & LIKE_LOOPS), choice.fitted
+    softening = [effect.kind for effect in fitted.effects if _softens(effect)]
+    unloads = any(hypothesis.kind == "hysteretic_plate" for hypothesis in library)
+    modulus = fitted.model.predict.recording.manipulator.youngs_modulus_pa * np.exp(fitted.constants.log_stiffness)
+    if not (looks and softening and unloads and modulus < fitted.model.settings.stiffest_superelastic_pa):
+        return []
+    return [
+        f"plates that soften ({softening[0]}) may give back less than they took, as superelastic ones do, in loops "
+        f"which the library lacks: {' and '.join(looks)} may stand for that, and Young's modulus be off with it"
+    ]
+
+
 def _softens(effect: Effect) -> bool:
     """Whether plates soften under an effect that follows no history: beyond a knee, or on a plateau."""
     if isinstance(effect, NonlinearPlate):
@@ -199,11 +216,19 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 
 
 def likely_too(choice: Choice) -> list[str]:
-    """Kinds of effects that are likelier there than not, though what is named does without them."""
-    return [
-        f"{kind} is likely there too (probability {probability:.2f}), though not sure enough to be named"
-        for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1])
-    ]
+    """Kinds of effects that are likelier there than not, though what is named does without them: beside that, or in
+    the place of some of it."""
+    remarks = []
+    for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
+        having = [survivor for survivor in choice.survivors if kind in survivor.kinds]
+        beside = presence_of(having)
+        gone = [named for named in sorted(choice.kinds) if beside.get(named, 0.0) < probability / 2]
+        told = f"(probability {probability:.2f})"
+        if gone:
+            remarks.append(f"{kind} is likelier there than not {told}, in the place of {' and '.join(gone)}")
+        else:
+            remarks.append(f"{kind} is likely there too {told}, though not sure enough to be named")
+    return remarks
 
 
 def or_a_blunder(blunder: Blunder | None) -> list[str]:

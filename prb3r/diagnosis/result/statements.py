@@ -6,6 +6,15 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.suspect import Estimate, Occurrence
 
+IN_WORDS: Mapping[str, tuple[str, float, str]] = {
+    "youngs_modulus_pa": ("Young's modulus", 1e-9, " GPa"),
+    "friction_coefficient": ("the friction coefficient", 1.0, ""),
+    "knee_strain": ("the strain at the knee", 100.0, " %"),
+    "plateau_strain": ("the strain at the plateau", 100.0, " %"),
+    "presliding_m": ("the presliding travel", 1e6, " micrometres"),
+}
+"""What a parameter is called, and the factor and the unit that people read it in; others by their names."""
+
 
 def sentence(hypothesis: Hypothesis, estimates: Mapping[str, Estimate], friction: float = 0.0) -> str:
     """One sentence on an effect with its fitted parameters, beside a calibrated coefficient of `friction`."""

@@ -34,7 +34,7 @@ def coarsened(choice: Choice, search: Search) -> Choice:
     pool = Pool(search, settings, choice.tried).under(noise)
     pool.explore(settings.later_expansions)
     survivors = pool.survivors()
-    standing = simplest(survivors, settings.simpler_reach)
+    standing = simplest(survivors, settings)
     exact = fit(replace(standing.model, noise=fitted.model.noise), standing.p)
     if exact is None:
         return choice

@@ -19,6 +19,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
+from prb3r.diagnosis.settings import Settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +80,7 @@ class Choice:
     @property
     def presence(self) -> Mapping[str, float]:
         """Probability that each kind of effect is there, summed over surviving models and places."""
-        kinds = sorted({kind for survivor in self.survivors for kind in survivor.kinds})
-        return {kind: sum(s.probability for s in self.survivors if kind in s.kinds) for kind in kinds}
+        return presence_of(self.survivors)
 
     def refuted_by(self, refutes: Callable[[Fit], bool]) -> tuple[Survivor, ...]:
         """Surviving models that something else than what was fitted speaks against, where it does not against what is
@@ -113,6 +113,12 @@ class Choice:
         return tuple(kinds for kinds in ranked if shares[kinds] >= settings.alike_rate)
 
 
+def presence_of(survivors: Sequence[Survivor]) -> Mapping[str, float]:
+    """Probability that each kind of effect is there, summed over surviving models and places."""
+    kinds = sorted({kind for survivor in survivors for kind in survivor.kinds})
+    return {kind: sum(s.probability for s in survivors if kind in s.kinds) for kind in kinds}
+
+
 class Explored(NamedTuple):
     """A search that has come to an end: the noise is that which its best model leaves."""
 
@@ -127,8 +133,8 @@ class Explored(NamedTuple):
         return self._replace(pool=pool)
 
     def chosen(self) -> Fit:
-        """The smallest model that is not much less probable than the best that contains it."""
-        return polished(simplest(self.pool.survivors(), self.pool.settings.simpler_reach))
+        """The smallest model that is not much less probable than the best, which contains it, as `simplest` has it."""
+        return polished(simplest(self.pool.survivors(), self.pool.settings))
 
 
 def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explored:
@@ -188,9 +194,11 @@ def choose(explored: Explored, search: Search) -> Choice:
     )
 
 
-def simplest(survivors: tuple[Survivor, ...], reach: float) -> Fit:
-    """The smallest part of the most probable model that is within `reach` of it in ln evidence."""
-    best = survivors[0]
-    parts = [part for part in survivors if part.effects <= best.effects]
-    near = [part for part in parts if part.log_evidence >= best.log_evidence - reach]
+def simplest(survivors: Sequence[Survivor], settings: Settings) -> Fit:
+    """The smallest part of the most probable model that is within `Settings.simpler_reach` of it in ln evidence and
+    has all of its kinds that are certain, as all survivors together have it."""
+    best, presence = survivors[0], presence_of(survivors)
+    certain = {kind for kind in best.kinds if presence[kind] >= settings.certain}
+    parts = [part for part in survivors if part.effects <= best.effects and part.kinds >= certain]
+    near = [part for part in parts if part.log_evidence >= best.log_evidence - settings.simpler_reach]
     return min(near, key=lambda part: (len(part.effects), -part.log_evidence)).fitted

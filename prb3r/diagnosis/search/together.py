@@ -83,7 +83,7 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     known_apart = [part._replace(search=_own_search(part.search, k, search)) for k, part in enumerate(alone)]
     explored = _explore(model, search, known_apart)
     survivors = explored.pool.survivors()
-    fitted: Any = polished(simplest(survivors, settings.simpler_reach))
+    fitted: Any = polished(simplest(survivors, settings))
     joined = _on_each(known_apart, explored, fitted, survivors)
     if any(rig.choice.structured for rig in joined):
         fitted, survivors = _standing(explored.pool, fitted, joined)
@@ -150,7 +150,7 @@ def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tup
     coarse = pool.under_each(noises)
     coarse.explore(settings.later_expansions)
     survivors = coarse.survivors()
-    standing: Any = simplest(survivors, settings.simpler_reach)
+    standing: Any = simplest(survivors, settings)
     exact = fit(replace(standing.model, rigs=fitted.model.rigs), standing.p)
     return (fitted if exact is None else polished(exact)), survivors
 

@@ -24,6 +24,9 @@ class DesignsSettings:
     learnt_rigs: int = 64
     """Rigs that are drawn for a study.  Choice, for time, a power of two as Sobol's sequences have it: the ends of what
     95 % of them do are then known within a few per cent of the rigs."""
+    most_lost_draws: float = 0.5
+    """Share of the draws without an equilibrium beyond which no band is told: the few that have one are those that
+    bend least.  Choice: half."""
     bent_beyond: float = 1.1
     """How many times as far as in the recording plates have to be bent for that to be said.  Choice: rigs repeat their
     bends within a few per cent, and laws of bending change little over a tenth."""

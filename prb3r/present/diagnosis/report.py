@@ -125,7 +125,7 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
     """What is named, in numbers; without probabilities where no set of effects explains the recording."""
     partial, rows = diagnosis.verdict == "unexplained", []
     for effect in diagnosis.effects:
-        gain = "–" if effect.heldout_gain is None else say.percent(effect.heldout_gain)
+        gain = "–" if effect.heldout_gain is None else say.gain_text(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:
             texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
             interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"

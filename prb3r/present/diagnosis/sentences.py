@@ -116,6 +116,12 @@ def percent(share: float) -> str:
     return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
 
 
+def gain_text(gain: float) -> str:
+    """A held-out gain; where the excess error is more than doubled, which says nothing of how much of none that is, in
+    words."""
+    return percent(gain) if gain >= -1 else "worse"
+
+
 def value_text(name: str, value: float | None) -> str:
     """A value with the unit that people read."""
     if value is None or not np.isfinite(value):
@@ -153,7 +159,7 @@ def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
         if diagnosis.verdict == "unexplained":
             yield f"{said}. Neither is to be trusted while a mismatch remains."
         elif (np.isfinite(low) and low <= calibrated <= high) or abs(off) < 0.005:
-            yield f"{said}: little had hidden there."
+            yield f"{said}: the same, as far as these recordings tell it."
         else:
             way = "high" if off > 0 else "low"
             yield f"{said}: part of the missing physics had hidden in a value {percent(abs(off))} too {way}."
@@ -174,7 +180,10 @@ def confirmation(diagnosis: Diagnosis) -> str:
         return f"{kept} There what is named does not predict better than refitted constants."
     removed = "leaves none" if held.gain == 1 else f"removes {percent(held.gain)}"
     together = f"There what is named {removed} of the squared error beyond the noise, all readings weighed together"
-    return f"{kept} {together}. {_left_of_errors(held)}"
+    lost = (
+        f" Of {held.lost} readings there is no prediction, as the model has no equilibrium there." if held.lost else ""
+    )
+    return f"{kept} {together}. {_left_of_errors(held)}{lost}"
 
 
 def _left_of_errors(held: HeldOut) -> str:

@@ -7,8 +7,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from prb3r.diagnosis.result.common import IN_WORDS, Common, SharedParameter
+from prb3r.diagnosis.result.common import Common, SharedParameter
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.statements import IN_WORDS
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.panels import panel_grid
