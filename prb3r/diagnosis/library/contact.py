@@ -19,11 +19,11 @@ def _plate_stiffness(scope: Scope) -> float:
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Disks touch between a fiftieth of the largest bend and all of it, or the largest that was read, and are from a
-    thousandth as stiff as the plate, which is not felt, to ten thousand times, which is rigid beside it."""
+    """Disks touch between a fiftieth of the largest bend and all of it, and are from a thousandth as stiff as the
+    plate, which is not felt, to ten thousand times, which is rigid beside it."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return (
-        Free("angle_rad", bend / 2, bend / 50, np.nanmax(np.abs(scope.bend_read), initial=bend), log=True),
+        Free("angle_rad", bend / 2, bend / 50, bend, log=True),
         Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
     )
 

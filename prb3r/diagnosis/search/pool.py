@@ -148,14 +148,25 @@ class Pool:
         while (effects := self.ranked[0]) and effects not in self.thinned:
             self.thinned.add(effects)
             fitted = self.fits[effects]
-            linear, present = self.linearised(fitted)
-            missed = sorted(present, key=lambda number: -linear.evidence(present - {number}))
-            most = self.settings.costly_left_out if fitted.costly else self.settings.left_out
-            names = [linear.columns[k].hypothesis for k in missed[:most]]
-            tasks = [(fitted, fitted.model.hypotheses.index(name), self._useful([*effects - {name}])) for name in names]
-            for less in self.search.apply(_without, tasks):
-                self.add(less)
+            for hypothesis in self._least_missed(fitted):
+                useful = self._useful([*effects - {hypothesis}])
+                self.add(without_effect(fitted, fitted.model.hypotheses.index(hypothesis), useful))
+                if self.ranked[0] != effects:
+                    break
         return self.ranked[0] != before
+
+    def _least_missed(self, fitted: Fit) -> list[Hypothesis]:
+        """The effects of a model that the linearised model misses least, of those that it may do without.
+
+        Of a model that leaves much unexplained all, in this order: there the linearised one is far from true.
+        """
+        linear, present = self.linearised(fitted)
+        missed = {number: linear.evidence(present) - linear.evidence(present - {number}) for number in present}
+        order = sorted(present, key=missed.__getitem__)
+        if fitted.costly or fitted.reduced < self.settings.gross:
+            most = self.settings.costly_left_out if fitted.costly else self.settings.left_out
+            order = [number for number in order[:most] if missed[number] < self.settings.useful_reach]
+        return [linear.columns[number].hypothesis for number in order]
 
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
         """The linearised model around a fit, and which of its columns are those of the fitted effects."""
@@ -195,10 +206,6 @@ class Pool:
         weight = np.exp([self.evidence[effects] - best for effects in kept])
         shares = (weight / weight.sum()).tolist()
         return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
-
-
-def _without(task: tuple[Fit, int, float]) -> Fit | None:
-    return without_effect(*task)
 
 
 def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:

@@ -143,8 +143,7 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
         pool.explore(expansions)
-        if pool.thin():
-            pool.explore(settings.later_expansions)
+        pool.thin()
         present = frozenset(pool.best.model.hypotheses)
         for twin in (*of_other_segments(pool.best, search.library), *of_plateaus(pool.best, search.library)):
             pool.add(twin)
