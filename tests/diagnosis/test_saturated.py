@@ -9,11 +9,13 @@ from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.covariance import NoiseLevel
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.search import starts
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.exchange import without_effect
+from prb3r.diagnosis.search.pairs import paired, softening_to_a_stop
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
@@ -103,6 +105,22 @@ def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_eith
     ahead = lead(best, lesser, doubted.search)
     assert ahead > 10
     assert lead(lesser, best, doubted.search) == pytest.approx(-ahead)
+
+
+def test_plates_that_soften_until_something_stops_them_are_found_together(doubted):
+    """Neither law nor stop alone leaves less than three times as much."""
+    fitted, search = doubted.fitted, doubted.search
+    tried = {
+        each.name: replace(each, probes=each.probes[:4])
+        for each in search.library
+        if each.name in ("nonlinear_plate (law smooth)", "disk_contact", "gravity")
+    }
+    few = replace(search, library=tuple(tried.values()))
+    ((law, stop),) = softening_to_a_stop(few.library)
+    (both,) = paired(fitted, few)
+    assert both.model.hypotheses == (law, stop)
+    alone = [fit(fitted.model.adding(each), np.append(fitted.p, each.starts(0.0)[0])) for each in (law, stop)]
+    assert min(each.chi2 for each in alone if each) > 3 * both.chi2
 
 
 @pytest.fixture

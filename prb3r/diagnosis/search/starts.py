@@ -1,4 +1,4 @@
-"""Several starts of one search: what small loads show first, and all common effects at once."""
+"""Several starts of one search: what small loads show first, all common effects at once, softening with a stop."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -11,6 +11,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.assumed import fit_assumed
+from prb3r.diagnosis.search.pairs import paired
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import eliminated, saturated
 from prb3r.diagnosis.search.search import Search
@@ -26,7 +27,8 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     explain the recording and yet be far from the best: sets that explain the large loads by other means are not seen
     from it.  The second is all common effects at once, unless they leave most of what constants leave; it is left out
     where the first end explains the recording with few effects.  The third, where neither explains it, is what is left
-    of all common effects as one after another is taken away.  Where a prediction is slow there is but a second, the
+    of all common effects as one after another is taken away, and the fourth, where much is unexplained still, plates
+    that soften until something stops them.  Where a prediction is slow there is but a second, the
     constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange,
     with the best models of the others beside it.
 
@@ -75,6 +77,8 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
     full = ends[-1].begun if len(ends) == 2 else None
     if full is not None and not any(end.explains for end in ends):
         ends.append(_from_known(beginning, *eliminated(full, search)))
+    if all(end.best.reduced > calibrated.model.settings.gross for end in ends):
+        ends.append(_from_known(beginning, *paired(calibrated, search)))
     return ends
 
 

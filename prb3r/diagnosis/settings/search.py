@@ -27,6 +27,10 @@ class SearchSettings:
     saturated_leaves: float = 0.5
     """Share of the chi-square of the constants that all common effects together must fall below to be searched on
     from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
+    pair_steps: int = 8
+    """Steps of a fit from each pair of sizes at which a law of bending and a stop are tried.  Choice, for time."""
+    pair_starts: int = 4
+    """From how many of these, those that leave least then, the fit goes on.  Choice, for time."""
     several_effects: int = 3
     """Effects of an end that explains a recording from which on the other side is searched from too: fewer are hardly
     met by other means.  Choice, for time."""

@@ -1,0 +1,53 @@
+"""A beginning from plates that soften until something stops them, where no other beginning explains the recording.
+
+Plates that soften bend so far that notches close or disks touch, and without that their arm has no equilibrium under
+the loads that were recorded: neither is any good alone, around no fit is the other seen, and a fit of all common
+effects may end where neither does anything.  Each such pair is begun from all sizes at which its effects are tried.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.model import Fit, Model
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.saturated import FORMS
+from prb3r.diagnosis.search.search import Search
+
+SOFTENING = frozenset({"nonlinear_plate", "superelastic_plate", "hysteretic_plate"})
+"""Kinds of effects by which plates soften."""
+STOPPING = frozenset({"disk_contact", "notch_closing"})
+"""Kinds that stop plates from bending further."""
+
+
+def paired(calibrated: Fit, search: Search) -> list[Fit]:
+    """The best fit of every law of bending together with every stop, constants beside them."""
+    tasks = [(calibrated, pair) for pair in softening_to_a_stop(search.library)]
+    return [fitted for fitted in search.apply(_best_of_pair, tasks) if fitted is not None]
+
+
+def softening_to_a_stop(library: Sequence[Hypothesis]) -> Iterator[tuple[Hypothesis, Hypothesis]]:
+    """Every law of bending with every stop, both of the whole rig and tried at some sizes."""
+    tried = [each for each in library if each.probes and not each.costly and {name for name, _ in each.place} <= FORMS]
+    for law, stop in product(tried, tried):
+        if law.kind in SOFTENING and stop.kind in STOPPING:
+            yield law, stop
+
+
+def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None:
+    """From every start a few steps; from those that lead lowest the whole way."""
+    calibrated, pair = task
+    model, friction = replace(calibrated.model, hypotheses=pair), calibrated.model.friction(calibrated.p)
+    starts = [np.concatenate([calibrated.p, *u]) for u in product(*(effect.starts(friction) for effect in pair))]
+    begun = _fitted(model, starts, model.settings.pair_steps)
+    lowest = [fitted.p for fitted in begun[: model.settings.pair_starts]]
+    return next(iter(_fitted(model, lowest)), None)
+
+
+def _fitted(model: Model, starts: Sequence[np.ndarray], most: int | None = None) -> list[Fit]:
+    """The fits from some starts after `most` steps, those that leave least first."""
+    fits = (fit(model, start, most=most) for start in starts)
+    return sorted((fitted for fitted in fits if fitted is not None), key=lambda fitted: fitted.chi2)
