@@ -145,8 +145,9 @@ def among(search, *kinds):
 def test_all_effects_together_that_explain_nothing_are_not_searched_from(doubted, begun, monkeypatch, useless):
     if useless:
         monkeypatch.setattr(starts, "saturated", lambda calibrated, search, doubts: calibrated)
-    few = among(doubted.search, "nonlinear_plate", "tension_offset")
-    choice = search_effects(doubted.fitted, few, doubted.doubts)
+    few, model = among(doubted.search, "nonlinear_plate", "tension_offset"), doubted.fitted.model
+    brief = replace(model, settings=replace(model.settings, most_expansions=2, later_expansions=1, renewals=2))
+    choice = search_effects(replace(doubted.fitted, model=brief), few, doubted.doubts)
     assert choice.structured  # so that what is left of them is searched from too
     assert len(begun) == (1 if useless else 3)
 
