@@ -16,10 +16,10 @@ class Bending(Strict):
         """What is to be said where plates are bent more than `times` as far as was `seen`; empty where they are not."""
         if self.strain is not None and seen.strain is not None:
             here, there = self.strain, seen.strain
-            said = f"strained by up to {here:.2%} here, by {there:.2%} at most in the recording"
+            said = f"strained by up to {here:.2%} here, by {there:.2%} at most where it was fitted"
         else:
             here, there = self.curvature_per_m, seen.curvature_per_m
-            said = f"bent up to {here:.3g} 1/m here, {there:.3g} 1/m at most in the recording"
+            said = f"bent up to {here:.3g} 1/m here, {there:.3g} 1/m at most where it was fitted"
         if here <= times * there:
             return ""
         return f"plates are {said}: beyond that the law of bending is supposed to go on, unseen"
