@@ -28,9 +28,9 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     from it.  The second is all common effects at once, unless they leave most of what constants leave; it is left out
     where the first end explains the recording with few effects.  The third, where neither explains it, is what is left
     of all common effects as one after another is taken away, and the fourth, where much is unexplained still, plates
-    that soften until something stops them.  Where a prediction is slow there is but a second, the
-    constants alone, where the first does not explain the recording.  From the best end the search goes on by exchange,
-    with the best models of the others beside it.
+    that soften until something stops them, unless the search may be given up.  Where a prediction is slow there is but
+    a second, the constants alone, where the first does not explain the recording.  From the best end the search goes on
+    by exchange, with the best models of the others beside it.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
     full = ends[-1].begun if len(ends) == 2 else None
     if full is not None and not any(end.explains for end in ends):
         ends.append(_from_known(beginning, *eliminated(full, search)))
-    if all(end.best.reduced > calibrated.model.settings.gross for end in ends):
+    if least_worth == -np.inf and all(end.best.reduced > calibrated.model.settings.gross for end in ends):
         ends.append(_from_known(beginning, *paired(calibrated, search)))
     return ends
 

@@ -27,7 +27,7 @@ class SearchSettings:
     saturated_leaves: float = 0.5
     """Share of the chi-square of the constants that all common effects together must fall below to be searched on
     from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
-    pair_steps: int = 8
+    pair_steps: int = 4
     """Steps of a fit from each pair of sizes at which a law of bending and a stop are tried.  Choice, for time."""
     pair_starts: int = 4
     """From how many of these, those that leave least then, the fit goes on.  Choice, for time."""
