@@ -104,7 +104,7 @@ class Scope(NamedTuple):
     def bend_read(self) -> np.ndarray:
         """(s, n) bends as they were read, or the angles of the disks at both ends; NaN where neither was."""
         step, disk, kind, value = self.recording.readings
-        angle = np.full((len(self.bend), self.chain.plates + 1), np.nan)
+        angle = np.full((len(self.recording.of_sequence), self.chain.plates + 1), np.nan)
         angle[:, 0] = 0.0
         angle[step[kind == Kind.ANGLE], disk[kind == Kind.ANGLE]] = value[kind == Kind.ANGLE]
         bend = np.diff(angle, axis=1)
