@@ -118,7 +118,7 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(folder, tmp_path)
     gone = plain | {"probability": 0.6, "named": False, "effects": [*plain["effects"], limp]}
     record["posterior"]["models"] = [gone, plain | {"probability": 0.4}]
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
-    found = predict(tmp_path, folder / "same.toml", folder / "steps.csv")
+    found = predict(tmp_path, folder / "same.toml", folder / "steps.csv", draws=100)
     assert any("there are none where more than half of the draws are lost" in remark for remark in found.remarks)
     assert found.positions["x_m"].notna().all()  # of the model that is in balance
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
@@ -144,7 +144,7 @@ def test_loads_that_bend_plates_further_than_the_recording_did_are_told(folder, 
     first, further = {"sequence": "a", "step": 1}, {}
     for tension in (10.0, 200.0):
         steps = first | {"cable_1_n": [tension]}
-        result = predict(folder, folder / "same.toml", steps)
+        result = predict(folder, folder / "same.toml", steps, draws=40)
         further[tension] = result.remarks
     bends = np.abs(np.diff(result.positions["angle_rad"]))
     free = [

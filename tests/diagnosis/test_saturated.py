@@ -146,7 +146,7 @@ def test_all_effects_together_that_explain_nothing_are_not_searched_from(doubted
     if useless:
         monkeypatch.setattr(starts, "saturated", lambda calibrated, search, doubts: calibrated)
     few, model = among(doubted.search, "nonlinear_plate", "tension_offset"), doubted.fitted.model
-    brief = replace(model, settings=replace(model.settings, most_expansions=2, later_expansions=1, renewals=2))
+    brief = replace(model, settings=replace(model.settings, most_expansions=1, later_expansions=1, renewals=1))
     choice = search_effects(replace(doubted.fitted, model=brief), few, doubted.doubts)
     assert choice.structured  # so that what is left of them is searched from too
     assert len(begun) == (1 if useless else 3)
@@ -173,6 +173,20 @@ def test_a_search_whose_first_end_is_worth_too_little_is_given_up_there(doubted,
     choice = search_effects(fitted, few, doubted.doubts, least_worth)
     assert len(begun) == ends
     assert choice.first_worth == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
+
+
+@pytest.mark.parametrize(("least_worth", "asked"), [(-np.inf, 1), (-1e9, 0)])
+def test_softening_with_a_stop_is_begun_from_where_much_is_left_of_a_recording_as_it_is(
+    doubted, monkeypatch, least_worth, asked
+):
+    """Much, here, is anything at all."""
+    times, model = [], doubted.fitted.model
+    monkeypatch.setattr(starts, "paired", lambda *_: times.append(1) or [])
+    brief = {"gross": 0.0, "most_expansions": 1, "later_expansions": 1, "renewals": 1}
+    few = among(doubted.search, "disk_contact", "tension_offset")
+    fitted = replace(doubted.fitted, model=replace(model, settings=replace(model.settings, **brief)))
+    search_effects(fitted, few, doubted.doubts, least_worth)
+    assert len(times) == asked
 
 
 def test_what_another_search_ended_in_stands_beside_the_best_under_its_noise(doubted):
