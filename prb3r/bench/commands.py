@@ -24,7 +24,7 @@ FEW_AND_MANY: Mapping[str, tuple[int, int]] = {
     GRID_COMMAND: (20_000, 200_000),
     CLOUD_COMMAND: (524_288, 2_097_152),
 }
-"""Configurations of each command: few, with which all workers have begun, and so many more that this does not count."""
+"""Configurations of each command: enough to start every worker, and many more: their difference holds no start."""
 KIB = 1 if sys.platform == "darwin" else 1024
 """Bytes in what the system calls a unit of resident memory."""
 LAUNCHER = """

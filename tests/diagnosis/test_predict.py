@@ -119,7 +119,7 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(folder, tmp_path)
     record["posterior"]["models"] = [gone, plain | {"probability": 0.4}]
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
     found = predict(tmp_path, folder / "same.toml", folder / "steps.csv", draws=100)
-    assert any("there are none where more than half of the draws are lost" in remark for remark in found.remarks)
+    assert any("there are none where more than 50% are lost" in remark for remark in found.remarks)
     assert found.positions["x_m"].notna().all()  # of the model that is in balance
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
 

@@ -12,13 +12,8 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.remarks import (
-    against_the_best,
-    beyond_tolerance,
-    likely_too,
-    misplaced_marker,
-    without_mass,
-)
+from prb3r.diagnosis.result.remarks import against_the_best, likely_too
+from prb3r.diagnosis.result.rig_remarks import beyond_tolerance, misplaced_marker, without_mass
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest

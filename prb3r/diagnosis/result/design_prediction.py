@@ -105,7 +105,10 @@ def predict_design(
     if lost.max(initial=0.0) > 0:
         told = "bands are of the others"
         if (few := lost > Settings.most_lost_draws).any():
-            spread[:, few], told = np.nan, f"{told}, and there are none where more than half of the draws are lost"
+            spread[:, few], told = (
+                np.nan,
+                f"{told}, and there are none where more than {Settings.most_lost_draws:.0%} are lost",
+            )
         remarks.append(f"at some step {lost.max():.0%} of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
 

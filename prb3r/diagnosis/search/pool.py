@@ -138,13 +138,12 @@ class Pool:
                 self.add(other)
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
-    def thin(self) -> bool:
-        """Leave one effect after another out of the best model as long as the rest is more probable; whether it was.
+    def thin(self) -> None:
+        """Leave one effect after another out of the best model as long as the rest is more probable.
 
         Of a large model the linearised one tells badly what can be left out, as around its fit effects stand in for
         each other that do not once one of them is gone: so those that it misses least are each left out in full.
         """
-        before = self.ranked[0]
         while (effects := self.ranked[0]) and effects not in self.thinned:
             self.thinned.add(effects)
             fitted = self.fits[effects]
@@ -153,7 +152,6 @@ class Pool:
                 self.add(without_effect(fitted, fitted.model.hypotheses.index(hypothesis), useful))
                 if self.ranked[0] != effects:
                     break
-        return self.ranked[0] != before
 
     def _least_missed(self, fitted: Fit) -> list[Hypothesis]:
         """The effects of a model that the linearised model misses least, of those that it may do without.

@@ -117,8 +117,7 @@ def percent(share: float) -> str:
 
 
 def gain_text(gain: float) -> str:
-    """A held-out gain; where the excess error is more than doubled, which says nothing of how much of none that is, in
-    words."""
+    """A held-out gain in percent; `worse` where the excess error is more than doubled, as there was next to none."""
     return percent(gain) if gain >= -1 else "worse"
 
 
@@ -171,6 +170,8 @@ def confirmation(diagnosis: Diagnosis) -> str:
     if held is None:
         return "Not confirmed on held-out data: there are fewer than three sequences, so none was set aside."
     kept = f"Sequence{'s' * (len(held.sequences) > 1)} {few(held.sequences)} stayed out of every fit."
+    if held.lost:
+        kept += f" {held.lost} of their readings have no prediction, as a model has no equilibrium there."
     if not diagnosis.effects:
         return kept
     if held.chi2_calibrated <= held.readings:
@@ -180,10 +181,7 @@ def confirmation(diagnosis: Diagnosis) -> str:
         return f"{kept} There what is named does not predict better than refitted constants."
     removed = "leaves none" if held.gain == 1 else f"removes {percent(held.gain)}"
     together = f"There what is named {removed} of the squared error beyond the noise, all readings weighed together"
-    lost = (
-        f" Of {held.lost} readings there is no prediction, as the model has no equilibrium there." if held.lost else ""
-    )
-    return f"{kept} {together}. {_left_of_errors(held)}{lost}"
+    return f"{kept} {together}. {_left_of_errors(held)}"
 
 
 def _left_of_errors(held: HeldOut) -> str:

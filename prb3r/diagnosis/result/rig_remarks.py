@@ -1,0 +1,148 @@
+"""What a diagnosis remarks on of the rig and its readings: noise, parts, constants, weights that were not believed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from prb3r.diagnosis.checks.repeats import Scatter
+from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
+from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
+from prb3r.diagnosis.settings import Settings
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Recording
+
+PARTS_NAMED = 3
+"""Parts beyond their tolerance that a remark names."""
+
+
+CONSTANT_NAMES = {
+    "log_stiffness": "Young's modulus",
+    "log_friction": "the friction coefficient",
+    "rotation": "the camera's rotation",
+    "x": "the camera's shift along x",
+    "y": "the camera's shift along y",
+}
+
+
+def scattered(repeated: Scatter | None) -> list[str]:
+    """How much repeated sequences scatter beside what the recording states; nothing where none repeats another."""
+    if repeated is None:
+        return []
+    taken = "more than chance allows" if repeated.beyond_chance else "which chance allows"
+    often = f"{repeated.factor:.2g} times as much as stated"
+    return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
+
+
+def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
+    """What is found of the noise where it is not as stated."""
+    level, remarks = estimate.level, []
+    for name, scale, disturbed in [
+        ("reading noise", estimate.reading, "the readings"),
+        ("scatter of the tensions", estimate.tension, "the tensions"),
+    ]:
+        if not scale.low <= 1 <= scale.high:
+            far = abs(np.log(scale.value)) > settings.far_noise
+            remarks.append(
+                f"the {name} is {scale.value:.2g} times the stated one ({scale.low:.2g} to {scale.high:.2g})"
+                + (f": state it so, or look for what disturbs {disturbed}" if far else "")
+            )
+    if level.common:
+        where = "neighbouring disks" if level.reach < settings.neighbouring_reach else "all disks of a photograph"
+        remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
+    for share, differing in [
+        (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
+        (level.serial, f"noise of a disk's readings lasts over some {level.span:.0f} steps"),
+    ]:
+        if share:
+            remarks.append(f"what was pulled again differs: about {100 * share:.0f} % of the {differing}")
+    return remarks
+
+
+def below_stated(share: float) -> list[str]:
+    """What is left that noise would not leave, where it is less than the recording states of its accuracy."""
+    if share >= 1.0:
+        return []
+    return [
+        f"what is left does not look like noise, but is only {share:.2g} times what is stated of readings and "
+        "tensions: within their accuracy, if that is stated rightly"
+    ]
+
+
+def without_mass(manipulator: Manipulator) -> list[str]:
+    """That gravity is not among the suspects, where the file gives no mass on which it could act."""
+    if manipulator.disk.mass_kg > 0:
+        return []
+    return ["gravity was not suspected, as the manipulator file gives the disks no mass (mass_kg)"]
+
+
+def strained(fitted: Fit) -> list[str]:
+    """Constants far from what was known of them beforehand, and those at the end of what is allowed."""
+    model, remarks = fitted.model, []
+    for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
+        text, far = CONSTANT_NAMES[name], abs(value) / sd
+        ended = f"{np.exp(value):.3g} times the nominal one" if name.startswith("log") else f"{value:.3g}"
+        low, high = model.widest.get(name, (-np.inf, np.inf))
+        if not low + AT_BOUND < value < high - AT_BOUND:
+            remarks.append(f"{text} ends at {ended}, as far off as is allowed: something else is wrong")
+        elif far > model.settings.strained_sd:
+            remarks.append(
+                f"{text} ends at {ended}, {far:.0f} standard deviations from what the recording states of it"
+            )
+    return remarks
+
+
+def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
+    """That one marker alone seems to sit far beyond its tolerance, if constants alone are right; mostly nothing."""
+    settings = calibrated.model.settings
+    told, off = tolerances_told(calibrated, doubts), dict[str, tuple[float, str, float]]()
+    for name, value, prior in zip(told.names, told.value, told.prior_sd, strict=True):
+        if name.startswith("marker "):
+            disk, far = name.split()[1], abs(value) / prior
+            off[disk] = max(off.get(disk, (0.0, "", 0.0)), (float(far), name.removesuffix(", m"), float(value)))
+    ranked = sorted(off.values(), reverse=True)
+    if not ranked or ranked[0][0] < settings.strained_sd:
+        return []
+    (far, name, value), *others = ranked
+    if others and far < settings.lone_marker_ratio * others[0][0]:
+        return []
+    return [
+        f"if nothing but constants were at work, {name} would be off by {1e3 * value:.2g} mm, {far:.0f} times its "
+        "tolerance, and no other marker nearly as far: look at it; if it sits so, state marker_m under [tolerance], "
+        "or leave its readings out, and diagnose again"
+    ]
+
+
+def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]:
+    """The parts of the rig that are beyond their tolerance, the farthest first."""
+    far = np.abs(told.value) / told.prior_sd
+    order = [k for k in np.argsort(-far).tolist() if far[k] > settings.far_tolerance_sd]
+    parts = [f"{told.names[k].removesuffix(', m')} by {far[k]:.1f} times its tolerance" for k in order]
+    if not parts:
+        return []
+    more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
+    return [f"off its drawing: {', '.join(parts[:PARTS_NAMED])}{more}: measure it, or look for what moves it"]
+
+
+def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
+    """The weights of a recording that are not believed, a sentence each."""
+    remarks = []
+    for step, cable in doubted:
+        row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
+        noted = recording.loads.tension[step, cable]
+        alone = (recording.loads.tension[step] > 0).sum() == 1
+        remarks.append(
+            f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
+            f"not go with its readings{'' if alone else ', or that on another cable'}; it was not believed"
+        )
+    return remarks
+
+
+def weighed(doubts: Doubts) -> list[str]:
+    """How many readings were weighed down as gross outliers, if any were."""
+    count = int((doubts.inflation > 1).sum())
+    far, down = ("reading is", "it was") if count == 1 else ("readings are", "they were")
+    return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []
