@@ -38,7 +38,7 @@ from prb3r.model.effects.plates import (
     StiffnessGradient,
     WeakenedPlate,
 )
-from prb3r.model.effects.sections import SuperelasticPlate
+from prb3r.model.effects.sections import FlagHysteresis, SuperelasticPlate
 
 __all__ = [
     "BaseCompliance",
@@ -52,6 +52,7 @@ __all__ = [
     "DiskContact",
     "EdgeWrap",
     "EmpiricalMoment",
+    "FlagHysteresis",
     "Gravity",
     "HoleClearance",
     "HoleOffset",

@@ -74,6 +74,7 @@ MEANINGS = {
     "ratio": "Tangent stiffness beyond the knee over that before it.",
     "relative_to_length": "Whether distances are divided by the straight length.",
     "sampling": "How factors with a range are sampled.",
+    "reverse_ratio": "Stress at which a superelastic material turns back over that at which it yields.",
     "scale": "Measured over true lengths, about the base origin.",
     "sections": "Whether sections of which no fibre is known count as of one shape, so that larger ones yield earlier.",
     "seed": "Of everything random.",

@@ -33,7 +33,6 @@ from prb3r.diagnosis.result.remarks import (
     never_unloaded,
     not_predicted,
     or_a_blunder,
-    or_loops,
     refuted_sets,
 )
 from prb3r.diagnosis.result.rig_remarks import (
@@ -206,7 +205,6 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *beyond_tolerance(tolerances, task.settings),
             *(without_mass(training.manipulator) if verdict in ("ambiguous", "unexplained") else ()),
             *never_unloaded(choice, doubted.search.library),
-            *or_loops(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),
             *below_stated(choice.share_of_stated),

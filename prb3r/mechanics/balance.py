@@ -11,9 +11,8 @@ further out only through the dead loads, whose forces are known and whose total 
 scalar.
 """
 
-from math import copysign, inf
-
 from prb3r.mechanics.angle import cos_sin
+from prb3r.mechanics.bending import contact, law_of_plate
 from prb3r.mechanics.cable import linearise_pull, pull_cables
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.lanes.number import where
@@ -57,84 +56,6 @@ def linearise_shape(model, plate):
             dx -= share * plate.link[1, j]
             dy += share * plate.link[0, j]
         plate.dend[0, p], plate.dend[1, p] = dx, dy
-
-
-@kernel
-def tabled_law(table, side, x):
-    """A tabled law and its slope at the share `x` of its last curvature."""
-    last = table.shape[1] - 1
-    row = int(min(x * last, last - 1.0))
-    t = x * last - row
-    low, high = table[side, row, 0], table[side, row + 1, 0]
-    before, behind = table[side, row, 1], table[side, row + 1, 1]
-    if t > 1.0:
-        return high + behind * (t - 1.0) / last, behind
-    rise = (high - low) * last
-    bow, twist = 3.0 * rise - 2.0 * before - behind, before + behind - 2.0 * rise
-    return low + t * (before + t * (bow + t * twist)) / last, before + t * (2.0 * bow + 3.0 * t * twist)
-
-
-@kernel
-def bending_law(model, knees, angle, curvature):
-    """Node angle that a linear plate would need for the same moment, and its slope; `curvature` per node angle."""
-    k, knee = abs(curvature * angle), knees[1] if angle > 0.0 else knees[0]
-    if model.tabled:
-        moment, slope = tabled_law(model.table, 1 if angle > 0.0 else 0, k / knee)
-        return copysign(moment * knee / curvature, angle) if k > 0.0 else angle, slope
-    stretch = model.cubic * k * k
-    if model.sharpness < inf:
-        passed = (k / knee) ** model.sharpness
-        share = (1.0 - model.ratio) * (1.0 + passed) ** (-1.0 / model.sharpness)
-        return angle * (stretch + model.ratio + share), 3.0 * stretch + model.ratio + share / (1.0 + passed)
-    if k <= knee:
-        return angle * (1.0 + stretch), 1.0 + 3.0 * stretch
-    offset = knee / curvature * (1.0 + model.cubic * knee**2 - model.ratio)
-    return copysign(1.0, angle) * offset + model.ratio * angle, model.ratio
-
-
-@kernel
-def slipping_law(model, plate, k, angle):
-    """Node angle that a linear plate would need for the moment of the Jenkin elements, and its slope.
-
-    `angle` is that beyond the stress-free one.  See :class:`prb3r.mechanics.chain.Hysteresis`.
-    """
-    total, slope, count = 0.0, 0.0, model.elements
-    weight = model.share / max(count, 1)
-    for e in range(count):
-        bound, spring = plate.yields[k] * (2 * e + 1) / count, angle - plate.slider[k, e]
-        if abs(spring) < bound:
-            total += spring
-            slope += 1.0
-        else:
-            total += copysign(bound, spring)
-    return weight * total, weight * slope
-
-
-@kernel
-def law_of_plate(model, plate, k, angle):
-    """Node angle that a linear plate would need for the moment at node `k` of this one, and its slope."""
-    elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
-    if model.share > 0.0:
-        slipping, follows = slipping_law(model, plate, k, angle)
-        elastic = (1.0 - model.share) * elastic + slipping
-        slope = (1.0 - model.share) * slope + follows
-    return elastic, slope
-
-
-@law_of_plate.where_in_lanes
-def linear_law(model, plate, k, angle):
-    """The same of equilibria side by side, whose plates are linear."""
-    return angle, 1.0
-
-
-@kernel
-def contact(plate):
-    """Moment that touching disks carry beside a bent plate, N m, and its slope by the bend."""
-    positive = plate.bend > 0.0
-    stiffness = where(positive, plate.contact_stiffness[1], plate.contact_stiffness[0])
-    excess = abs(plate.bend) - where(positive, plate.contact_angle[1], plate.contact_angle[0])
-    touching = excess > 0.0
-    return where(touching, copysign(stiffness * excess, plate.bend), 0.0), where(touching, stiffness, 0.0)
 
 
 @kernel

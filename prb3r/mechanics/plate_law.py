@@ -50,17 +50,32 @@ class Hysteresis(NamedTuple):
     for the law `f`; e = 1 .. m.  The curvature `p_e` where a slider stands moves when its spring is at its bound:
     p_e <- clip(p_e, k - y_e, k + y_e).  All stand at 0 in virgin plates.  Where `k` never turns back, one element is
     the bilinear law with its knee at `curvature` and the ratio 1 - share; unloading is twice as long (Masing).
+
+    With a `reverse` s below 1 plates give back less than they took, in flag-shaped loops that close at rest: the whole
+    stiffness is one such spring, and its bounds are the law, loading, and the law of a material that yields at s times
+    the stress, unloading:
+
+        M = EI min(f(k), max(s f(k / s), k - p))    where k > 0, and mirrored where k < 0;    p <- k - M / EI
+
+    Between the two it is elastic.  Where the law does not soften there is no loop.
     """
 
     share: float = 0.0
     curvature: np.ndarray | float = np.inf
     """(n,) from which the elements slip, on average, or one for all, 1/m."""
     elements: int = 1
+    reverse: float = 1.0
+    """Stress at which a material turns back over that at which it yields; 1: as one."""
 
     @property
     def slipping(self) -> int:
-        """Number of elements whose sliders remember how a plate was bent; 0 where no stiffness slips."""
-        return self.elements if self.share > 0 else 0
+        """Number of elements whose sliders remember how a plate was bent; 0 where nothing does."""
+        return 1 if self.flagged else self.elements if self.share > 0 else 0
+
+    @property
+    def flagged(self) -> bool:
+        """Whether the law has flag-shaped loops."""
+        return self.reverse < 1
 
 
 class Contact(NamedTuple):

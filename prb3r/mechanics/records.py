@@ -109,6 +109,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("table", float, (2, LAW_ROWS, 2)),
         ("extra", bool),  # whether any plate ever has an extra moment
         ("share", float),  # of the stiffness that slips
+        ("reverse", float),  # stress at which plates turn back over that at which they yield
         ("elements", np.int64),  # in which it does; 0 where nothing slips, or where the shape is held
         ("softening", float),
         ("stiff", float),  # share of the plates' stiffness that is left in the present state
@@ -199,10 +200,12 @@ def _write(packed: Packed, chain: Chain, fields: set[str], held: bool) -> None:
         for name in ("cubic", "ratio", "sharpness"):
             model[name] = getattr(chain.law, name)
         model["linear"], model["tabled"] = chain.law.linear and not slips.slipping, chain.law.table is not None
+        model["reverse"] = slips.reverse
         if chain.law.table is not None:
             model["table"] = chain.law.table
         if slips.slipping:
-            model["share"], model["elements"] = slips.share, 0 if held else slips.elements
+            model["share"] = 1.0 if slips.flagged else slips.share
+            model["elements"] = 0 if held else slips.slipping
         plate["knee"][:-1] = chain.law.knee
     if not fields.isdisjoint(("plate", "arc", "curvature", "hysteresis")):
         per_angle = chain.plate.stiffness if chain.curvature is None else chain.curvature

@@ -7,7 +7,8 @@ and the eigenvalues are those of the plates' own blocks.
 
 from math import inf
 
-from prb3r.mechanics.balance import contact, linearise_plate
+from prb3r.mechanics.balance import linearise_plate
+from prb3r.mechanics.bending import contact
 from prb3r.mechanics.block_eigenvalue import lowest_of_block
 from prb3r.mechanics.kernel import kernel
 

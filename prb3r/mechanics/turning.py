@@ -14,6 +14,7 @@ trusted to tell whether `L` turned at all: rates jump where another hole begins 
 
 from math import copysign, sqrt
 
+from prb3r.mechanics.bending import spring_bounds
 from prb3r.mechanics.kernel import kernel
 
 
@@ -91,6 +92,13 @@ def missed_slip(packed, step, before, after):
 
 
 @kernel
+def held_spring(model, plate, k, e, count, angle, spring):
+    """A spring in a plate, held between its bounds at a node bent by `angle`."""
+    low, high, _, _ = spring_bounds(model, plate, k, e, count, angle)
+    return min(max(spring, low), high)
+
+
+@kernel
 def missed_slide(packed, step, start, before, after):
     """The same of the springs in the plates that slip, in parts of their bounds: what a hole is to its cable's travel a
     Jenkin element is to bending, with its bound in the place of the presliding length.  `start` is the state before.
@@ -104,10 +112,14 @@ def missed_slide(packed, step, start, before, after):
                 continue
             turned, to_first, to_last = turning_lengths(travel, begin, end)
             for e in range(count):
-                per_angle = count / (plate.yields[k] * (2 * e + 1))
-                old = clip((start.q[i, k] - plate.rest[k] - plate.slider[k, e]) * per_angle)
-                slip = clip(clip(old + to_first * per_angle) + (to_last - to_first) * per_angle)
-                missed = abs(clip(slip + (travel - to_last) * per_angle) - clip(old + travel * per_angle))
-                if missed > worst:
-                    worst, where = missed, turned
+                angle = start.q[i, k] - plate.rest[k]
+                old = angle - plate.slider[k, e]
+                spring = held_spring(packed.model[0], plate, k, e, count, angle + to_first, old + to_first)
+                spring += to_last - to_first
+                spring = held_spring(packed.model[0], plate, k, e, count, angle + to_last, spring)
+                low, high, _, _ = spring_bounds(packed.model[0], plate, k, e, count, angle + travel)
+                turning, direct = spring + travel - to_last, old + travel
+                missed = abs(min(max(turning, low), high) - min(max(direct, low), high))
+                if missed > worst * max(-low, high):
+                    worst, where = missed / max(-low, high), turned
     return worst, where

@@ -50,7 +50,7 @@ def nitinol():
 def library(rubbing, frictionless, limp, nitinol):
     """Every hypothesis on some rig, with the friction coefficient beside it."""
     closing = [each for each in hypotheses(limp) if each.kind == "notch_closing"]
-    plateau = [each for each in hypotheses(nitinol) if each.kind == "superelastic_plate"]
+    plateau = [each for each in hypotheses(nitinol) if each.kind in ("superelastic_plate", "flag_hysteresis")]
     return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau)] + [
         (each, 0.0) for each in hypotheses(frictionless)
     ]

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import Case, investigated
+from diagnosis.simulated import NITINOL, Case, investigated
 
+from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.remarks import never_unloaded, or_loops
+from prb3r.diagnosis.result.remarks import never_unloaded
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import NonlinearPlate
 
 LOOPS = {"kind": "hysteretic_plate", "slipping_share": 0.4, "yield_strain": 1.2e-3}
@@ -25,6 +25,34 @@ def test_loops_of_plates_are_named_and_not_taken_for_friction():
     assert not effect.rivals
     assert effect.parameters["slipping_share"].value == pytest.approx(0.4, rel=0.1)
     assert effect.parameters["yield_strain"].value == pytest.approx(1.2e-3, rel=0.1)
+
+
+SOFT = {"kind": "nonlinear_plate", "law": "smooth", "knee_strain": 0.008, "ratio": 0.15, "sharpness": 3.0}
+FLAG = {"kind": "flag_hysteresis", "reverse_ratio": 0.5}
+"""As wires of nitinol bend: the plateau of unloading is at half of that of loading."""
+ALIKE = {"flag_hysteresis", "hysteretic_plate", "pulley_friction", "cable_friction", "worn_hole"}
+"""Kinds by which less comes back than went in."""
+
+
+def test_flags_of_superelastic_plates_are_named_and_not_taken_for_a_pulley():
+    hidden = tuple(tuple(effect.items()) for effect in (SOFT, FLAG))
+    without = frozenset(SUSPECTS) - {"nonlinear_plate", "disk_contact", "weakened_plate", *ALIKE}
+    found = tell(investigated(Case(hidden, without=without, friction=0.0, plates=NITINOL)))
+    assert found.verdict == "explained"
+    assert {effect.kind for effect in found.effects} == {"nonlinear_plate", "flag_hysteresis"}
+    flag = next(effect for effect in found.effects if effect.kind == "flag_hysteresis")
+    told = flag.parameters["reverse_ratio"]
+    assert told.value == pytest.approx(0.5, rel=0.1)
+    assert told.high < 1.3 * told.low
+
+
+def test_flags_are_suspected_of_superelastic_metals_that_are_bent_back(nitinol, rubbing):
+    def suspected(known):
+        return "flag_hysteresis" in {each.kind for each in hypotheses(known)}
+
+    assert suspected(nitinol)
+    assert not suspected(rubbing), "steel springs back as it went"
+    assert not suspected(nitinol._replace(bend=np.zeros_like(nitinol.bend))), "nothing is bent back"
 
 
 def test_derivatives_of_loops_are_those_that_fits_follow():
@@ -48,27 +76,3 @@ def test_where_nothing_unloads_softening_and_dissipating_are_said_to_be_alike(ra
     remarks = never_unloaded(found, [Hypothesis("hysteretic_plate")] if suspected else [])
     assert len(remarks) == said
     assert all("are alike here" in remark and "unload" in remark for remark in remarks)
-
-
-@pytest.mark.parametrize(
-    ("modulus", "kinds", "unloads", "said"),
-    [
-        (6e10, {"pulley_friction", "worn_hole"}, True, True),
-        (2e11, {"pulley_friction"}, True, False),
-        (6e10, {"pulley_friction"}, False, False),
-        (6e10, {"precurvature"}, True, False),
-    ],
-)
-def test_loops_of_plates_that_may_be_superelastic_may_have_been_taken_for_friction(modulus, kinds, unloads, said):
-    law = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.2)
-    rig = SimpleNamespace(recording=SimpleNamespace(manipulator=SimpleNamespace(youngs_modulus_pa=modulus / 2)))
-    fitted = SimpleNamespace(
-        effects=(law,),
-        constants=SimpleNamespace(log_stiffness=np.log(2)),
-        model=SimpleNamespace(settings=Settings(), predict=rig),
-    )
-    remarks = or_loops(
-        SimpleNamespace(kinds=frozenset(kinds), fitted=fitted), [Hypothesis("hysteretic_plate")] if unloads else []
-    )
-    assert len(remarks) == said
-    assert all("pulley_friction and worn_hole may stand for that" in remark for remark in remarks)

@@ -14,7 +14,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
     friction, or plates that remember."""
     structural = {hypothesis.kind for hypothesis, _ in library if hypothesis.structural}
     hinges = {"clamp_compliance", "base_compliance"}
-    assert structural == hinges | {"dead_cable", "slip_history", "edge_wrap", "hysteretic_plate"}
+    assert structural == hinges | {"dead_cable", "slip_history", "edge_wrap", "hysteretic_plate", "flag_hysteresis"}
     assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
     assert {h.kind for h, _ in library if not h.mechanical} == {
         "camera_scale",

@@ -123,7 +123,8 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
     rules |= {"load_dependent_friction", "wrap_saturation", "rate_dependent_friction", "breakaway_friction"}
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
-    assert carried == rules | parts | {"nonlinear_plate", "hysteretic_plate", "notch_closing", "superelastic_plate"}
+    laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis"}
+    assert carried == rules | parts | laws | {"notch_closing"}
 
 
 @pytest.mark.parametrize(

@@ -190,12 +190,12 @@ def problems(chain, steps):
     }
 
 
-def worst_error(chain, steps, step=1e-4):
+def worst_error(chain, steps, step=1e-4, ways=None):
     """Largest difference to central differences of whole solves, of the largest derivative of each parameter.
 
     Of two steps the better one: within the other a spring may begin to slip.
     """
-    ways = problems(chain, steps)
+    ways = ways or problems(chain, steps)
     found = chain_sensitivities(chain, steps, [direction(way, 1.0, STEP) for way in ways.values()])
     assert (found.equilibria.outcome == Outcome.CONVERGED).all()
     errors = {}

@@ -44,6 +44,8 @@ from prb3r.model.effects import EFFECT_KINDS
             "tube_inner_m": 0,
             "notch_depth_m": 0,
         },
+        {"kind": "flag_hysteresis", "reverse_ratio": 1.0},
+        {"kind": "flag_hysteresis", "reverse_ratio": 0.3},
         {"kind": "precurvature", "curvature_per_m": 0.0},
         {"kind": "disk_contact", "angle_rad": 1.0, "stiffness_n_m_per_rad": 50.0},
         {"kind": "notch_closing", "factor": 2.0, "stiffness_n_m_per_rad": 50.0},
@@ -96,6 +98,7 @@ def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
         ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "cubic", "cubic_m2": 0.002}),
         ("nonlinear_plate", *({"law": "bilinear", "knee_per_m": 1.0, "ratio": ratio} for ratio in (0.5, 2.0))),
         ("hysteretic_plate", *({"slipping_share": share, "yield_per_m": 1.0} for share in (0.3, 0.5))),
+        ("flag_hysteresis", {"reverse_ratio": 0.3}, {"reverse_ratio": 0.8}),
         ("disk_contact", *({"angle_rad": angle, "stiffness_n_m_per_rad": 50.0} for angle in (0.01, 0.03))),
     ],
 )

@@ -177,5 +177,5 @@ def together_and_alone(scope: Scope) -> Iterator[Place]:
 
 def structure(chain: Chain) -> tuple[Any, ...]:
     """What two chains share if one is a small change of the other: nodes, routing, rules of friction and of slip."""
-    slips = chain.hysteresis.slipping
+    slips = chain.hysteresis.slipping, chain.hysteresis.flagged
     return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0, slips

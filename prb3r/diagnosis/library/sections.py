@@ -10,7 +10,7 @@ import numpy as np
 from prb3r.diagnosis.library.bending import NEEDS_FIBRE
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_MATERIAL, Occurrence, Suspect, effect_in_words, rare
+from prb3r.diagnosis.library.suspect import OF_THE_MATERIAL, Occurrence, Suspect, as_it_is, effect_in_words, rare
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
@@ -24,6 +24,11 @@ SLOPE = Free("plateau_slope", 0.045, 0.01, 0.2, log=True, sd=0.4)
 """Plateaus of nitinol rise by 2 to 10 % of Young's modulus, the steeper in compression: two standard deviations to
 either side."""
 
+REVERSE = Free("reverse_ratio", 0.5, 0.1, 0.95, log=True, sd=0.4)
+"""Lower over upper plateau stress: 0.3 to 0.7 of nitinol at room and body temperature (Pelton, DiCello and Miyazaki,
+cited above; Duerig, Pelton and Stoeckel, Mater. Sci. Eng. A 273 (1999) 149), mostly within a standard deviation of
+half.  Up to 0.95, a loop as thin, and down to a tenth, where plates hardly come back."""
+
 
 def _plateaus(scope: Scope) -> list[Place]:
     """All plates, where every section is known, the stated modulus is of such a material, and strains reach the lowest
@@ -31,6 +36,19 @@ def _plateaus(scope: Scope) -> list[Place]:
     known = all(segment.thickness_m is not None for segment in scope.manipulator.segment)
     soft = scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
     return whole_rig_if(known and soft and scope.strain > PLATEAU.low)
+
+
+def _loops(scope: Scope) -> list[Place]:
+    """All plates, where the stated modulus is of a superelastic material and some plate bends back."""
+    soft = scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
+    return whole_rig_if(soft and scope.unloads)
+
+
+def _said_of_flags(fitted: Occurrence) -> str:
+    return (
+        f"The plates give back less than they took, as superelastic ones do: let go, they yield back at {fitted.size} "
+        "of the moment at which they yielded, and come back straight."
+    )
 
 
 def _material(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -69,5 +87,15 @@ SECTION_SUSPECTS = (
         probes=_plateau_probes,
         shared=OF_THE_MATERIAL,
         presence=rare,
+    ),
+    Suspect(
+        "flag_hysteresis",
+        _said_of_flags,
+        as_it_is,
+        places=_loops,
+        free=lambda scope, place: (REVERSE,),
+        probes=lambda scope, place: ((0.4,), (0.7,)),
+        shared=OF_THE_MATERIAL,
+        presence=lambda settings: settings.flag_presence,
     ),
 )

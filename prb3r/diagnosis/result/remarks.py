@@ -17,8 +17,8 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
 
-LIKE_LOOPS = {"pulley_friction", "worn_hole", "slip_history", "breakaway_friction", "load_dependent_friction"}
-"""Kinds of effects that take more in loading than they give back in unloading, as plates do that go through loops."""
+DISSIPATING = "hysteretic_plate", "flag_hysteresis"
+"""Kinds of effects by which plates give back less than they took."""
 
 
 def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
@@ -113,28 +113,13 @@ def _another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float
 
 def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
     """That plates which soften may as well dissipate, where no sequence unloads and could tell; nothing elsewhere."""
-    suspected = any(hypothesis.kind == "hysteretic_plate" for hypothesis in library)
+    suspected = any(hypothesis.kind in DISSIPATING for hypothesis in library)
     softening = [effect.kind for effect in choice.fitted.effects if _softens(effect)]
     if suspected or not softening:
         return []
     return [
-        f"plates that soften ({softening[0]}) and plates that dissipate (hysteretic_plate) are alike here, as no "
-        "sequence bends a plate back: unload in steps to tell them apart"
-    ]
-
-
-def or_loops(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
-    """That loops of plates which may be superelastic look like friction, where a recording that unloads is explained by
-    both: the library holds loops about the straight plate, and none that close at rest as theirs do."""
-    looks, fitted = sorted(choice.kinds & LIKE_LOOPS), choice.fitted
-    softening = [effect.kind for effect in fitted.effects if _softens(effect)]
-    unloads = any(hypothesis.kind == "hysteretic_plate" for hypothesis in library)
-    modulus = fitted.model.predict.recording.manipulator.youngs_modulus_pa * np.exp(fitted.constants.log_stiffness)
-    if not (looks and softening and unloads and modulus < fitted.model.settings.stiffest_superelastic_pa):
-        return []
-    return [
-        f"plates that soften ({softening[0]}) may give back less than they took, as superelastic ones do, in loops "
-        f"which the library lacks: {' and '.join(looks)} may stand for that, and Young's modulus be off with it"
+        f"plates that soften ({softening[0]}) and plates that dissipate ({', '.join(DISSIPATING)}) are alike here, as "
+        "no sequence bends a plate back: unload in steps to tell them apart"
     ]
 
 

@@ -19,6 +19,9 @@ class LibrarySettings:
     dissipating_presence: float = 0.05
     """The same of plates that dissipate as they bend to and fro.  Choice: those of spring steel, as most are, do
     not."""
+    flag_presence: float = 0.3
+    """The same of flag-shaped loops, of plates with a modulus of superelastic materials that are bent back.  Choice:
+    where such plates soften they have them."""
     side_share: float = 0.1
     """Share of the largest bend from which on plates count as bent to a side, or as bent back.  Choice: below, a law of
     that side, or a loop, is not felt."""

@@ -243,5 +243,6 @@ def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
     if "plate" in differ and chain.plate.turn.shape != nominal.plate.turn.shape:
         return False
     history = (chain.presliding > 0) == (nominal.presliding > 0)
-    slips = chain.hysteresis.slipping == nominal.hysteresis.slipping
+    mine, its = chain.hysteresis, nominal.hysteresis
+    slips = (mine.slipping, mine.flagged) == (its.slipping, its.flagged)
     return history and slips and _equal_in(("reach", "tied", "edges"), side, nominal)

@@ -1,4 +1,4 @@
-"""Sections that follow the stress of their material beyond its elastic range."""
+"""Sections that follow the stress of their material beyond its elastic range, and what they give back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from prb3r.mechanics.chain import Chain
-from prb3r.mechanics.plate_law import Law
+from prb3r.mechanics.plate_law import Hysteresis, Law
 from prb3r.model.effects.base import Effect, Host, Side
 from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.model.laws.section import Tube, section_law
@@ -31,7 +31,7 @@ class SuperelasticPlate(Effect):
     the diameters `tube_outer_m` and `tube_inner_m` with notches of `notch_depth_m`, cut from the side of positive (or
     negative: `notch_side`) offsets, which bends otherwise to either side. Moments are the section's own, within 0.02 %,
     up to eight plateau strains of the outermost fibre, and grow on from there as they did. What unloading dissipates is
-    left to `hysteretic_plate`."""
+    left to `flag_hysteresis`."""
 
     kind: Literal["superelastic_plate"]
     once: ClassVar[bool] = True
@@ -97,3 +97,18 @@ class SuperelasticPlate(Effect):
             yield f"effect {self.kind} needs outer_fibre_m (or thickness_m) of every segment, or a tube"
         if self.tube_outer_m is not None and any(segment.thickness_m is not None for segment in manipulator.segment):
             yield f"effect {self.kind}: a tube goes with bending_stiffness_n_m2, not with width_m and thickness_m"
+
+
+class FlagHysteresis(Effect):
+    """Plates that soften give back less than they took, in the flag-shaped loops of superelastic materials: they follow
+    their law f (`nonlinear_plate`, `superelastic_plate`) as they are bent, M = EI f(k), and as they are let go that of
+    a material which yields at `reverse_ratio` (r) times the stress, M = r EI f(k / r); between the two they are
+    elastic. They come back straight and as new. Where plates do not soften there is no loop."""
+
+    kind: Literal["flag_hysteresis"]
+    once: ClassVar[bool] = True
+    instead_of: ClassVar[frozenset[str]] = frozenset({"hysteretic_plate"})
+    reverse_ratio: Annotated[float, Field(gt=0, le=1)]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(hysteresis=Hysteresis(reverse=self.reverse_ratio))

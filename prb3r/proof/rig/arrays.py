@@ -25,6 +25,7 @@ class Rig(NamedTuple):
     loop_share: float  # of the stiffness that slips
     loop_yield: np.ndarray  # (n,) curvature from which it does, on average over the springs
     loop_springs: int  # that share it, all of one stiffness; 0: nothing slips
+    flag_reverse: float  # part of the moment at which a plate yields, at which it turns back; 1: it is elastic
     compliance: float  # of the hinge at each end of each arc
     base_compliance: float  # of one more at the base
     umbilical: float  # couple at the tip against its turn, per rad
@@ -42,6 +43,11 @@ class Rig(NamedTuple):
     presliding: float  # infinite: declared slip
     moment: np.ndarray  # (n,) extra bending moment all along an arc
     moment_per_bend: np.ndarray  # (n,) and per bend of the plate
+
+
+def plates_remember(rig: Rig) -> bool:
+    """Whether plates bend other than before under the same moment."""
+    return rig.loop_springs > 0 or rig.flag_reverse < 1
 
 
 class Slips(NamedTuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import Bent, Forces, Rig, Slips
+from prb3r.proof.rig.arrays import Bent, Forces, Rig, Slips, plates_remember
 from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import imbalance, lengths_beyond
 
@@ -156,7 +156,7 @@ def rest(built: BuiltRig, nothing: AppliedLoads, elements: int) -> RigBalance | 
     """
     rig = built.rig._replace(presliding=np.inf)
     zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp
-    stations = 2 * elements + 1 if rig.loop_springs else 1
+    stations = 2 * elements + 1 if plates_remember(rig) else 1
     memory = RigMemory(zero, zero, np.zeros((len(lengths), stations, 2 + rig.loop_springs)))
     state = RigBalance(np.stack([lengths, 0 * lengths, 0 * lengths], 1), memory, zero)
     done, share = 0.0, 1.0

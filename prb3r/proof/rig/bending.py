@@ -79,6 +79,26 @@ def curvature(moment, rigidity, law, numbers, table):
 
 
 @njit(cache=True)
+def bent_in_flag(moment, rigidity, law, before, after):
+    """Curvature under a moment and its derivative of a plate that yields as its law says, turns back at a part of that
+    moment and is elastic between: from the moment and the curvature `before`; writes those `after`, both (2,)."""
+    kind, numbers, table, reverse = law
+    loaded, softness = curvature(moment, rigidity, kind, numbers, table)
+    unloaded, yielding = curvature(moment / reverse, rigidity, kind, numbers, table)
+    unloaded *= reverse
+    k, way = before[1] + (moment - before[0]) / rigidity, 1.0 if moment >= 0 else -1.0
+    after[0] = moment
+    if way * k <= way * loaded or way * unloaded <= way * loaded:  # the second where the law stiffens
+        after[1] = loaded
+        return loaded, softness
+    if way * k >= way * unloaded:
+        after[1] = unloaded
+        return unloaded, yielding
+    after[1] = k
+    return k, 1 / rigidity
+
+
+@njit(cache=True)
 def bent_on(moment, rigidity, loop, before, after):
     """Curvature under a moment and its derivative where part of the stiffness slips, from the state `before`.
 

@@ -140,6 +140,7 @@ def _arrays(draft: Draft) -> Rig:
         loop_share=float(draft.loop_share),
         loop_yield=np.array(np.broadcast_to(draft.loop_yield, plates), float),
         loop_springs=int(draft.loop_springs),
+        flag_reverse=float(draft.flag_reverse),
         compliance=float(draft.compliance),
         base_compliance=float(draft.base_compliance),
         umbilical=float(draft.umbilical),

@@ -56,6 +56,8 @@ class Draft:
     loop_yield: np.ndarray | float = np.inf
     """(n,) curvature from which it does, 1/m."""
     loop_springs: int = 0
+    flag_reverse: float = 1.0
+    """Part of the moment at which plates yield, at which they turn back."""
     compliance: float = 0.0
     """Of a hinge at each end of each arc, rad/(N m)."""
     base_compliance: float = 0.0

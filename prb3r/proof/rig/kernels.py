@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from prb3r.proof.rig.arrays import LINEAR_LAW, Pulls
-from prb3r.proof.rig.bending import bent_on, curvature
+from prb3r.proof.rig.bending import bent_in_flag, bent_on, curvature
 
 CLEARANCE_BEND = 0.005
 """Bend of a plate over which its cables change over to the other side of their holes, rad: that of the definition of
@@ -63,6 +63,10 @@ def shape(rig, i, wrench, elements, bent):
             if rig.loop_springs > 0:  # stations of half an element
                 loop, here = (rig.loop_share, rig.loop_yield[i], rig.loop_springs), 2 * element + (stage + 1) // 2
                 k, softness = bent_on(there, rigidity, loop, bent.before[i, here], bent.after[i, here])
+            elif rig.flag_reverse < 1:
+                here = 2 * element + (stage + 1) // 2
+                law = rig.law, numbers, table, rig.flag_reverse
+                k, softness = bent_in_flag(there, rigidity, law, bent.before[i, here], bent.after[i, here])
             elif rig.law != LINEAR_LAW:
                 k, softness = curvature(there, rigidity, rig.law, numbers, table)
             _along(arm_x, arm_y, (straight + k, softness), (force_x, force_y), trial, rate)

@@ -6,6 +6,7 @@ the parabola through beginning, middle and end.
 
 import numpy as np
 
+from prb3r.proof.rig.arrays import plates_remember
 from prb3r.proof.rig.balance import (
     SHORTEST_SUBSTEP,
     AppliedLoads,
@@ -46,7 +47,7 @@ class RigPath:
         self.built, self.elements, self.tolerance = built, elements, tolerance
         self.length = (built.rig.arc + 2 * built.rig.clamp + built.rig.disk).sum()
         self.history = np.isfinite(built.rig.presliding)
-        self.longest = LONGEST_SUBSTEP if self.history else LONGEST_BEND if built.rig.loop_springs else 1.0
+        self.longest = LONGEST_SUBSTEP if self.history else LONGEST_BEND if plates_remember(built.rig) else 1.0
         self.weight = TURNING * built.rig.friction
         self.weight[:1] += built.rig.pulley
 

@@ -13,7 +13,7 @@ import numpy as np
 from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SMOOTH_LAW
 from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
-from prb3r.proof.rig.effects.record import ANY, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, size
+from prb3r.proof.rig.effects.record import ANY, FRACTION, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, size
 
 BENT_TOWARD = "negative", "positive"
 """Toward which a plate bends: that of negative or of positive offsets."""
@@ -98,6 +98,10 @@ def _dissipate(draft: Draft, slipping_share, yield_per_m=None, yield_strain=None
     if slipping_share > 0:
         draft.loop_share, draft.loop_springs = slipping_share, elements
         draft.loop_yield = yield_per_m if yield_strain is None else yield_strain / draft.fibre
+
+
+def _give_back_less(draft: Draft, reverse_ratio):
+    draft.flag_reverse = reverse_ratio
 
 
 def _dissipating(given: Conditions) -> Iterator[Candidate]:
@@ -202,5 +206,12 @@ BENDING_RECORDS = (
         excludes=frozenset({"nonlinear_plate"}),
         reshaped=_loops_anew,
         of_the_kind=True,
+    ),
+    Record(
+        "flag_hysteresis",  # beside a law that softens alone: it is not drawn by itself
+        _give_back_less,
+        (size("reverse_ratio", FRACTION, Scale.LOGARITHM),),
+        once=True,
+        excludes=frozenset({"hysteretic_plate"}),
     ),
 )
