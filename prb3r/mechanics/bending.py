@@ -43,23 +43,40 @@ def bending_law(model, knees, angle, curvature):
 
 
 @kernel
-def spring_bounds(model, plate, k, e, count, angle):
-    """Between which the spring of element `e` of `count` stays at a node bent by `angle` beyond the stress-free one, as
-    node angles, and their slopes by that: lower, upper, slope of the lower, of the upper.
+def spring_bound(model, plate, k, e, count, angle, outer):
+    """A bound of the spring of element `e` of `count` at a node bent by `angle` beyond the stress-free one, as a node
+    angle, and its slope by that: the `outer` one, to the side to which the node is bent, or the other.
 
     See :class:`prb3r.mechanics.plate_law.Hysteresis`.
     """
     if model.reverse < 1.0:
-        loading, steep = bending_law(model, plate.knee, angle, plate.curvature[k])
-        yielded, slope = bending_law(model, plate.knee, angle / model.reverse, plate.curvature[k])
-        unloading = model.reverse * yielded
-        if abs(unloading) > abs(loading):  # where the law does not soften
-            unloading, slope = loading, steep
-        if angle > 0.0:
-            return unloading, loading, slope, steep
-        return loading, unloading, steep, slope
+        reverse = 1.0 if outer else model.reverse
+        moment, slope = bending_law(model, plate.knee, angle / reverse, plate.curvature[k])
+        return reverse * moment, slope
     bound = plate.yields[k] * (2 * e + 1) / count
-    return -bound, bound, 0.0, 0.0
+    return bound if outer == (angle >= 0.0) else -bound, 0.0
+
+
+FREE, OUTER, INNER = 0, 1, 2
+"""Where a spring in a plate is: between its bounds, or at one of them."""
+
+
+@kernel
+def held_spring(model, plate, k, e, count, angle, spring, slack):
+    """That spring held between its bounds, its slope by the node's angle, and where it is.
+
+    Within a part `slack` of a bound it is at it.
+    """
+    side = 1.0 if angle >= 0.0 else -1.0
+    outer, steep = spring_bound(model, plate, k, e, count, angle, True)
+    if side * spring >= side * outer - slack * abs(outer):
+        return outer, steep, OUTER
+    inner, slope = spring_bound(model, plate, k, e, count, angle, False)
+    if side * inner >= side * outer:  # a law that does not soften has no loop
+        return outer, steep, OUTER
+    if side * spring <= side * inner + slack * abs(inner):
+        return inner, slope, INNER
+    return spring, 1.0, FREE
 
 
 @kernel
@@ -71,12 +88,7 @@ def slipping_law(model, plate, k, angle):
     total, follows, count = 0.0, 0.0, model.elements
     weight = model.share / max(count, 1)
     for e in range(count):
-        low, high, low_slope, high_slope = spring_bounds(model, plate, k, e, count, angle)
-        spring, slope = angle - plate.slider[k, e], 1.0
-        if spring >= high:
-            spring, slope = high, high_slope
-        elif spring <= low:
-            spring, slope = low, low_slope
+        spring, slope, _ = held_spring(model, plate, k, e, count, angle, angle - plate.slider[k, e], 0.0)
         total += spring
         follows += slope
     return weight * total, weight * follows
@@ -85,12 +97,13 @@ def slipping_law(model, plate, k, angle):
 @kernel
 def law_of_plate(model, plate, k, angle):
     """Node angle that a linear plate would need for the moment at node `k` of this one, and its slope."""
+    if model.share == 0.0:
+        return bending_law(model, plate.knee, angle, plate.curvature[k])
+    slipping, follows = slipping_law(model, plate, k, angle)
+    if model.share == 1.0:
+        return slipping, follows
     elastic, slope = bending_law(model, plate.knee, angle, plate.curvature[k])
-    if model.share > 0.0:
-        slipping, follows = slipping_law(model, plate, k, angle)
-        elastic = (1.0 - model.share) * elastic + slipping
-        slope = (1.0 - model.share) * slope + follows
-    return elastic, slope
+    return (1.0 - model.share) * elastic + slipping, (1.0 - model.share) * slope + follows
 
 
 @law_of_plate.where_in_lanes

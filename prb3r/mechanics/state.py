@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.bending import spring_bounds
+from prb3r.mechanics.bending import FREE, held_spring
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
@@ -124,8 +124,10 @@ def slide(packed):
         for k in range(plate.q.shape[0]):
             angle = plate.q[k] - plate.rest[k]
             for e in range(count):
-                low, high, _, _ = spring_bounds(packed.model[0], plate, k, e, count, angle)
-                plate.slider[k, e] = min(max(plate.slider[k, e], angle - high), angle - low)
+                spring = angle - plate.slider[k, e]
+                held, _, where = held_spring(packed.model[0], plate, k, e, count, angle, spring, 0.0)
+                if where != FREE:
+                    plate.slider[k, e] = angle - held
 
 
 @kernel

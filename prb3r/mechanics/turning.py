@@ -14,7 +14,7 @@ trusted to tell whether `L` turned at all: rates jump where another hole begins 
 
 from math import copysign, sqrt
 
-from prb3r.mechanics.bending import spring_bounds
+from prb3r.mechanics.bending import held_spring, spring_bound
 from prb3r.mechanics.kernel import kernel
 
 
@@ -92,13 +92,6 @@ def missed_slip(packed, step, before, after):
 
 
 @kernel
-def held_spring(model, plate, k, e, count, angle, spring):
-    """A spring in a plate, held between its bounds at a node bent by `angle`."""
-    low, high, _, _ = spring_bounds(model, plate, k, e, count, angle)
-    return min(max(spring, low), high)
-
-
-@kernel
 def missed_slide(packed, step, start, before, after):
     """The same of the springs in the plates that slip, in parts of their bounds: what a hole is to its cable's travel a
     Jenkin element is to bending, with its bound in the place of the presliding length.  `start` is the state before.
@@ -112,14 +105,15 @@ def missed_slide(packed, step, start, before, after):
                 continue
             turned, to_first, to_last = turning_lengths(travel, begin, end)
             for e in range(count):
-                angle = start.q[i, k] - plate.rest[k]
+                model, angle = packed.model[0], start.q[i, k] - plate.rest[k]
                 old = angle - plate.slider[k, e]
-                spring = held_spring(packed.model[0], plate, k, e, count, angle + to_first, old + to_first)
-                spring += to_last - to_first
-                spring = held_spring(packed.model[0], plate, k, e, count, angle + to_last, spring)
-                low, high, _, _ = spring_bounds(packed.model[0], plate, k, e, count, angle + travel)
-                turning, direct = spring + travel - to_last, old + travel
-                missed = abs(min(max(turning, low), high) - min(max(direct, low), high))
-                if missed > worst * max(-low, high):
-                    worst, where = missed / max(-low, high), turned
+                at_first = held_spring(model, plate, k, e, count, angle + to_first, old + to_first, 0.0)[0]
+                to_here = at_first + to_last - to_first
+                at_last = held_spring(model, plate, k, e, count, angle + to_last, to_here, 0.0)[0]
+                now = angle + travel
+                spring = held_spring(model, plate, k, e, count, now, at_last + travel - to_last, 0.0)[0]
+                direct = held_spring(model, plate, k, e, count, now, old + travel, 0.0)[0]
+                bound, missed = abs(spring_bound(model, plate, k, e, count, now, True)[0]), abs(spring - direct)
+                if missed > worst * bound:
+                    worst, where = missed / bound, turned
     return worst, where

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.bending import spring_bounds
+from prb3r.mechanics.bending import FREE, OUTER, held_spring, spring_bound
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.state import SLIPS_ON
@@ -38,24 +38,36 @@ def sliders_at_zero(shape: tuple[int, int], elements: int, parameters: int) -> S
 
 
 @kernel
-def slipped_to(spring, low, high):
-    """To which bound a spring has slipped: 1 the upper, -1 the lower, 0 neither.
+def spring_of(packed, sliders, i, k, e):
+    """Angle of a spring beyond which bounds do not let it go, its slope by the node's angle, and where it is.
 
     Rounding leaves one that has slipped on either side of its bound.
     """
-    if spring >= high - SLIPS_ON * abs(high):
-        return 1
-    return -1 if spring <= low + SLIPS_ON * abs(low) else 0
+    plate, model = packed.plate[i], packed.model[0]
+    angle = plate.q[k] - plate.rest[k]
+    return held_spring(model, plate, k, e, model.elements, angle, angle - sliders.at[i, k, e], SLIPS_ON)
 
 
 @kernel
-def bound_change(sides, i, k, e, count, d, angle, end):
-    """Difference of a bound (`end`: 1 upper, -1 lower) between the problems ahead and behind, of parameter `d`, at one
-    node angle beyond the stress-free one."""
+def beyond_bound(plate, k, bound, where, slider):
+    """A slider from which a spring has slipped to its bound without doubt."""
+    angle = plate.q[k] - plate.rest[k]
+    upper = (where == OUTER) == (angle >= 0.0)
+    if upper:
+        return min(slider, angle - bound - SLIPS_ON * abs(bound))
+    return max(slider, angle - bound + SLIPS_ON * abs(bound))
+
+
+@kernel
+def bound_change(packed, sides, i, k, e, d, where):
+    """Difference of a spring's bound between the problems ahead and behind, of parameter `d`, at one node angle beyond
+    the stress-free one."""
     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
-    low, high, _, _ = spring_bounds(sides.packed.model[2 * d, 0], ahead, k, e, count, angle)
-    low_behind, high_behind, _, _ = spring_bounds(sides.packed.model[2 * d + 1, 0], behind, k, e, count, angle)
-    return high - high_behind if end > 0 else low - low_behind
+    models = sides.packed.model[2 * d, 0], sides.packed.model[2 * d + 1, 0]
+    angle, count, outer = packed.plate[i].q[k] - packed.plate[i].rest[k], packed.model[0].elements, where == OUTER
+    farther, _ = spring_bound(models[0], ahead, k, e, count, angle, outer)
+    nearer, _ = spring_bound(models[1], behind, k, e, count, angle, outer)
+    return farther - nearer
 
 
 @kernel
@@ -68,16 +80,11 @@ def recall_sliders(packed, sides, sliders, tied, partial):
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         for k in range(plate.q.shape[0]):
-            angle = plate.q[k] - plate.rest[k]
             for e in range(count):
-                low, high, low_slope, high_slope = spring_bounds(packed.model[0], plate, k, e, count, angle)
-                spring = angle - sliders.at[i, k, e]
-                end = slipped_to(spring, low, high)
+                spring, slope, where = spring_of(packed, sliders, i, k, e)
                 plate.slider[k, e] = sliders.at[i, k, e]
-                if end > 0:  # to the tangent too
-                    plate.slider[k, e] -= max(high + SLIPS_ON * abs(high) - spring, 0.0)
-                elif end < 0:
-                    plate.slider[k, e] += max(spring - low + SLIPS_ON * abs(low), 0.0)
+                if where != FREE:  # to the tangent too
+                    plate.slider[k, e] = beyond_bound(plate, k, spring, where, plate.slider[k, e])
                 weight = packed.model[0].stiff * plate.stiffness[k] * packed.model[0].share / count
                 for d in range(len(sides.apart)):
                     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
@@ -85,32 +92,27 @@ def recall_sliders(packed, sides, sliders, tied, partial):
                     shares = models[0].stiff * models[0].share, models[1].stiff * models[1].share
                     stiffer = (ahead.stiffness[k] * shares[0] - behind.stiffness[k] * shares[1]) / count
                     rest = 0.0 if tied else ahead.rest[k] - behind.rest[k]
-                    if end == 0:
-                        change, now = -rest / sides.apart[d] - sliders.change[i, k, e, d], spring
+                    if where == FREE:
+                        change = -rest / sides.apart[d] - sliders.change[i, k, e, d]
                     else:
-                        now, slope = (high, high_slope) if end > 0 else (low, low_slope)
-                        later = bound_change(sides, i, k, e, count, d, angle, end)
+                        later = bound_change(packed, sides, i, k, e, d, where)
                         change = (later - slope * rest) / sides.apart[d]
-                    partial[i, k, d] += stiffer / sides.apart[d] * now + weight * change
+                    partial[i, k, d] += stiffer / sides.apart[d] * spring + weight * change
 
 
 @kernel
 def drag_sliders(packed, sides, sliders, tied, partial):
     """Let the sliders go where the state just differentiated has dragged them; its node angles are in `partial`."""
-    count = packed.model[0].elements
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         for k in range(plate.q.shape[0]):
-            angle = plate.q[k] - plate.rest[k]
-            for e in range(count):
-                low, high, low_slope, high_slope = spring_bounds(packed.model[0], plate, k, e, count, angle)
-                end = slipped_to(angle - sliders.at[i, k, e], low, high)
-                if end == 0:
+            for e in range(packed.model[0].elements):
+                bound, slope, where = spring_of(packed, sliders, i, k, e)
+                if where == FREE:
                     continue
-                bound, slope = (high, high_slope) if end > 0 else (low, low_slope)
-                sliders.at[i, k, e] = angle - bound
+                sliders.at[i, k, e] = plate.q[k] - plate.rest[k] - bound
                 for d in range(len(sides.apart)):
                     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
                     rest = 0.0 if tied else (ahead.rest[k] - behind.rest[k]) / sides.apart[d]
-                    later = bound_change(sides, i, k, e, count, d, angle, end) / sides.apart[d]
+                    later = bound_change(packed, sides, i, k, e, d, where) / sides.apart[d]
                     sliders.change[i, k, e, d] = (1.0 - slope) * (partial[i, k, d] - rest) - later
