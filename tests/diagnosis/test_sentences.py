@@ -6,6 +6,7 @@ from diagnosis.suspected import MU
 
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.suspect import Estimate, Occurrence
 
 
@@ -161,6 +162,32 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
 def test_a_sentence_says_where_and_how_much_in_the_units_of_the_workshop(kind, place, sizes, said):
     estimates = {name: Estimate(*size) for name, size in sizes.items()}
     assert said in SUSPECTS[kind].sentence(Occurrence(place, estimates, MU))
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "said"),
+    [
+        ((False, False), "2 (1 to 5)"),
+        ((True, False), "2 (up to 5)"),
+        ((False, True), "2 (1 or more)"),
+        ((True, True), "2 (of any size)"),
+    ],
+)
+def test_an_end_that_the_search_set_is_not_told(open_ends, said):
+    told = Estimate(2.0, 1.0, 5.0, open_ends)
+    assert f"{told}" == said
+    assert f"{told.times(1000).times(1e-3)}" == said
+    assert told.less(6.0).open == open_ends[::-1]
+
+
+def test_only_a_bound_at_which_an_effect_is_there_is_an_open_end():
+    """An efficiency of 1 is no pulley, so that an interval to there is one; one that ends at the least was cut."""
+    efficiency = Free("efficiency", 1.0, 0.2, 1.0)
+    assert efficiency.open_ends(0.9, 1.0) == (False, False)
+    assert efficiency.open_ends(0.2, 0.9) == (True, False)
+    travel = Free("presliding_m", 3e-5, 1e-6, 1e-2, log=True)
+    assert travel.open_ends(travel.value(travel.bounds()[0]), 5e-3) == (True, False)
+    assert travel.open_ends(2e-6, 1e-2) == (False, True)
 
 
 def test_every_sentence_names_its_place_and_follows_every_estimate(library):

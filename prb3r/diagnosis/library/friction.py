@@ -33,7 +33,8 @@ def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 def _rounded(coefficient: Estimate) -> Estimate:
     """A friction coefficient to a ten-thousandth: what is less is none."""
-    return Estimate(*(None if number is None else round(number, 4) for number in coefficient))  # type: ignore[arg-type]
+    low, high = (None if end is None else round(end, 4) for end in (coefficient.low, coefficient.high))
+    return Estimate(round(coefficient.value, 4), low, high, coefficient.open)
 
 
 def _rubbing_sentence(fitted: Occurrence) -> str:

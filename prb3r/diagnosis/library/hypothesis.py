@@ -55,6 +55,11 @@ class Free(NamedTuple):
         """Lowest and highest `u` that a fit may go to."""
         return self.at(self.low, friction), self.at(self.high, friction)
 
+    def open_ends(self, low: float, high: float) -> tuple[bool, bool]:
+        """Whether the ends of an interval are bounds of the search at which the effect does not vanish."""
+        below, above = np.isclose([low, high], [self.low, self.high], rtol=1e-9, atol=0.0)
+        return bool(below and self.low != self.null), bool(above and self.high != self.null)
+
     def sided(self, friction: float = 0.0) -> bool:
         """Whether the value can leave its null in one direction only, as a coefficient can beside one of nothing."""
         return 0.0 in self.bounds(friction)

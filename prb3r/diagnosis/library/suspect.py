@@ -28,20 +28,36 @@ class Estimate(NamedTuple):
     value: float
     low: float | None = None
     high: float | None = None
+    open: tuple[bool, bool] = (False, False)
+    """Whether the lower and the upper end are only those of the search: what is beyond was not tried."""
+
+    @property
+    def numbers(self) -> tuple[float, float | None, float | None]:
+        """Value and ends."""
+        return self.value, self.low, self.high
 
     def __format__(self, form: str) -> str:
-        """With the format of a number (default `.3g`): value (low to high)."""
-        value, low, high = (None if end is None else _digits(end, form or ".3g") for end in self)
-        return f"{value}" if low is None or high is None else f"{value} ({low} to {high})"
+        """With the format of a number (default `.3g`): value (low to high), with words where an end is open."""
+        value, low, high = (None if end is None else _digits(end, form or ".3g") for end in self.numbers)
+        if low is None or high is None:
+            return f"{value}"
+        return f"{value} ({self.interval(low, high)})"
+
+    def interval(self, low: str, high: str) -> str:
+        """Its interval in words, by its ends as they are printed: what is open is not told."""
+        if all(self.open):
+            return "of any size"
+        return f"up to {high}" if self.open[0] else f"{low} or more" if self.open[1] else f"{low} to {high}"
 
     def times(self, factor: float) -> "Estimate":
         """The estimate in another unit; `factor` is positive."""
-        return Estimate(*(None if number is None else factor * number for number in self))  # type: ignore[arg-type]
+        low, high = (None if end is None else factor * end for end in (self.low, self.high))
+        return Estimate(factor * self.value, low, high, self.open)
 
     def less(self, whole: float) -> "Estimate":
         """The estimate of `whole` less the value, its ends exchanged."""
         low, high = (None if end is None else whole - end for end in (self.high, self.low))
-        return Estimate(whole - self.value, low, high)
+        return Estimate(whole - self.value, low, high, (self.open[1], self.open[0]))
 
 
 class Occurrence(NamedTuple):

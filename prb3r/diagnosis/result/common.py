@@ -169,7 +169,8 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
             values = [float(value * np.exp(end)) for end in ends]
         else:
             values = [compared.free.value(end) for end in ends]
-        return Estimate(values[0], *sorted(values[1:])) if np.isfinite(told.sd) else Estimate(values[0])
+        low, high = sorted(values[1:])
+        return Estimate(values[0], low, high) if np.isfinite(told.sd) else Estimate(values[0])
 
     return SharedParameter(
         effect=compared.effect,

@@ -102,7 +102,8 @@ def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Es
             curve = profiles[free.name] = profile(fitted, k)
             ends = curve.low, curve.high
         ends = ends_over_models(choice, k, number_of_share(hypothesis, part), ends)
-        estimates[free.name] = Estimate(estimates[free.name].value, *sorted(free.value(end, friction) for end in ends))
+        low, high = sorted(free.value(end, friction) for end in ends)
+        estimates[free.name] = Estimate(estimates[free.name].value, low, high, free.open_ends(low, high))
     return estimates, profiles
 
 

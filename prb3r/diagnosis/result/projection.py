@@ -202,7 +202,10 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
     parameters: dict[str, Any] = {
         key: {"value": value, "set": effect.among.get(key, (value,))} for key, value in effect.place.items()
     }
-    parameters |= {key: estimate._asdict() for key, estimate in effect.parameters.items()}
+    parameters |= {
+        key: {"value": estimate.value, "low": estimate.low, "high": estimate.high}
+        for key, estimate in effect.parameters.items()
+    }
     record = {
         "effect": effect.kind,
         "parameters": parameters,

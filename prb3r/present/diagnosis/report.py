@@ -127,8 +127,8 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
     for effect in diagnosis.effects:
         gain = "–" if effect.heldout_gain is None else say.gain_text(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:
-            texts = [say.value_text(key, end) for end in estimate] if estimate else ["–"] * 3
-            interval = "–" if estimate is None or estimate.low is None else f"{texts[1]} to {texts[2]}"
+            texts = [say.value_text(key, end) for end in estimate.numbers] if estimate else ["–"] * 3
+            interval = "–" if estimate is None or estimate.low is None else estimate.interval(texts[1], texts[2])
             title = say.parameter_title(key) if key else "–"
             presence = [] if partial else [say.percent(effect.probability) + (", certain" if effect.certain else "")]
             about = [say.spaced(effect.name), title, texts[0], interval, *presence]

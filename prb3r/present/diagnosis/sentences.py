@@ -76,8 +76,8 @@ def headlines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _with_interval(name: str, estimate: Estimate) -> str:
-    value, low, high = (value_text(name, end) for end in estimate)
-    return value if estimate.low is None else f"{value} ({low} to {high})"
+    value, low, high = (value_text(name, end) for end in estimate.numbers)
+    return value if estimate.low is None else f"{value} ({estimate.interval(low, high)})"
 
 
 def fit_quality(diagnosis: Diagnosis) -> str:

@@ -70,7 +70,7 @@ def _in_words(shared: SharedParameter) -> tuple[str, float, str]:
         words, factor, unit = IN_WORDS[shared.parameter]
         words = words.removeprefix("the ")
         return words[0].upper() + words[1:], factor, unit.strip()
-    ends = [end for estimate in (shared.together, *shared.alone) for end in estimate if end is not None]
+    ends = [end for estimate in (shared.together, *shared.alone) for end in estimate.numbers if end is not None]
     shown = style.shown(describe(shared.parameter), ends)
     return say.parameter_title(shared.parameter).capitalize(), shown.factor, shown.unit
 
@@ -93,7 +93,7 @@ def _cell(shared: SharedParameter, estimate, parted: bool = False) -> str:
     if estimate.low is None:
         return "not told"
     _, factor, unit = _in_words(shared)
-    value, low, high = (style.digits(factor * end) for end in estimate)
+    value, low, high = (style.digits(factor * end) for end in (estimate.value, estimate.low, estimate.high))
     return f"{value} ({low} to {high}){f' {unit}' if unit else ''}{', its own' if parted else ''}"
 
 
