@@ -90,7 +90,10 @@ def beside_effects(
     """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found,
     and steps that are exchanged by weights that were not believed, or where two or three alone are not predicted.
 
-    One more blunder is said where the recording is explained once it is mended; else all is as it was.
+    One more blunder is said where the recording is explained once it is mended; else all is as it was.  The search of
+    the mended recording is given up where its first end is worth less than that of the search before, by as much as
+    would have to speak for the blunder.  A blunder that does not show any more beside the effects that were found then
+    was none: what was left beside the others was other physics.
     """
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
@@ -103,9 +106,14 @@ def beside_effects(
         if hidden is None:
             continue
         try:
-            mended = check(to_search(_mended(task, (hidden,)), lambda stage: None, apply))
+            tested = to_test(_mended(task, (hidden,)), lambda stage: None, apply)
+            searched = search(tested, unexplained.choice.first_worth - hidden.least)
         except OutOfBalance:
             continue
+        now = find_blunder(as_noted, task.settings, searched.choice.fitted.effects, apply, exchanged=among)
+        if now is None or now.blunder not in (hidden.blunder, *hidden.alike):
+            continue
+        mended = check(searched)
         if mended.verdict != "unexplained":
             return mended, (*blunders, hidden)
     return unexplained, blunders

@@ -194,3 +194,18 @@ def test_a_rival_blunder_leaves_an_explanation_ambiguous():
     beside = check(searched, rival)
     assert beside.verdict == "ambiguous"
     assert any("cables 1 and 2 are exchanged just as well" in remark for remark in beside.remarks)
+
+
+@pytest.mark.parametrize("later", ["the same", "what looked the same", "another", None])
+def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(later, monkeypatch):
+    """With other physics than was supposed, a nitinol wrist once showed another blunder than the one it was mended of."""
+    weak = recorded(Case())
+    hidden = Blunder("the same", ("what looked the same",), "markers.csv", weak, False, 10.0)
+    shown = iter([hidden, later and replace(hidden, blunder=later)])
+    monkeypatch.setattr(around, "find_blunder", lambda *_, **__: next(shown))
+    searched = to_search(Task(weak), lambda stage: None, serially)
+    unexplained = replace(check(searched), verdict="unexplained")
+    monkeypatch.setattr(around, "search", lambda *_: searched)
+    found, blunders = around.beside_effects(Task(weak), unexplained, (), serially)
+    assert blunders == ((hidden,) if later in ("the same", "what looked the same") else ())
+    assert (found is unexplained) == (not blunders)
