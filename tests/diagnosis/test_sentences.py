@@ -5,8 +5,7 @@ import pytest
 from diagnosis.suspected import MU
 
 from prb3r.diagnosis.library import SUSPECTS
-from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.suspect import Estimate, Occurrence
 
 

@@ -198,7 +198,7 @@ def test_a_rival_blunder_leaves_an_explanation_ambiguous():
 
 @pytest.mark.parametrize("later", ["the same", "what looked the same", "another", None])
 def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(later, monkeypatch):
-    """With other physics than was supposed, a nitinol wrist once showed another blunder than the one it was mended of."""
+    """With other physics than was supposed a wrist showed another blunder than the one that it was mended of."""
     weak = recorded(Case())
     hidden = Blunder("the same", ("what looked the same",), "markers.csv", weak, False, 10.0)
     shown = iter([hidden, later and replace(hidden, blunder=later)])
