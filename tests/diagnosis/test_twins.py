@@ -16,7 +16,7 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
+from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Prior
 
@@ -67,6 +67,37 @@ def test_plates_that_soften_are_looked_at_as_plates_on_a_plateau():
     stiffer = fit(calibrated.model.adding(law), start, fixed=[len(start) - 1])
     assert stiffer.effects[0].ratio > 1
     assert not list(of_plateaus(stiffer, library))
+
+
+FLAG = {"kind": "flag_hysteresis", "reverse_ratio": 0.5}
+
+
+def test_plates_that_dissipate_are_looked_at_as_plates_on_plateaus_that_give_back_less():
+    """It takes two effects where one was found, of which none alone stands in its place."""
+    hidden = (tuple(PLATEAU.items()), tuple(FLAG.items()))
+    calibrated = fit_constants(predictor(recorded(Case(hidden=hidden, plates=NITINOL))))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    loops = next(each for each in library if each.kind == "hysteretic_plate")
+    start = [free.at(value) for free, value in zip(loops.free, (0.009, 0.4), strict=True)]
+    found = fit(calibrated.model.adding(loops), np.array([*calibrated.p, *start]))
+    kinds = lambda twin: [each.kind for each in twin.model.hypotheses]  # noqa: E731
+    twins = list(of_flags(found, library))
+    assert {tuple(kinds(twin)) for twin in twins} == {
+        ("nonlinear_plate", "flag_hysteresis"),
+        ("superelastic_plate", "flag_hysteresis"),
+    }
+    best = min(twins, key=lambda twin: twin.chi2)
+    assert kinds(best) == ["superelastic_plate", "flag_hysteresis"]
+    assert best.chi2 < found.chi2 - 4
+    assert best.effects[0].plateau_strain == pytest.approx(0.0078, rel=0.05)
+    assert best.effects[1].reverse_ratio == pytest.approx(0.5, rel=0.05)
+    assert not list(of_flags(best, library))
+    assert not list(of_flags(found, [each for each in library if each.kind != "flag_hysteresis"]))
+    law = next(each for each in library if each.name == "nonlinear_plate (law bilinear)")
+    softer = replace(found.model, hypotheses=(loops, law))
+    both = fit(softer, np.array([*found.p, law.free[0].at(0.01), law.free[1].at(0.9)]), most=1)
+    assert not list(of_flags(both, library))
 
 
 STIFF = (("kind", "segment_stiffness"), ("segment", 1), ("factor", 1.7))

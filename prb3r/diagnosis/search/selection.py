@@ -18,7 +18,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.twins import of_other_segments, of_plateaus
+from prb3r.diagnosis.search.twins import twins_of
 from prb3r.diagnosis.settings import Settings
 
 
@@ -145,7 +145,7 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
         pool.explore(expansions)
         pool.thin()
         present = frozenset(pool.best.model.hypotheses)
-        for twin in (*of_other_segments(pool.best, search.library), *of_plateaus(pool.best, search.library)):
+        for twin in twins_of(pool.best, search.library):
             pool.add(twin)
             there = frozenset(twin.model.hypotheses)
             if pool.near(there):

@@ -1,5 +1,6 @@
 """What is alike, or nearly so, under another name: one segment softer than stated, or the others stiffer with a lower
-Young's modulus; plates that soften beyond a knee, or whose material follows a plateau.
+Young's modulus; plates that soften beyond a knee, or whose material follows a plateau; plates that dissipate, or that
+soften and give back less than they took, which takes two effects.
 
 A search that adds and exchanges one effect at a time stays on the side that it found first, since every other constant
 and effect has settled there; which side a rig is on decides what another design does.
@@ -13,9 +14,16 @@ import numpy as np
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
 
-OF_SEGMENTS, OF_PLATEAUS = "segment_stiffness", "superelastic_plate"
+OF_SEGMENTS, OF_PLATEAUS, OF_FLAGS = "segment_stiffness", "superelastic_plate", "flag_hysteresis"
+OF_KNEES = "nonlinear_plate"
+
+
+def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """All models that are alike, or nearly so, fitted from where this one is."""
+    for twins in (of_other_segments, of_plateaus, of_flags):
+        yield from twins(fitted, library)
 
 
 def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
@@ -52,3 +60,38 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
         whole = np.concatenate([constants, *shares[:k], start, *shares[k + 1 :]])
         if (ended := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:
             yield ended
+
+
+def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """The fitted model with plates that soften and go through flags in the place of plates that dissipate: the best fit
+    of every law that softens all plates alike."""
+    model, friction = fitted.model, fitted.model.friction(fitted.p)
+    present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
+    flag = next((suspected for suspected in library if suspected.kind == OF_FLAGS), None)
+    for k, effect in enumerate(fitted.effects):
+        if flag is None or not isinstance(effect, HystereticPlate):
+            continue
+        before, behind = (*present[:k], *present[k + 1 :]), np.concatenate([constants, *shares[:k], *shares[k + 1 :]])
+        for law in library:
+            begun = _softening_as(law, effect, model.settings.knee_of_plateau)
+            if begun is None or any(law.excludes(other) for other in before):
+                continue
+            twin = replace(model, hypotheses=(*before, law, flag))
+            starts = [np.concatenate([behind, begun, loop]) for loop in flag.starts(friction)]
+            ends = [fit(twin, np.clip(start, *twin.bounds(start))) for start in starts]
+            if any(ends):
+                yield min((ended for ended in ends if ended is not None), key=lambda ended: ended.chi2)
+
+
+def _softening_as(law: Hypothesis, effect: HystereticPlate, knee_of_plateau: float) -> np.ndarray | None:
+    """Where a fit of a law begins that softens where plates begin to slip, to what does not; None of another one."""
+    begins = effect.yield_per_m if effect.yield_strain is None else effect.yield_strain
+    if begins is None or {name for name, _ in law.place} - {"law", "sections"}:
+        return None
+    if law.kind == OF_PLATEAUS:
+        known = {"plateau_strain": begins / knee_of_plateau}
+    elif law.kind == OF_KNEES and any(free.name == "ratio" for free in law.free):
+        known = {"knee_strain": begins, "knee_per_m": begins, "ratio": 1 - effect.slipping_share}
+    else:
+        return None
+    return np.array([free.at(known.get(free.name, free.null)) for free in law.free])
