@@ -183,9 +183,11 @@ RUBBING = frozenset(
 )
 YIELDING = frozenset({"hysteretic_plate", "plate_softening", "nonlinear_plate", "tension_drift"})
 """Kinds that could stand in for others in part, among which a search for what is not there takes most of its time."""
+IMITATING = frozenset({"stiffness_gradient", "umbilical", "cable_bending"})
+"""Kinds of which several together come near what is left of a weak plate."""
 UNEXPLAINED = Case(
     hidden=(tuple(WEAK.items()), tuple(LOSSY.items())),
-    without=RUBBING | YIELDING | {"weakened_plate", "segment_stiffness", "precurvature"},
+    without=RUBBING | YIELDING | IMITATING | {"weakened_plate", "segment_stiffness", "precurvature"},
 )
 """Two effects, of which the library names one: the other is left out, with what could stand in for it."""
 
