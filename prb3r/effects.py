@@ -9,7 +9,15 @@ Examples
 'weakened_plate'
 """
 
-from prb3r.model.effects.cables import DeadCable, HoleClearance, HoleOffset, LoadCell, TensionDrift, TensionOffset
+from prb3r.model.effects.cables import (
+    DeadCable,
+    HoleClearance,
+    HoleOffset,
+    LoadCell,
+    TensionDrift,
+    TensionOffset,
+    TensionPlay,
+)
 from prb3r.model.effects.camera import CameraDrift, CameraScale, LensDistortion
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
 from prb3r.model.effects.friction import (
@@ -73,6 +81,7 @@ __all__ = [
     "SuperelasticPlate",
     "TensionDrift",
     "TensionOffset",
+    "TensionPlay",
     "TipForce",
     "TipLoadFriction",
     "Umbilical",

@@ -66,6 +66,7 @@ MEANINGS = {
     "offset_n_per_step": "Added to the applied tension for every step before, N.",
     "plate": "Number of the plate, 1 at the base.",
     "plates": "Numbers of the plates that it is about; absent: all.",
+    "play_n": "By which the tension lags behind the recorded one, either way, N.",
     "plot": "Figures, each written as PNG and SVG.",
     "position_sd_m": "Standard deviation of a position as read, m.",
     "presliding_m": "Travel of a cable over which friction builds up, m.",

@@ -72,6 +72,8 @@ class Chain(NamedTuple):
     """(m,) true over noted tension, as the noted one goes to zero."""
     quadratic: np.ndarray | float = 0.0
     """(m,) how that grows with the noted tension, relative, 1/N."""
+    play: np.ndarray | float = 0.0
+    """(m,) by which the tension lags behind the noted one, either way, N."""
     zero_drift: np.ndarray | float = 0.0
     """(m,) by which the tension grows from step to step beside the noted one, N."""
     softening: float = 0.0
@@ -164,16 +166,19 @@ def no_loads(chain: Chain) -> Loads:
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 
-def acting(chain: Chain, loads: Loads) -> Loads:
+def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
     """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones.
 
     A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.  Declared slip
     stands wherever friction does as its factor, so that it brings what the rate and the travel make of friction along.
+
+    Parameters
+    ----------
+    begins : (s,) whether a step follows on rest instead of on the step before.
     """
     constant = chain.constant or no_loads(chain)
-    true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension) + chain.zero_drift * loads.elapsed
     return Loads(
-        tension=_from_rest(true) + constant.tension,
+        tension=_from_rest(arriving(chain, loads, begins)) + constant.tension,
         slip=_from_rest(loads.slip * rate_factor(chain, loads) * breakaway_factor(chain, loads)),
         force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
         tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
@@ -182,6 +187,25 @@ def acting(chain: Chain, loads: Loads) -> Loads:
         rate=_from_rest(loads.rate),
         travel=_from_rest(loads.travel),
     )
+
+
+def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:
+    """(s, m) tension of the cables for the noted one, N, without what always acts; `begins` as of :func:`acting`."""
+    true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
+    if np.any(chain.play):
+        true = with_play(true, chain.play, begins)
+    return true + chain.zero_drift * loads.elapsed
+
+
+def with_play(tension: np.ndarray, play: np.ndarray | float, begins: np.ndarray) -> np.ndarray:
+    """(s, m) what follows tensions (s, m) with some `play`: it stays as long as they are within that of it, and is
+    dragged along by them beyond.  It begins at nothing (the play operator of hysteresis; Krejci, 1996)."""
+    low, high = tension - play, tension + play
+    out = np.zeros_like(tension)
+    for step in range(len(tension)):
+        before = 0.0 if begins[step] or step == 0 else out[step - 1]
+        out[step] = np.minimum(np.maximum(before, low[step]), high[step])
+    return out
 
 
 def dead_loads(chain: Chain, loads: Loads) -> np.ndarray:

@@ -141,9 +141,9 @@ def solve_chain(
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping
     modes = segment_modes(chain) if chain.tied else None
-    rows = acting(chain, loads)
-    dead = dead_loads(chain, rows)
     anew = np.array(np.broadcast_to(from_rest, steps), bool)
+    rows = acting(chain, loads, anew)
+    dead = dead_loads(chain, rows)
     alone, done = stand_alone(chain, rows, anew, eigenvalue), np.zeros(steps, bool)
     packed.model["extra"] = rows.moment.any()
     kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0

@@ -1,5 +1,7 @@
 """Effects that few rigs have are named where the rig has them, in size and place, without a rival."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, diagnosed, recorded
@@ -45,6 +47,7 @@ with the load, other forces at which it has the stated coefficients survive, wit
         (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
         (case(kind="plate_softening", share_per_step=0.008), {}),
         (case(kind="load_cell", quadratic_per_n=0.002), {}),
+        (case(kind="tension_play", play_n=2.5), {}),
     ],
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )
@@ -126,6 +129,19 @@ def suspected(recording):
     predict = predictor(recording)
     scope = Scope.of(recording, predict.chain, predict.equilibria(Constants()))
     return {hypothesis.kind for hypothesis in hypotheses(scope)}
+
+
+def test_play_is_suspected_of_cables_that_are_let_go(rubbing):
+    places = lambda known: [dict(each.place) for each in hypotheses(known) if each.kind == "tension_play"]  # noqa: E731
+    recording = rubbing.recording
+    assert places(rubbing)[0] == {}
+    step = np.arange(recording.loads.steps)
+    number = step - np.maximum.accumulate(np.where(recording.begins, step, 0))  # in its sequence
+    grows = recording.loads._replace(tension=10.0 * number[:, None] * np.ones(4))
+    assert not places(rubbing._replace(recording=replace(recording, loads=grows)))
+    number[recording.begins.argmax() + 2] = 0
+    one = recording.loads._replace(tension=np.stack([0.0 * step, 0.0 * step, 10.0 * number, 0.0 * step], 1))
+    assert {"cables": ("3",)} in places(rubbing._replace(recording=replace(recording, loads=one)))
 
 
 def test_drift_is_suspected_where_time_does_not_go_with_the_load_alone():

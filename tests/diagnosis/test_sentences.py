@@ -26,7 +26,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
-    amounts |= {"wrap_saturation", "base_compliance", "umbilical"}
+    amounts |= {"wrap_saturation", "base_compliance", "umbilical", "tension_play"}
     assert {h.kind for h, _ in library if h.by_degrees and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
@@ -93,6 +93,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"cables": ("2",)},
             {"offset_n_per_step": (-0.2, -0.3, -0.1)},
             "The tension of cable 2 is off by -0.2 (-0.3 to -0.1) N more with every further step",
+        ),
+        (
+            "tension_play",
+            {},
+            {"play_n": (1.2, 1.0, 1.4)},
+            "The tension of all cables lags by 1.2 (1 to 1.4) N behind what is recorded, either way",
         ),
         ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
         ("plate_softening", {}, {"share_per_step": (-0.004, -0.005, -0.003)}, "gain 0.4 (0.3 to 0.5) % of"),

@@ -19,6 +19,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "load_cell"},
         {"kind": "load_cell", "gain": 1.0, "quadratic_per_n": 0.0, "cables": ["up"]},
         {"kind": "tension_drift", "offset_n_per_step": 0.0},
+        {"kind": "tension_play", "play_n": 0.0},
         {"kind": "load_dependent_friction", "exponent": 0.0, "tension_n": 10.0},
         {"kind": "rate_dependent_friction", "rate": 0.0},
         {"kind": "breakaway_friction", "excess": 0.0, "decay_n": 10.0},
@@ -70,6 +71,7 @@ def test_an_effect_of_no_size_changes_nothing(effect):
     [
         ("pulley_friction", {"efficiency": 0.9}, {"efficiency": 0.8}, {"efficiency": 0.72}),
         ("tension_offset", {"offset_n": 2.0}, {"offset_n": 3.0}, {"offset_n": 5.0}),
+        ("tension_play", {"play_n": 2.0}, {"play_n": 3.0}, {"play_n": 5.0}),
         ("hole_clearance", {"clearance_m": 0.0005}, {"clearance_m": 0.001}, {"clearance_m": 0.0015}),
         ("weakened_plate", {"plate": 2, "factor": 0.5}, {"plate": 2, "factor": 0.8}, {"plate": 2, "factor": 0.4}),
         ("stiffness_gradient", {"tip_to_base": 0.5}, {"tip_to_base": 0.8}, {"tip_to_base": 0.4}),

@@ -27,6 +27,7 @@ EFFECTS = [
     {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
+    {"kind": "tension_play", "play_n": 1.5},
     {"kind": "plate_softening", "share_per_step": 0.01},
     {"kind": "base_compliance", "compliance_rad_per_n_m": 0.01},
     {"kind": "umbilical", "stiffness_n_m_per_rad": 0.0},

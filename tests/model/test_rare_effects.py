@@ -43,6 +43,24 @@ def test_the_zero_of_a_load_cell_drifts_from_step_to_step_of_the_table():
         assert drift[step] == pytest.approx(beside[step], abs=1e-9)
 
 
+def test_a_tension_with_play_follows_late_and_stays_while_it_is_within_it():
+    """A play of 5 N: 40 N pull with 35, which stay down to 30; 10 leave 15, and of 50 N 45 arrive.  A sequence begins
+    with nothing, and what the other cable carries is as recorded."""
+    read, arrives = [40.0, 32, 10, 12, 50, 0, 3], [35.0, 35, 15, 15, 45, 5, 5]
+    steps = {
+        "sequence": ["a"] * 7 + ["b"] * 2,
+        "step": [*range(1, 8), 1, 2],
+        "cable_down_n": [0.0, 0, 5, 8, 5, 0, 0, 0, 0],
+    }
+    lag = {"kind": "tension_play", "play_n": 5.0, "cables": ["up"]}
+    late, plain = (
+        solve_steps(manipulator(*effects, mu=0.2), pd.DataFrame(steps | {"cable_up_n": pulled}))
+        for effects, pulled in (([lag], [*read, 4.0, 12]), ([], [*arrives, 0.0, 7]))
+    )
+    where = ["x_m", "y_m", "angle_rad"]
+    assert late[where].to_numpy() == pytest.approx(plain[where].to_numpy(), abs=1e-9)
+
+
 def test_plates_soften_from_step_to_step_of_the_table():
     softer = at_steps({"kind": "plate_softening", "share_per_step": 0.02})
     for step, left in enumerate([1.0, 0.98, 0.96, 0.94]):

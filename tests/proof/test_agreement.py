@@ -109,6 +109,7 @@ def later_effects(rng):
         {"kind": "pulley_friction", "efficiency": u(0.8, 1)},
         {"kind": "wrap_saturation", "saturation_per_rad": u(0, 10)},
         {"kind": "stiffness_gradient", "tip_to_base": u(0.5, 2)},
+        {"kind": "tension_play", "play_n": u(0, 4)},
     ]
 
 

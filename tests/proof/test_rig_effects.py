@@ -111,6 +111,7 @@ NOTHING = [
     effect("dead_cable", cable="4"),
     effect("load_cell"),
     effect("tension_drift", offset_n_per_step=0.0),
+    effect("tension_play", play_n=0.0),
     effect("load_dependent_friction", exponent=0.0, tension_n=10.0),
     effect("wrap_saturation", saturation_per_rad=0.0),
     effect("camera_drift", x_m_per_step=1e-3),

@@ -92,8 +92,9 @@ def _problem(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> tuple[Chain,
 def _directions(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> list[Direction]:
     """One a free parameter; of a kinked effect in the direction of `start`, per unit of its size."""
     if hypothesis.kinked:
-        at_rest = without_slack(*_problem(fitted, hypothesis, 0 * start))
-        small = without_slack(*_problem(fitted, hypothesis, CHANGE * np.sign(start)))
+        begins = fitted.model.predict.recording.begins
+        at_rest = without_slack(*_problem(fitted, hypothesis, 0 * start), begins)
+        small = without_slack(*_problem(fitted, hypothesis, CHANGE * np.sign(start)), begins)
         return [Direction(small, at_rest, CHANGE)]
     friction, directions = fitted.model.friction(fitted.p), []
     for k, free in enumerate(hypothesis.free):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
-from prb3r.mechanics.chain import Chain, Loads, no_loads
+from prb3r.mechanics.chain import Chain, Loads, arriving, no_loads
 from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities, derivatives
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.recording.recording import Kind
@@ -39,13 +39,18 @@ def across(problem: Callable[[float], tuple[Chain, Loads]], ends: tuple[float, f
     return Direction(problem(high), problem(low), high - low)
 
 
-def without_slack(chain: Chain, loads: Loads) -> tuple[Chain, Loads]:
-    """The same problem with no tension below zero: what slack cables would feel on one side of a kink is left out."""
+def without_slack(chain: Chain, loads: Loads, begins: np.ndarray) -> tuple[Chain, Loads]:
+    """The same problem with no tension below zero: what slack cables would feel on one side of a kink is left out.
+
+    `begins` (s,) are the steps that follow on rest instead of on the step before.
+    """
     constant = chain.constant or no_loads(chain)
     always = np.maximum(constant.tension, 0.0)
-    acting = np.maximum(loads.tension + constant.tension + chain.zero_drift * loads.elapsed, 0.0)
-    steady = chain._replace(constant=constant._replace(tension=always), zero_drift=0.0)
-    return steady, loads._replace(tension=acting - always)
+    pulling = np.maximum(arriving(chain, loads, begins) + constant.tension, 0.0)
+    plain = chain._replace(
+        constant=constant._replace(tension=always), gain=1.0, quadratic=0.0, play=0.0, zero_drift=0.0
+    )
+    return plain, loads._replace(tension=pulling - always)
 
 
 def response(predict: Predictor, solved: Solution, directions: Sequence[Direction]) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, rare, with_the_same
@@ -17,6 +19,22 @@ def _drift(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Up to half of the largest tension over the whole recording, mostly 5 %: more is seen by eye."""
     step = scope.pull / scope.elapsed
     return (Free("offset_n_per_step", 0.0, -0.5 * step, 0.5 * step, scale=step, sd=0.05),)
+
+
+def _play(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Up to a quarter of the largest tension, mostly 4 %: of more it is seen that nothing moves after a reversal."""
+    return (Free("play_n", 0.0, 0.0, 0.25 * scope.pull, scale=scope.pull, sd=0.04),)
+
+
+def _reversed(scope: Scope) -> Iterator[Place]:
+    """All cables, then, where there are several, each alone whose tension falls within a sequence."""
+    recording = scope.recording
+    falls = -np.diff(recording.loads.tension, axis=0) > scope.settings.side_share * scope.pull
+    let_go = (falls & ~recording.begins[1:, None]).any(0)
+    names = [name for name, falling in zip(scope.manipulator.cable_names, let_go, strict=True) if falling]
+    yield from whole_rig_if(bool(names))
+    if len(scope.manipulator.cable_names) > 1:
+        yield from ({"cables": (name,)} for name in names)
 
 
 def _drifting(scope: Scope) -> Iterator[Place]:
@@ -69,6 +87,17 @@ CABLE_SUSPECTS = (
         ),
         transfer=OF_THE_SETUP,
         free=_bent,  # a gain of all is Young's modulus, of one cable an offset of its holes
+        presence=rare,
+    ),
+    Suspect(
+        "tension_play",
+        sentence=lambda fitted: (
+            f"The tension of {fitted.of_cables} lags by {fitted.size} N behind what is recorded, either way: look for "
+            "a guide or a sheath that drags before the base, or for play in the load cell."
+        ),
+        transfer=OF_THE_SETUP,
+        places=_reversed,
+        free=_play,
         presence=rare,
     ),
     Suspect(

@@ -19,7 +19,7 @@ from prb3r.mechanics.chain import Chain, Loads, acting
 from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, differentiate
 from prb3r.mechanics.derivatives.feedback import sweep_room
 from prb3r.mechanics.derivatives.loops import sliders_at_zero
-from prb3r.mechanics.derivatives.partials import HeldState, PathStates, Sides
+from prb3r.mechanics.derivatives.partials import HeldState, Sides
 from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
@@ -95,9 +95,9 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
         Without a direction, where one changes more than numbers (plates, cables, model, kind of friction or whether
         stiffness slips), or with moments that follow the state: `prb3r.model.laws.derivatives` has these.
     """
-    chain, loads, equilibria, steps = solved.chain, solved.loads, solved.equilibria, solved.states
+    chain, loads, equilibria = solved.chain, solved.loads, solved.equilibria
     sides = _sides_of(solved, directions)
-    rows, n, cables = acting(chain, loads), chain.stiffness.shape[1], len(chain.reach)
+    rows, n, cables = acting(chain, loads, solved.begins), chain.stiffness.shape[1], len(chain.reach)
     pose = np.zeros((3, loads.steps, chain.plates + 1, len(directions)))
     tension = np.empty((loads.steps, chain.plates, cables, len(directions)))
     slip = np.empty((loads.steps, chain.plates, cables if chain.presliding > 0 else 0, len(directions)))
@@ -105,7 +105,7 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     for first in range(0, len(directions), TOGETHER):
         part = slice(first, first + TOGETHER)
         apart = np.array([along.apart for along in directions[part]], float)
-        changes = _derivatives((chain, loads), rows, sides[2 * first : 2 * first + 2 * TOGETHER], apart, steps)
+        changes = _derivatives(solved, rows, sides[2 * first : 2 * first + 2 * TOGETHER], apart)
         for row in range(3):
             pose[row, :, 1:, part] = changes[:, :, n + row]
         tension[..., part] = changes[:, :, n + 3 : n + 3 + cables]
@@ -132,16 +132,14 @@ def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neigh
     return out
 
 
-def _derivatives(
-    problem: LoadedChain, rows: Loads, sides: Sequence[Neighbour], apart: np.ndarray, steps: PathStates
-) -> np.ndarray:
+def _derivatives(solved: SolvedPath, rows: Loads, sides: Sequence[Neighbour], apart: np.ndarray) -> np.ndarray:
     """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
-    chain = problem[0]
+    chain = solved.chain
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(apart)
     elements = chain.hysteresis.slipping
     packed, held, history = pack(chain), pack(chain, held=True), chain.presliding > 0
     height = n + 3 + (3 if history else 1) * cables
-    around = _packed_sides(problem, rows, held, sides, apart, np.zeros((2, plates, height)))
+    around = _packed_sides(solved, rows, held, sides, apart, np.zeros((2, plates, height)))
     acts, hanging = rows_of_loads(rows), slice(cables, cables + 2 * plates + 2)  # forces on disks and tip
     dead = acts[:, hanging].any() or around.rows[..., hanging].any()
     dead |= any(model["umbilical"].any() for model in (packed.model, around.packed.model))
@@ -170,23 +168,23 @@ def _derivatives(
         tied=np.zeros((tied, tied + count)),
         out=np.empty((rows.steps - 1, *state.partial.shape)),
     )
-    differentiate(packed, held, around, steps, modes, space)
+    differentiate(packed, held, around, solved.states, modes, space)
     return space.out
 
 
 def _packed_sides(
-    problem: LoadedChain, rows: Loads, held: Packed, sides: Sequence[Neighbour], apart: np.ndarray, out: np.ndarray
+    solved: SolvedPath, rows: Loads, held: Packed, sides: Sequence[Neighbour], apart: np.ndarray, out: np.ndarray
 ) -> Sides:
-    """The sides of `problem`, which is `held`, and under whose loads `rows` act, as compiled code takes them."""
-    chain = problem[0]
-    acts = [rows if _same_loads(side, problem) else acting(side.chain, side.loads) for side in sides]
+    """The sides of a path whose chain is `held`, and under whose loads `rows` act, as compiled code takes them."""
+    problem, begins = (solved.chain, solved.loads), solved.begins
+    acts = [rows if _same_loads(side, problem) else acting(side.chain, side.loads, begins) for side in sides]
     nominal = rows_of_loads(rows)
     every = np.empty((len(nominal), len(acts), nominal.shape[1]))
     for k, act in enumerate(acts):
         every[:, k] = nominal if act is rows else rows_of_loads(act)
     return Sides(
         packed=pack_held_beside(held, [(side.chain, side.differ) for side in sides]),
-        alike=np.array([_same_shape(side, chain) for side in sides]),
+        alike=np.array([_same_shape(side, solved.chain) for side in sides]),
         rows=every,
         apart=apart,
         now=load_row(rows),
@@ -204,7 +202,7 @@ def _same_shape(side: Neighbour, chain: Chain) -> bool:
 SHAPED = "stiffness", "offset"
 """Fields of a chain that tell how many plates, nodes and cables it has."""
 OF_LOADS = (
-    *("tip_efficiency", "disk_efficiency", "gain", "quadratic", "zero_drift"),
+    *("tip_efficiency", "disk_efficiency", "gain", "quadratic", "play", "zero_drift"),
     *("friction_rate", "friction_reference", "friction_excess", "friction_decay"),
 )
 """Fields of a chain that say what of the loads acts, beside those that always act."""

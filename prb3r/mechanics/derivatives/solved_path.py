@@ -23,6 +23,8 @@ class SolvedPath:
 
     chain: Chain
     loads: Loads
+    begins: np.ndarray
+    """(s,) whether a step follows on rest instead of on the step before."""
     equilibria: Equilibria
     states: PathStates
     """The states that lead to the equilibria: one a solved step, or where they depend on those before rest and all
@@ -57,11 +59,11 @@ def solve_path(
         equilibria = solve_chain(chain, loads, accepted=kept, **asked)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.remembers:
-        return SolvedPath(chain, loads, equilibria, _sub_steps(kept, good, anew))
+        return SolvedPath(chain, loads, anew, equilibria, _sub_steps(kept, good, anew))
     row = 1 + np.flatnonzero(good)
     nothing = np.zeros((len(row), *chain.offset.shape))
     states = PathStates(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
-    return SolvedPath(chain, loads, equilibria, states)
+    return SolvedPath(chain, loads, anew, equilibria, states)
 
 
 def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray) -> PathStates:

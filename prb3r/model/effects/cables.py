@@ -52,6 +52,22 @@ class LoadCell(Effect):
         return chain._replace(gain=gain, quadratic=quadratic)
 
 
+class TensionPlay(Effect):
+    """The tension of all (or the named) cables lags behind the recorded one, as of a load cell with play or of a guide
+    that drags with a constant force: it stays while the recorded one is within `play_n` of it, and is dragged along
+    beyond. So `play_n` of it is missing as a cable is pulled, too much as it is let go, and of every reversal the first
+    2 `play_n` are lost. A sequence begins with nothing."""
+
+    kind: Literal["tension_play"]
+    play_n: NonNegative
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        play = np.zeros(len(chain.reach)) + chain.play
+        play[columns(self.cables, manipulator)] += self.play_n
+        return chain._replace(play=play)
+
+
 class TensionDrift(Effect):
     """The zero of load cells drifts: added to the applied tension of all (or the named) cables for every step of the
     table before it, idle ones too; no tension is below zero."""

@@ -25,6 +25,8 @@ class BuiltRig:
     """Turns `*_kg` loads into newtons, m/s^2."""
     tension_offset: np.ndarray
     """(m,) added to applied tensions, N."""
+    tension_play: np.ndarray
+    """(m,) within which a tension may be off what is noted and stay, N."""
     tension_drift: np.ndarray
     """(m,) added to applied tensions for every step before, N."""
     softening: float
@@ -89,6 +91,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         cables=draft.cables,
         gravity=float(manipulator.get("gravity_m_s2", STANDARD_GRAVITY)),
         tension_offset=draft.tension_offset,
+        tension_play=draft.tension_play,
         tension_drift=draft.tension_drift,
         softening=float(draft.softening),
         friction_rate=float(draft.friction_rate),

@@ -104,6 +104,8 @@ class Draft:
     """(m,) -ln(efficiency)."""
     tension_offset: np.ndarray = field(init=False)
     """(m,)"""
+    tension_play: np.ndarray = field(init=False)
+    """(m,) N."""
     tension_drift: np.ndarray = field(init=False)
     """(m,) N for every step before."""
     gain: np.ndarray = field(init=False)
@@ -121,7 +123,7 @@ class Draft:
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
-        self.tension_drift = np.zeros(m)
+        self.tension_drift, self.tension_play = np.zeros(m), np.zeros(m)
         self.gain, self.gain_per_n = np.ones(m), np.zeros(m)
         self.camera_shift = np.zeros(2)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)

@@ -54,7 +54,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
     place |= {"tip_x_n": ("tip", 0, 1), "tip_y_n": ("tip", 1, 1), "sequence": ("", 0, 0), "step": ("", 0, 0)}
     place |= {"time_s": ("", 0, 0)}
     loads, problems, noted = [], [], np.zeros(m)
-    slid, way = np.zeros(m), np.zeros(m)
+    slid, way, behind = np.zeros(m), np.zeros(m), np.zeros(m)
     for k, step in enumerate(steps):
         passed = np.array([before + k], float)
         load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed, np.ones(m))
@@ -72,6 +72,9 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
         load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
         noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
+        ahead = load.tension - behind  # what pulls is dragged along once all play is taken up
+        behind = behind + np.sign(ahead) * np.maximum(np.abs(ahead) - built.tension_play, 0)
+        load.tension[:] = behind
         loads.append(load)
     if problems:
         raise SpecError(*problems)

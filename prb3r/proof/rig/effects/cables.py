@@ -3,7 +3,7 @@
 `hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
 positive; angles and lengths are those of the shifted spans; what happens inside a disk is free of friction.
 `cable_bending` adds to a plate for each live cable that crosses it.  `load_cell` turns what a step notes into what
-pulls, before `tension_offset` adds to it.
+pulls, before `tension_play` lets it lag and `tension_offset` adds to it.
 """
 
 from collections.abc import Iterator
@@ -42,6 +42,10 @@ def _misreading(given: Conditions) -> Iterator[Candidate]:
     for name in given.reach:  # of all cables alike it would be Young's modulus
         yield Candidate((("cables", (name,)),), lambda u: {"gain": float(np.exp(u))}, -0.2, 0.2, variant="gain")
     yield Candidate((), lambda u: {"quadratic_per_n": u / given.pull}, -0.2, 0.2, variant="bent")
+
+
+def _lag(draft: Draft, play_n, cables=None):
+    draft.tension_play[draft.columns(cables)] += play_n
 
 
 def _drift(draft: Draft, offset_n_per_step, cables=None):
@@ -94,6 +98,7 @@ CABLE_RECORDS = (
         _misreading,
         rare=True,
     ),
+    Record("tension_play", _lag, (size("play_n", FROM_ZERO), several("cables", "cables"))),  # not drawn
     Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables")), _drifting, rare=True),
     Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
     Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11, of_the_kind=True),
