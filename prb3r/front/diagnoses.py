@@ -80,7 +80,7 @@ class JointReport(JointDiagnosis):
         return pd.DataFrame(
             [
                 {"effect": shared.effect, "parameter": shared.parameter, "recording": name}
-                | {"value": estimate.value, "low": estimate.low, "high": estimate.high}
+                | estimate.record
                 | {"agrees": shared.agrees}
                 for shared in self.common.shared
                 for name, estimate in zip(

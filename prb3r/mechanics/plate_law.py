@@ -57,7 +57,8 @@ class Hysteresis(NamedTuple):
 
         M = EI min(f(k), max(s f(k / s), k - p))    where k > 0, and mirrored where k < 0;    p <- k - M / EI
 
-    Between the two it is elastic.  Where the law does not soften there is no loop.
+    Between the two it is elastic.  Where the law does not soften there is no loop.  What softens must not stiffen
+    elsewhere: with 0 <= f' <= 1 where there is a loop, states do not depend on how finely a path is sampled.
     """
 
     share: float = 0.0

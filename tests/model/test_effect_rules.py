@@ -99,6 +99,8 @@ def test_a_second_effect_of_a_kind_adds_to_the_first(kind, first, second, both):
         ("edge_wrap", {}, {}),
         ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "cubic", "cubic_m2": 0.002}),
         ("nonlinear_plate", *({"law": "bilinear", "knee_per_m": 1.0, "ratio": ratio} for ratio in (0.5, 2.0))),
+        ("nonlinear_plate", {"law": "cubic", "cubic_m2": 0.01}, {"law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5}),
+        ("nonlinear_plate", {"law": "bilinear", "knee_per_m": 1.0, "ratio": 0.5}, {"law": "cubic", "cubic_m2": 0.01}),
         ("hysteretic_plate", *({"slipping_share": share, "yield_per_m": 1.0} for share in (0.3, 0.5))),
         ("flag_hysteresis", {"reverse_ratio": 0.3}, {"reverse_ratio": 0.8}),
         ("disk_contact", *({"angle_rad": angle, "stiffness_n_m_per_rad": 50.0} for angle in (0.01, 0.03))),

@@ -32,6 +32,11 @@ class Estimate(NamedTuple):
     """Whether the lower and the upper end are only those of the search: what is beyond was not tried."""
 
     @property
+    def record(self) -> dict[str, float | None]:
+        """Value and ends by their names, as files have them."""
+        return {"value": self.value, "low": self.low, "high": self.high}
+
+    @property
     def numbers(self) -> tuple[float, float | None, float | None]:
         """Value and ends."""
         return self.value, self.low, self.high

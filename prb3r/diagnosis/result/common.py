@@ -116,7 +116,7 @@ class Common:
 def _plain_parameter(parameter: SharedParameter) -> dict[str, Any]:
     """A shared parameter as `together.json` holds it, with its sentence."""
     plain = {field.name: getattr(parameter, field.name) for field in fields(parameter) if field.name != "settings"}
-    plain |= {"together": parameter.together._asdict(), "alone": [each._asdict() for each in parameter.alone]}
+    plain |= {"together": parameter.together.record, "alone": [each.record for each in parameter.alone]}
     return plain | {"statement": parameter.statement}
 
 
@@ -170,7 +170,8 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
         else:
             values = [compared.free.value(end) for end in ends]
         low, high = sorted(values[1:])
-        return Estimate(values[0], low, high) if np.isfinite(told.sd) else Estimate(values[0])
+        open_ends = compared.free.open_ends(low, high) if compared.free else (False, False)
+        return Estimate(values[0], low, high, open_ends) if np.isfinite(told.sd) else Estimate(values[0])
 
     return SharedParameter(
         effect=compared.effect,

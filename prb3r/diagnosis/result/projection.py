@@ -202,10 +202,7 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
     parameters: dict[str, Any] = {
         key: {"value": value, "set": effect.among.get(key, (value,))} for key, value in effect.place.items()
     }
-    parameters |= {
-        key: {"value": estimate.value, "low": estimate.low, "high": estimate.high}
-        for key, estimate in effect.parameters.items()
-    }
+    parameters |= {key: estimate.record for key, estimate in effect.parameters.items()}
     record = {
         "effect": effect.kind,
         "parameters": parameters,

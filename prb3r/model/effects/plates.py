@@ -88,13 +88,13 @@ class NonlinearPlate(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         if self.cubic_m2 is not None:
-            return chain._replace(law=chain.law._replace(cubic=self.cubic_m2))
+            return chain._replace(law=Law(self.cubic_m2))
         knee = np.full((chain.plates, 2), np.inf)
         in_curvature = self.knee_per_m if self.knee_strain is None else self.knee_strain / manipulator.outer_fibre
         if self.sections == "similar":
             in_curvature = in_curvature / relative_size(manipulator.bending_stiffness)
         knee.T[SIDE_COLUMN[self.side]] = in_curvature  # all plates of one side, or of both
-        return chain._replace(law=Law(chain.law.cubic, knee, self.ratio or 1.0, self.sharpness or np.inf))
+        return chain._replace(law=Law(0.0, knee, self.ratio or 1.0, self.sharpness or np.inf))
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         """A strain needs to know where it is."""

@@ -93,8 +93,8 @@ def _cell(shared: SharedParameter, estimate, parted: bool = False) -> str:
     if estimate.low is None:
         return "not told"
     _, factor, unit = _in_words(shared)
-    value, low, high = (style.digits(factor * end) for end in (estimate.value, estimate.low, estimate.high))
-    return f"{value} ({low} to {high}){f' {unit}' if unit else ''}{', its own' if parted else ''}"
+    value, low, high = (style.digits(factor * end) for end in estimate.numbers)
+    return f"{value} ({estimate.interval(low, high)}){f' {unit}' if unit else ''}{', its own' if parted else ''}"
 
 
 def publish_together(
