@@ -132,6 +132,17 @@ def test_states_do_not_depend_on_how_finely_a_path_is_sampled(presliding):
     assert np.abs(coarse.x - dense.x[31::32]).max() < 5e-4 * chain.length
 
 
+def test_a_plate_that_turns_back_within_a_step_is_followed_to_where_it_turned():
+    """Cables that change places along a path with history: the slip of plates that turned would be missed by 16 times as
+    much if sub-steps went over the turn."""
+    chain = looping(prototype(0.3)._replace(presliding=3e-4), elements=2)
+    pulls = np.array([[0.0, 0, 0, 0], [17, 28, 7, 0], [0, 4, 6, 59], [42, 0, 38, 16]])
+    part = np.arange(1, 65)[:, None] / 64
+    fine = np.concatenate([a + part * (b - a) for a, b in zip(pulls[:-1], pulls[1:], strict=True)])
+    coarse, dense = (solve_chain(chain, loads(chain, table)) for table in (pulls[1:], fine))
+    assert np.abs(coarse.x - dense.x[63::64]).max() < 1e-5 * chain.length
+
+
 def test_a_new_sequence_begins_with_virgin_plates():
     chain = looping(prototype(0.2))
     applied = loads(chain, np.vstack([LOOPS, LOOPS / 2]))
