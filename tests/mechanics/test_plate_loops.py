@@ -1,5 +1,7 @@
 """Plates part of whose stiffness slips: Masing's loops in closed form, what they remember, and their derivatives."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from prototype import ELASTICA, PRB_3R, cantilever, prototype, random_chain
@@ -133,12 +135,11 @@ def test_states_do_not_depend_on_how_finely_a_path_is_sampled(presliding):
 
 
 def test_a_plate_that_turns_back_within_a_step_is_followed_to_where_it_turned():
-    """Cables that change places along a path with history: the slip of plates that turned would be missed by 16 times as
-    much if sub-steps went over the turn."""
+    """Along a path with history, as cables change places; sub-steps over the turn would miss 16 times as much."""
     chain = looping(prototype(0.3)._replace(presliding=3e-4), elements=2)
     pulls = np.array([[0.0, 0, 0, 0], [17, 28, 7, 0], [0, 4, 6, 59], [42, 0, 38, 16]])
     part = np.arange(1, 65)[:, None] / 64
-    fine = np.concatenate([a + part * (b - a) for a, b in zip(pulls[:-1], pulls[1:], strict=True)])
+    fine = np.concatenate([a + part * (b - a) for a, b in pairwise(pulls)])
     coarse, dense = (solve_chain(chain, loads(chain, table)) for table in (pulls[1:], fine))
     assert np.abs(coarse.x - dense.x[63::64]).max() < 1e-5 * chain.length
 
