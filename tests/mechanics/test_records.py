@@ -59,7 +59,7 @@ def test_every_field_that_records_hold_makes_them_differ():
     assert changed[0] == set()
     assert all(len(names) == 1 for names in changed[1:])
     elsewhere = {"segment", "tied", "constant", "closure", "tip_efficiency", "disk_efficiency", "gain", "quadratic"}
-    elsewhere |= {"zero_drift", "friction_rate", "friction_reference", "friction_excess", "friction_decay"}
+    elsewhere |= {"play", "zero_drift", "friction_rate", "friction_reference", "friction_excess", "friction_decay"}
     assert set().union(*changed) == set(Chain._fields) - elsewhere
     alone = [b"".join(field.tobytes() for field in pack(other)) for other in others_of(chain)]
     assert len(set(alone)) == len(alone)

@@ -84,7 +84,8 @@ def test_loads_that_take_more_go_the_way_of_one_load(monkeypatch):
 
 
 def taken(chain: Chain, steps, from_rest):
-    return stand_alone(chain, equilibrium.acting(chain, steps), np.array(from_rest), True).tolist()
+    anew = np.array(from_rest)
+    return stand_alone(chain, equilibrium.acting(chain, steps, anew), anew, True).tolist()
 
 
 def test_only_steps_that_stand_alone_are_taken():
