@@ -54,6 +54,8 @@ def pulls_to(
     if problems:
         raise SpecError(*problems)
     chain = manipulator.chain(broken)
+    if lags := lag_problem(chain):
+        raise SpecError(Problem(manipulator.name, lags))
     targets = targets_of(chain, disk, place, path)
     most = limits(chain, most_n)
     pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
@@ -89,6 +91,16 @@ def _problems(
     if not set(names) - set(broken):
         problems.append(Problem("manipulator", "no cable is left to pull"))
     return problems
+
+
+def lag_problem(chain: Chain) -> str:
+    """Why no pull is looked for of cables whose tensions lag, empty if none does: within the play none moves them."""
+    if not np.any(chain.play):
+        return ""
+    return (
+        "tension_play: which tension to pull with depends on the way it changes; leave the effect out, and pull with "
+        "play_n more where the tension grows and with play_n less where it falls"
+    )
 
 
 def limits(chain: Chain, most_n: float | None) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.inverse.reach import aim_of, limits, pulls_along
+from prb3r.inverse.reach import aim_of, lag_problem, limits, pulls_along
 from prb3r.inverse.target import chain_targets
 from prb3r.mechanics.chain import Chain, loads
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -77,6 +77,8 @@ def _parts(family: Family, chain: Chain) -> Iterator[Family]:
 
 def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     """A disk brought from target to target, a step each; where nothing leads to one, the step before is kept."""
+    if lags := lag_problem(chain):
+        raise ValueError(lags)
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
     cables = len(manipulator.cable)
     tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))

@@ -247,3 +247,16 @@ def test_a_target_in_millimetres_is_refused():
     file = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
     with pytest.raises(SpecError, match=r"y_m = 80 m is far beyond .* 80 mm is 0\.08"):
         prb3r.reach(file, x_m=0.2, y_m=80)
+
+
+def test_cables_whose_tension_lags_are_not_asked_for():
+    """Within the play nothing moves, so that no way leads from there; without any the effect is nothing."""
+    lagging, none = (
+        Manipulator.model_validate(
+            FREE.model_dump(exclude_none=True) | {"effect": [{"kind": "tension_play", "play_n": n}]}
+        )
+        for n in (4.0, 0.0)
+    )
+    with pytest.raises(SpecError, match="small: tension_play: which tension to pull with"):
+        prb3r.reach(lagging, y_m=0.03)
+    assert prb3r.reach(none, y_m=0.03).steps.equals(prb3r.reach(FREE, y_m=0.03).steps)

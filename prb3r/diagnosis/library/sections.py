@@ -34,14 +34,17 @@ def _plateaus(scope: Scope) -> list[Place]:
     """All plates, where every section is known, the stated modulus is of such a material, and strains reach the lowest
     plateau."""
     known = all(segment.thickness_m is not None for segment in scope.manipulator.segment)
-    soft = scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
-    return whole_rig_if(known and soft and scope.strain > PLATEAU.low)
+    return whole_rig_if(known and _may_be_superelastic(scope) and scope.strain > PLATEAU.low)
 
 
 def _loops(scope: Scope) -> list[Place]:
     """All plates, where the stated modulus is of a superelastic material and some plate bends back."""
-    soft = scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
-    return whole_rig_if(soft and scope.unloads)
+    return whole_rig_if(_may_be_superelastic(scope) and scope.unloads)
+
+
+def _may_be_superelastic(scope: Scope) -> bool:
+    """Whether the stated modulus is that of a superelastic material."""
+    return scope.manipulator.youngs_modulus_pa < scope.settings.stiffest_superelastic_pa
 
 
 def _said_of_flags(fitted: Occurrence) -> str:

@@ -9,6 +9,13 @@ from prb3r.model.effects.base import Effect, Host, columns
 from prb3r.model.files.numbers import NonNegative, Positive
 
 
+def _added(known: np.ndarray | float, by: float, cables: list[str] | None, manipulator: Host) -> np.ndarray:
+    """(m,) what is `known` of each cable, and `by` more of those named (None: of all)."""
+    out = np.zeros(len(manipulator.cable_names)) + known
+    out[columns(cables, manipulator)] += by
+    return out
+
+
 class DeadCable(Effect):
     """A cable that transmits nothing."""
 
@@ -63,9 +70,7 @@ class TensionPlay(Effect):
     cables: list[str] | None = None
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        play = np.zeros(len(chain.reach)) + chain.play
-        play[columns(self.cables, manipulator)] += self.play_n
-        return chain._replace(play=play)
+        return chain._replace(play=_added(chain.play, self.play_n, self.cables, manipulator))
 
 
 class TensionDrift(Effect):
@@ -77,9 +82,7 @@ class TensionDrift(Effect):
     cables: list[str] | None = None
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        drift = np.zeros(len(chain.reach)) + chain.zero_drift
-        drift[columns(self.cables, manipulator)] += self.offset_n_per_step
-        return chain._replace(zero_drift=drift)
+        return chain._replace(zero_drift=_added(chain.zero_drift, self.offset_n_per_step, self.cables, manipulator))
 
 
 class HoleOffset(Effect):

@@ -74,7 +74,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         ahead = load.tension - behind  # what pulls is dragged along once all play is taken up
         behind = behind + np.sign(ahead) * np.maximum(np.abs(ahead) - built.tension_play, 0)
-        load.tension[:] = behind
+        load.tension[:] = np.where(built.tension_play > 0, behind, load.tension)  # to the last bit without any
         loads.append(load)
     if problems:
         raise SpecError(*problems)
