@@ -198,8 +198,11 @@ def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:
 
 
 def with_play(tension: np.ndarray, play: np.ndarray | float, begins: np.ndarray) -> np.ndarray:
-    """(s, m) what follows tensions (s, m) with some `play`: it stays as long as they are within that of it, and is
-    dragged along by them beyond.  It begins at nothing (the play operator of hysteresis; Krejci, 1996)."""
+    """(s, m) what follows tensions (s, m) with some `play`, all in N: it stays as long as they are within that of it,
+    and is dragged along by them beyond.  It begins at nothing.
+
+    The play operator of hysteresis (Krejci, Hysteresis, Convexity and Dissipation in Hyperbolic Equations, 1996).
+    """
     low, high = tension - play, tension + play
     out = np.zeros_like(tension)
     for step in range(len(tension)):

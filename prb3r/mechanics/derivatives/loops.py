@@ -39,9 +39,9 @@ def sliders_at_zero(shape: tuple[int, int], elements: int, parameters: int) -> S
 
 @kernel
 def spring_of(packed, sliders, i, k, e):
-    """Angle of a spring beyond which bounds do not let it go, its slope by the node's angle, and where it is.
+    """Angle of a spring held between its bounds, rad, its slope by the node's angle, and where it is (`held_spring`).
 
-    Rounding leaves one that has slipped on either side of its bound.
+    One that has slipped stands on either side of its bound by rounding, and counts as at it within that.
     """
     plate, model = packed.plate[i], packed.model[0]
     angle = plate.q[k] - plate.rest[k]
