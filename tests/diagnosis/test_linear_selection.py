@@ -51,6 +51,14 @@ def test_true_set_is_found_from_nothing(model):
     assert best_sets(model, [frozenset()], Settings(beam=3), most=4)[0].chosen == {0, 1}
 
 
+def test_without_a_column_there_is_nothing_to_add(model):
+    """As at the end of a branch, where every effect moves readings without bound and none is proposed."""
+    nothing = LinearModel([], model.target)
+    assert nothing.evidence(frozenset()) == 0
+    assert nothing.additions(frozenset()).shape == (0,)
+    assert [found.chosen for found in best_sets(nothing, [frozenset()], Settings(), most=4)] == [frozenset()]
+
+
 @pytest.mark.parametrize("size", [1e4, 1.5e8, 1e12])
 def test_beside_an_effect_that_moves_readings_without_bound(model, size):
     """As near the end of a branch: its own prior no longer counts, and what is beside it is judged as before."""

@@ -63,7 +63,7 @@ class LinearModel:
     @cached_property
     def whole(self) -> np.ndarray:
         """(r + c, K) how all columns move the whitened readings, side by side."""
-        return np.hstack([column.moved for column in self.columns])
+        return np.hstack([np.empty((len(self.target), 0)), *(column.moved for column in self.columns)])
 
     @cached_property
     def products(self) -> np.ndarray:
