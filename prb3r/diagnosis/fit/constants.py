@@ -46,12 +46,18 @@ def varied_constants(recording: Recording) -> tuple[str, ...]:
     )
 
 
-def prior_deviations(recording: Recording) -> Mapping[str, float]:
-    """Prior standard deviation of every constant by its name; infinite: flat."""
-    measurement, prior = recording.measurement, recording.prior
+def prior_deviations(recording: Recording, settings: Settings) -> Mapping[str, float]:
+    """Prior standard deviation of every constant by its name; infinite: flat.
+
+    Stiffness is known as of handbooks where nothing loads the arm, and friction where no cable is pulled: no reading
+    tells them then.
+    """
+    measurement, prior, loads = recording.measurement, recording.prior, recording.loads
+    pulled = bool(loads.tension.any())
+    loaded = pulled or bool(loads.force.any() or loads.tip.any() or recording.manipulator.effect)
     return {
-        "log_stiffness": prior.youngs_modulus or np.inf,
-        "log_friction": prior.friction_coefficient or np.inf,
+        "log_stiffness": prior.youngs_modulus or (np.inf if loaded else settings.modulus_sd),
+        "log_friction": prior.friction_coefficient or (np.inf if pulled else settings.friction_sd),
         "rotation": measurement.frame_rotation_sd_rad,
         "x": measurement.frame_position_sd_m,
         "y": measurement.frame_position_sd_m,

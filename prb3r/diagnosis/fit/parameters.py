@@ -53,7 +53,7 @@ class Parametrisation:
     @cached_property
     def priors(self) -> np.ndarray:
         """(c,) standard deviations of the varied constants; infinite: flat."""
-        sd = prior_deviations(self.predict.recording)
+        sd = prior_deviations(self.predict.recording, self.settings)
         return np.array([sd[name] for name in self.varied])
 
     @property

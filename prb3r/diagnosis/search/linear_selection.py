@@ -77,35 +77,62 @@ class LinearModel:
 
     def rows(self, chosen: Sequence[int]) -> np.ndarray:
         """Where the coefficients of several columns stand among all K."""
-        return np.concatenate([np.arange(self.spans[k].start, self.spans[k].stop) for k in chosen]).astype(int)
+        spans = [self.spans[k] for k in chosen]
+        return np.array([row for span in spans for row in range(span.start, span.stop)], int)
 
     def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:
         """Most probable coefficients of each chosen column, in units of their prior deviations, in the order of
         `chosen`."""
-        rows = self.rows(chosen) if chosen else np.zeros(0, int)
-        best = self._most_probable(rows)[0]
+        best = self._most_probable(self.rows(chosen)[None])[0][0]
         ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
         return [best[a:b] for a, b in pairwise(ends)]
 
     def evidence(self, chosen: frozenset[int]) -> float:
         """ln Z of a set against none; minus infinity where a coefficient has the wrong sign."""
-        if not chosen:
-            return 0.0
-        order = sorted(chosen)
-        rows = self.rows(order)
-        best, log_determinant = self._most_probable(rows)
-        first = 0
-        for k in order:
-            if self.columns[k].sign * best[first] < 0:
-                return -np.inf
-            first += self.columns[k].moved.shape[1]
-        odds = sum(self.columns[k].log_odds for k in order)
-        return float(self.along[rows] @ best / 2 - log_determinant / 2 + odds)
+        return self.evidences([chosen])[0]
 
-    def _most_probable(self, rows: np.ndarray) -> tuple[np.ndarray, float]:
-        """Coefficients at `rows`, and ln of the determinant of their normal matrix, priors included."""
-        precision, axes = _spectrum(np.eye(len(rows)) + self.products[np.ix_(rows, rows)])
-        return axes @ (axes.T @ self.along[rows] / precision), float(np.log(precision).sum())
+    def evidences(self, sets: Sequence[frozenset[int]]) -> list[float]:
+        """:meth:`evidence` of many sets."""
+        out = np.empty(len(sets))
+        for which, rows in self._of_one_size(sets):
+            best, log_determinant = self._most_probable(rows)
+            wrong = (self.signs[rows] * best < 0).any(1)
+            ln_z = ((self.along[rows] * best).sum(1) - log_determinant) / 2 + self.odds[rows].sum(1)
+            out[which] = np.where(wrong, -np.inf, ln_z)
+        return out.tolist()
+
+    def _of_one_size(self, sets: Sequence[frozenset[int]]) -> list[tuple[list[int], np.ndarray]]:
+        """The sets gathered by their number w of coefficients: which they are, and (sets, w) their :meth:`rows`."""
+        rows = [self.rows(sorted(chosen)) for chosen in sets]
+        sizes = {len(of_one) for of_one in rows}
+        gathered = [[k for k, of_one in enumerate(rows) if len(of_one) == size] for size in sorted(sizes)]
+        return [(which, np.array([rows[k] for k in which], int)) for which in gathered]
+
+    @cached_property
+    def signs(self) -> np.ndarray:
+        """(K,) the sign of every column at the place of its first coefficient, 0 elsewhere."""
+        return self._at_first([column.sign for column in self.columns])
+
+    @cached_property
+    def odds(self) -> np.ndarray:
+        """(K,) ln of the prior odds of every column at the place of its first coefficient, 0 elsewhere."""
+        return self._at_first(self.log_odds)
+
+    def _at_first(self, numbers: Sequence[float] | np.ndarray) -> np.ndarray:
+        out = np.zeros(len(self.along))
+        out[[span.start for span in self.spans]] = numbers
+        return out
+
+    def _most_probable(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(sets, w) coefficients at `rows` of as many sets, and (sets,) ln of the determinants of their normal
+        matrices, priors included."""
+        precision, axes = _spectrum(self._normal(rows))
+        along = np.einsum("swk,sw->sk", axes, self.along[rows]) / precision
+        return np.einsum("swk,sk->sw", axes, along), np.log(precision).sum(1)
+
+    def _normal(self, rows: np.ndarray) -> np.ndarray:
+        """(sets, w, w) normal matrices of the coefficients at `rows` (sets, w), priors included."""
+        return np.eye(rows.shape[1]) + self.products[rows[:, :, None], rows[:, None, :]]
 
     @cached_property
     def alike(self) -> list["Alike"]:
@@ -121,25 +148,32 @@ class LinearModel:
 
     def additions(self, chosen: frozenset[int]) -> np.ndarray:
         """(columns,) rise of ln Z by each further column; minus infinity for those that do not go with the chosen."""
-        if chosen in self.risen:
-            return self.risen[chosen]
-        rows = self.rows(sorted(chosen)) if chosen else np.zeros(0, int)
+        return self.additions_to([chosen])[0]
+
+    def additions_to(self, sets: Sequence[frozenset[int]]) -> list[np.ndarray]:
+        """:meth:`additions` to each of many sets."""
+        new = list(dict.fromkeys(chosen for chosen in sets if chosen not in self.risen))
+        for which, rows in self._of_one_size(new):
+            rise = self._rise(rows)
+            for row, k in zip(rise, which, strict=True):
+                row[self.barred[sorted(new[k])].any(0)] = -np.inf
+                self.risen[new[k]] = row
+        return [self.risen[chosen] for chosen in sets]
+
+    def _rise(self, rows: np.ndarray) -> np.ndarray:
+        """(sets, columns) rise of ln Z by each further column beside sets with their coefficients at `rows`."""
         beside = self.products[rows]
-        across = np.linalg.solve(np.eye(len(rows)) + beside[:, rows], beside).T
-        rest = self.along - across @ self.along[rows]
-        rise = np.full(len(self.columns), -np.inf)
+        across = np.linalg.solve(self._normal(rows), beside)
+        rest = self.along - np.einsum("swk,sw->sk", across, self.along[rows])
+        rise = np.empty((len(rows), len(self.columns)))
         for group in self.alike:
-            normal = group.normal - across[group.at] @ beside[:, group.at].transpose(1, 0, 2)
-            along = rest[group.at]
+            normal = group.normal - np.einsum("swmi,swmj->smij", across[:, :, group.at], beside[:, :, group.at])
+            along = rest[:, group.at]
             precision, axes = _spectrum(normal)
-            worth = ((along[:, None, :] @ axes)[:, 0] ** 2 / precision).sum(1) - np.log(precision).sum(1)
-            wrong = group.sign * along[:, 0] < 0 if along.shape[1] == 1 else np.zeros(len(along), bool)
-            rise[group.which] = np.where(wrong, -np.inf, worth / 2)
-        rise += self.log_odds
-        rise[sorted(chosen)] = -np.inf
-        rise[self.rivals[sorted(chosen)].any(0)] = -np.inf
-        self.risen[chosen] = rise
-        return rise
+            worth = (np.einsum("smi,smij->smj", along, axes) ** 2 / precision).sum(2) - np.log(precision).sum(2)
+            wrong = (group.sign * along[:, :, 0] < 0) & (along.shape[2] == 1)
+            rise[:, group.which] = np.where(wrong, -np.inf, worth / 2)
+        return rise + self.log_odds
 
     @cached_property
     def risen(self) -> dict[frozenset[int], np.ndarray]:
@@ -152,14 +186,14 @@ class LinearModel:
         return np.array([column.log_odds for column in self.columns])
 
     @cached_property
-    def rivals(self) -> np.ndarray:
-        """(columns, columns) whether two cannot stand beside each other: probes of the same hypothesis, a kind that
-        occurs once, kinds in the place of each other."""
+    def barred(self) -> np.ndarray:
+        """(columns, columns) whether the second cannot join the first: itself, probes of the same hypothesis, a kind
+        that occurs once, kinds in the place of each other."""
         hypotheses = [column.hypothesis for column in self.columns]
         of_kind: dict[str, list[int]] = {}
         for number, hypothesis in enumerate(hypotheses):
             of_kind.setdefault(hypothesis.kind, []).append(number)
-        out = np.zeros((len(hypotheses), len(hypotheses)), bool)
+        out = np.eye(len(hypotheses), dtype=bool)
         for numbers, others in product(of_kind.values(), repeat=2):
             if numbers is not others:  # their kinds alone decide
                 out[np.ix_(numbers, others)] = excludes(hypotheses[numbers[0]], hypotheses[others[0]])
@@ -201,32 +235,35 @@ def excludes(first: Hypothesis, second: Hypothesis) -> bool:
 
 def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], settings: Settings, most: int) -> list[Proposal]:
     """The best sets of at most `most` columns, best first: a beam of sets that moves until none is better."""
-    known = {chosen: model.evidence(chosen) for chosen in starts}
+    known = dict(zip(starts, model.evidences(starts), strict=True))
     grown: set[frozenset[int]] = set()
     while True:
-        beam = sorted(known, key=lambda chosen: -known[chosen])[: settings.beam]
-        fresh = [chosen for chosen in beam if chosen not in grown]
+        best = sorted(known, key=lambda chosen: -known[chosen])
+        fresh = [chosen for chosen in best[: settings.beam] if chosen not in grown]
         if not fresh:
-            return [Proposal(chosen, known[chosen]) for chosen in sorted(known, key=lambda chosen: -known[chosen])]
-        for chosen in fresh:
-            grown.add(chosen)
-            for neighbour in _neighbours(model, chosen, settings, most):
-                if neighbour not in known:
-                    known[neighbour] = model.evidence(neighbour)
+            return [Proposal(chosen, known[chosen]) for chosen in best]
+        grown.update(fresh)
+        new = list(dict.fromkeys(near for near in _neighbours(model, fresh, settings, most) if near not in known))
+        known.update(zip(new, model.evidences(new), strict=True))
 
 
-def _neighbours(model: LinearModel, chosen: frozenset[int], settings: Settings, most: int) -> Iterator[frozenset[int]]:
-    """Sets with one column more, less or exchanged, and with one instead of all of a kind or of any two; of many
-    additions the best."""
-    if len(chosen) < most:
-        yield from _with_best(model, chosen, settings.best_added)
-    for k in chosen:
-        less = chosen - {k}
-        yield less
-        yield from _with_best(model, less, settings.best_exchanged)
-    many = _of_one_kind(model, chosen, settings.many_of_a_kind)
-    for several in {*map(frozenset, combinations(chosen, 2)), *many}:
-        yield from _with_best(model, chosen - several, settings.best_exchanged)
+def _neighbours(
+    model: LinearModel, sets: Sequence[frozenset[int]], settings: Settings, most: int
+) -> Iterator[frozenset[int]]:
+    """Sets with one column more, less or exchanged than one of `sets`, and with one instead of all of a kind or of any
+    two; of many additions the best."""
+    added_to = [(chosen, settings.best_added) for chosen in sets if len(chosen) < most]
+    for chosen in sets:
+        less = [chosen - {k} for k in chosen]
+        yield from less
+        many = _of_one_kind(model, chosen, settings.many_of_a_kind)
+        less += [chosen - several for several in {*map(frozenset, combinations(chosen, 2)), *many}]
+        added_to += [(fewer, settings.best_exchanged) for fewer in less]
+    rises = model.additions_to([base for base, _ in added_to])
+    for (base, count), rise in zip(added_to, rises, strict=True):
+        for k in np.argsort(-rise)[:count].tolist():
+            if np.isfinite(rise[k]):
+                yield base | {k}
 
 
 def _of_one_kind(model: LinearModel, chosen: frozenset[int], least: int) -> Iterator[frozenset[int]]:
@@ -234,13 +271,6 @@ def _of_one_kind(model: LinearModel, chosen: frozenset[int], least: int) -> Iter
     kinds = [model.columns[k].hypothesis.kind for k in chosen]
     for kind in {kind for kind in kinds if kinds.count(kind) >= least}:
         yield frozenset(k for k in chosen if model.columns[k].hypothesis.kind == kind)
-
-
-def _with_best(model: LinearModel, chosen: frozenset[int], count: int) -> Iterator[frozenset[int]]:
-    rise = model.additions(chosen)
-    for k in np.argsort(-rise)[:count].tolist():
-        if np.isfinite(rise[k]):
-            yield chosen | {k}
 
 
 def worth_fitting(sets: Sequence[Proposal], present: int, count: int, steps_up: int) -> list[Proposal]:
