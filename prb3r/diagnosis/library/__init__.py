@@ -1,6 +1,6 @@
-"""What could have been left out: every effect of the library at every place where it could sit.
+"""The library of effects that a model may lack: every effect at every place where it could sit in a recording.
 
-To let the diagnosis suspect a new effect, add its record to the family of its physics; every list follows from that.
+To let the diagnosis suspect a new effect, add a `Suspect` to the tuple of its family; all lists here follow from that.
 """
 
 from collections.abc import Mapping
@@ -26,14 +26,14 @@ SUSPECT_FAMILIES: Mapping[str, tuple[Suspect, ...]] = MappingProxyType(
         "camera": CAMERA_SUSPECTS,
     }
 )
-"""Records by the family of their physics, in the order of `prb3r.model.effects`."""
+"""Suspects by family, in the order of `prb3r.model.effects`."""
 SUSPECTS: Mapping[str, Suspect] = MappingProxyType(
     {suspect.kind: suspect for suspects in SUSPECT_FAMILIES.values() for suspect in suspects}
 )
-"""The record of every effect by its kind."""
+"""The suspect of every effect, by the kind of the effect."""
 
 
 def hypotheses(scope: Scope, without: frozenset[str] = frozenset()) -> tuple[Hypothesis, ...]:
-    """Every hypothesis that makes sense for a recording; `without` names kinds to leave out."""
+    """All hypotheses that make sense for the recording of `scope`, but for the kinds named in `without`."""
     suspects = (suspect for kind, suspect in SUSPECTS.items() if kind not in without)
     return tuple(hypothesis for suspect in suspects for hypothesis in suspect.hypotheses(scope))

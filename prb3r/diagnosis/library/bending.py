@@ -1,4 +1,8 @@
-"""Laws of bending as suspects: plates that soften, stiffen or dissipate; where, how much, and what carries over."""
+"""Bending laws as suspects: plates that soften, stiffen or dissipate.
+
+Each law has its places, its free parameters with bounds, its starting values, a sentence, and its transfer to another
+design.
+"""
 
 from collections.abc import Iterator
 
@@ -14,11 +18,16 @@ from prb3r.model.manipulator import Manipulator
 SAME_SECTION = 1e-6
 """Relative difference in bending stiffness up to which plates have one section."""
 NEEDS_FIBRE = "carries over as strain and needs outer_fibre_m in both manipulator files"
+"""Why a law is left behind where outer fibres are not known, to follow "which"."""
 
 
 def law_places(scope: Scope) -> Iterator[Place]:
-    """Both sides alike, and where plates bend to both, one side alone; as if all sections had one shape where they
-    differ and their fibres are not known."""
+    """Places of `nonlinear_plate`: every law for both sides alike, and the bilinear and smooth laws for one side alone
+    where plates bend to both.
+
+    Where bending stiffnesses differ and not every outer fibre is known, the bilinear and smooth laws treat all sections
+    as of one shape (`sections` = similar).
+    """
     yield {"law": "cubic"}
     stiffness = scope.manipulator.bending_stiffness
     unlike = not scope.in_strain and not np.allclose(stiffness, stiffness[0], rtol=SAME_SECTION, atol=0.0)
@@ -30,12 +39,12 @@ def law_places(scope: Scope) -> Iterator[Place]:
 
 
 def law_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """In units of the largest curvature K, or of the largest strain where every plate's outer fibre is known: a law is
-    felt within it.
+    """Free parameters of `nonlinear_plate`, bounded by the largest curvature K of the recording, as a law beyond it is
+    not felt; knees by the largest strain instead, where every plate's outer fibre is known.
 
-    The cubic term reaches 100 times the linear one at K; a knee lies between K / 50, where the law is linear in all but
-    name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have tenfold.  A sharpness of 1
-    has no knee to speak of; beyond 20 it is one with corners.
+    At K the cubic term is at most 100 times the linear one.  A knee lies between K / 50, where the law is linear in all
+    but name, and K.  Beyond the knee plates keep at least a fiftieth of their stiffness, or have at most ten times as
+    much.  A law with a sharpness of 1 has no knee to speak of; beyond 20 the knee is a corner.
     """
     k = scope.curvature
     if place["law"] == "cubic":
@@ -46,7 +55,8 @@ def law_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Knees low, in the middle and high in the range of curvatures, of plates that soften or stiffen there.  Choice."""
+    """Starting values: knees at 0.3, 0.55 and 0.8 of the largest curvature or strain, each with plates that soften and
+    that stiffen beyond it.  Choice.  None for the cubic law, which vanishes continuously."""
     if place["law"] == "cubic":
         return ()
     most = scope.strain if scope.in_strain else scope.curvature
@@ -55,7 +65,7 @@ def law_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
 
 
 def said_of_law(fitted: Occurrence) -> str:
-    """What a law means to who reads the diagnosis."""
+    """The sentence on a fitted `nonlinear_plate`."""
     if fitted.place["law"] == "cubic":
         return f"The plates stiffen as they bend: M = EI k (1 + c k²), k the curvature, with c = {fitted.size} m²."
     ratio, strain = fitted.estimates["ratio"], fitted.estimates.get("knee_strain")
@@ -70,14 +80,18 @@ def said_of_law(fitted: Occurrence) -> str:
 
 
 def toward(fitted: Occurrence) -> str:
-    """The side to which plates bend for an effect, as part of a sentence; empty where it is of both."""
+    """A clause that names the side to which plates bend for an effect; empty where both sides are meant."""
     side = fitted.place.get("side")
     return f" where they bend toward {side} offsets" if side else ""
 
 
 def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """A bending law carries over as strain: curvature times the outermost fibre; on equal sections, as it is; on
-    sections that are all known by their stiffness alone, as if they had one shape."""
+    """The bending law of `here` on the manipulator `there`, or the reason why it cannot be carried over.
+
+    Between equal sections the law stays as it is.  Otherwise the strain of the outermost fibre (curvature times its
+    distance) is what stays, with the mean distance over the plates; where no outer fibre is known on either
+    manipulator, all sections count as of one shape, so that their sizes follow from their stiffness.
+    """
     assert isinstance(effect, NonlinearPlate)
     of_plate_1 = effect.sections is not None  # which may be another section there
     if _sections(here) == _sections(there) and not of_plate_1:
@@ -94,7 +108,7 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
 
 
 def _of_one_shape(effect: NonlinearPlate, here: Manipulator, there: Manipulator) -> Effect:
-    """The law on plates whose sections are as many times larger as the fourth root of their second moment of area."""
+    """The law on sections of one shape, whose size is the fourth root of their second moment of area."""
     second_moments = [rig.bending_stiffness[0] / rig.youngs_modulus_pa for rig in (here, there)]
     first = float(relative_size(np.array(second_moments))[1])  # plate 1 there over plate 1 here
     mean, mean_there = (float(np.mean(relative_size(rig.bending_stiffness))) for rig in (here, there))
@@ -105,35 +119,36 @@ def _of_one_shape(effect: NonlinearPlate, here: Manipulator, there: Manipulator)
 
 
 def _at_curvatures(effect: NonlinearPlate, size: float) -> NonlinearPlate:
-    """The law of sections so many times larger, which reach a strain at a curvature so many times smaller."""
+    """The law of sections `size` times as large, which reach the same strain at 1 / `size` times the curvature."""
     if effect.law == "cubic":
         return effect.model_copy(update={"cubic_m2": (effect.cubic_m2 or 0.0) * size**2})
     return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / size})
 
 
 def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:
-    """What bends in each segment: dimensions, or stiffness and outer fibre."""
+    """The distinct sections of all segments: width, thickness, bending stiffness and outer fibre as stated, SI."""
     names = "width_m", "thickness_m", "bending_stiffness_n_m2", "outer_fibre_m"
     return {tuple(getattr(segment, name) for name in names) for segment in manipulator.segment}
 
 
 def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Slip begins as knees do, between a fiftieth of the largest curvature (or strain) and all of it; a share from a
-    fiftieth, a loop as thin, to nine tenths, where plates hardly spring back."""
+    """Free parameters of `hysteretic_plate`: slip begins between a fiftieth of the largest curvature (or strain) and
+    all of it, as knees do; the slipping share of the stiffness lies between 0.02, a thin loop, and 0.9, plates that
+    hardly spring back."""
     name, most = ("yield_strain", scope.strain) if scope.in_strain else ("yield_per_m", scope.curvature)
     share = Free("slipping_share", 0.3, 0.02, 0.9, log=True)
     return Free(name, most / 2, most / 50, most, log=True), share
 
 
 def loop_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Slip of a third of the stiffness, nearly, that begins low, in the middle and high in the range of curvatures.
-    Choice."""
+    """Starting values: a slipping share of 0.3, with slip that begins at 0.15, 0.4 and 0.7 of the largest curvature or
+    strain.  Choice."""
     most = scope.strain if scope.in_strain else scope.curvature
     return tuple((part * most, 0.3) for part in (0.15, 0.4, 0.7))
 
 
 def said_of_loops(fitted: Occurrence) -> str:
-    """What loops mean to who reads the diagnosis."""
+    """The sentence on a fitted `hysteretic_plate`."""
     strain = fitted.estimates.get("yield_strain")
     bend = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
     return (
@@ -144,8 +159,8 @@ def said_of_loops(fitted: Occurrence) -> str:
 
 
 def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """The effect on another design, its curvature by equal strain of the outermost fibre, or why it does not carry
-    over."""
+    """The effect of `here` on the manipulator `there`, or the reason why it cannot be carried over: unchanged between
+    equal sections, else at the same strain of the outermost fibre (mean distance over the plates)."""
     assert isinstance(effect, HystereticPlate)
     if _sections(here) == _sections(there):
         return effect

@@ -1,4 +1,5 @@
-"""Suspects among the cables: what they carry and where they run."""
+"""Suspects among the cables: errors of the recorded tensions, a dead cable, and holes that lie elsewhere or have
+play."""
 
 from collections.abc import Iterator
 
@@ -10,24 +11,28 @@ from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, ra
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the largest tension, mostly a tenth: a force sensor farther off its zero is seen by eye."""
+    """Free parameter of `tension_offset`: up to half of the largest tension either way, prior sd a tenth of it; a force
+    sensor farther off its zero is seen by eye."""
     span = 0.5 * scope.pull
     return (Free("offset_n", 0.0, -span, span, scale=scope.pull, sd=0.1),)
 
 
 def _drift(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the largest tension over the whole recording, mostly 5 %: more is seen by eye."""
+    """Free parameter of `tension_drift`: over the whole recording up to half of the largest tension either way, prior
+    sd 5 % of it; more is seen by eye."""
     step = scope.pull / scope.elapsed
     return (Free("offset_n_per_step", 0.0, -0.5 * step, 0.5 * step, scale=step, sd=0.05),)
 
 
 def _play(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to a quarter of the largest tension, mostly 4 %: of more it is seen that nothing moves after a reversal."""
+    """Free parameter of `tension_play`: up to a quarter of the largest tension, prior sd 4 % of it; with more, one
+    would see that nothing moves after a reversal."""
     return (Free("play_n", 0.0, 0.0, 0.25 * scope.pull, scale=scope.pull, sd=0.04),)
 
 
 def _reversed(scope: Scope) -> Iterator[Place]:
-    """All cables, then, where there are several, each alone whose tension falls within a sequence."""
+    """Places of `tension_play`: all cables, if any tension falls between two steps of a sequence by more than
+    `Settings.side_share` of the largest tension; then, on a rig of several cables, each alone whose tension does."""
     recording = scope.recording
     falls = -np.diff(recording.loads.tension, axis=0) > scope.settings.side_share * scope.pull
     let_go = (falls & ~recording.begins[1:, None]).any(0)
@@ -38,25 +43,28 @@ def _reversed(scope: Scope) -> Iterator[Place]:
 
 
 def _drifting(scope: Scope) -> Iterator[Place]:
-    """As of the zero, where time is told from the load."""
+    """Places of `tension_drift`: those of `tension_offset`, where time can be told from the load."""
     if scope.tells_time:
         yield from together_and_alone(scope)
 
 
 def _bent(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half at the largest tension, mostly 5 %: more is seen when the cell is calibrated."""
+    """Free parameter of `load_cell`: a quadratic term that changes the largest tension by up to half, prior sd 5 %;
+    more is seen when the cell is calibrated."""
     scale = 1 / scope.pull
     return (Free("quadratic_per_n", 0.0, -0.5 * scale, 0.5 * scale, scale=scale, sd=0.05),)
 
 
 def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the cable's lever arm, mostly a tenth: a hole farther off its place is seen by eye."""
+    """Free parameter of `hole_offset`: up to half of the cable's lever arm either way, prior sd a tenth of it; a hole
+    farther off its place is seen by eye."""
     arm = scope.arm_of(place["cable"])
     return (Free("offset_m", 0.0, -0.5 * arm, 0.5 * arm, scale=arm, sd=0.1),)
 
 
 def _clearance(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the largest lever arm, mostly a tenth, as of a hole's place."""
+    """Free parameter of `hole_clearance`: up to half of the largest lever arm, prior sd a tenth, as of
+    `hole_offset`."""
     return (Free("clearance_m", 0.0, 0.0, 0.5 * scope.arm, scale=scope.arm, sd=0.1),)
 
 

@@ -1,4 +1,4 @@
-"""Suspects in the camera, where positions were read."""
+"""Suspects in the camera: its scale and its lens, where positions were read, and a steady motion."""
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
@@ -7,31 +7,37 @@ from prb3r.recording.recording import Kind
 
 
 def _positions(scope: Scope) -> list[Place]:
+    """The whole rig where positions were read, else no place."""
     return whole_rig_if(bool((scope.recording.readings.kind <= Kind.Y).any()))
 
 
 def _scale(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Within a quarter, mostly 3 %: a grosser error of the scale is one of units."""
+    """Free parameter of `camera_scale`: 0.8 to 1.25, prior sd 3 %; a grosser error of the scale is one of units."""
     return (Free("scale", 1.0, 0.8, 1.25, log=True, sd=0.03),)
 
 
 def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to where a marker one length away from the image centre is seen twice as far, or at the centre; mostly a
-    fifth of that."""
+    """Free parameter of `lens_distortion`: up to where a marker one manipulator length away from the image centre is
+    seen twice as far off, or at the centre; prior sd a fifth of that."""
     size = 1 / scope.chain.length**2
     return (Free("k1_per_m2", 0.0, -size, size, scale=size, sd=0.2),)
 
 
 def _moving(scope: Scope) -> list[Place]:
-    """Where time is told from the load, which would move all markers of a photograph too; bends do not show it."""
+    """The whole rig where a moving camera can be seen, else no place.
+
+    That takes positions or angles, as bends do not show it, and time that can be told from the load, which moves all
+    markers of a photograph too.
+    """
     seen = bool((scope.recording.readings.kind != Kind.BEND).any())
     return whole_rig_if(scope.tells_time and seen)
 
 
 def _motion(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to a tenth of the length, or 0.1 rad, over the whole recording; mostly a hundredth: more is seen by eye.
+    """Free parameters of `camera_drift`: over the whole recording a shift of up to a tenth of the manipulator's length
+    along each axis and a turn of up to 0.1 rad, prior sd a tenth of these bounds; more is seen by eye.
 
-    Angles alone show that a camera turns, not that it shifts.
+    The turn alone where no positions were read, as angles do not show a shift.
     """
     shift, turn = scope.chain.length / scope.elapsed, 1 / scope.elapsed
     shifts = (Free(f"{axis}_m_per_step", 0.0, -0.1 * shift, 0.1 * shift, scale=shift, sd=0.01) for axis in "xy")

@@ -1,4 +1,5 @@
-"""Contact between disks and between the edges of notches as suspects: from which bend on, how hard, what is said."""
+"""Contact between disks (`disk_contact`) and between the edges of notches (`notch_closing`) as suspects: their places,
+free parameters with bounds, starting values and sentences."""
 
 from collections.abc import Iterator
 
@@ -14,13 +15,14 @@ from prb3r.model.manipulator import Manipulator
 
 
 def _plate_stiffness(scope: Scope) -> float:
-    """Stiffness of a plate against the bend between its disks, N m/rad: 1.1 EI / l on the elastica."""
+    """Median stiffness of the plates against the bend between their disks, N m/rad: 1.1 EI / l on the elastica."""
     return float(np.median(scope.chain.stiffness.sum(1) / scope.chain.stiffness.shape[1] ** 2))
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Disks touch between a fiftieth of the largest bend and all of it, and are from a thousandth as stiff as the
-    plate, which is not felt, to ten thousand times, which is rigid beside it."""
+    """Free parameters of `disk_contact`: disks touch between a fiftieth of the largest bend and all of it, and the
+    contact is from a thousandth as stiff as the plate, which is not felt, to ten thousand times as stiff, which is
+    rigid."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return (
         Free("angle_rad", bend / 2, bend / 50, bend, log=True),
@@ -29,8 +31,8 @@ def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Angles across the range of bends, of disks that help a little and of disks that carry most.  Choice: each is
-    fitted from, so that some begin on the right side of where disks touch."""
+    """Starting values: angles across the range of bends, each with disks that help a little and with disks that carry
+    most.  Choice.  A fit begins from each, so that some begin on the right side of the angle at which disks touch."""
     bend, stiff = scope.largest_bend, _plate_stiffness(scope)
     return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
 
@@ -41,9 +43,10 @@ def said_of_contact(fitted: Occurrence) -> str:
 
 
 def closing_places(scope: Scope) -> Iterator[Place]:
-    """Every side, and both together, to which plates bend so far that notches could close.
+    """Places of `notch_closing`: each side to which plates bend so far that notches could close, and both together.
 
-    As constants have it or as it was read: plates that soften bend much further than constants can.
+    Bends of the calibrated model and bends as read count alike, as plates that soften bend much further than calibrated
+    constants let them.
     """
     angles = scope.settings.closing_range[0] * closing_angles(scope.chain.arc, scope.manipulator)
     bend = np.concatenate([scope.bend, scope.bend_read])
@@ -54,13 +57,15 @@ def closing_places(scope: Scope) -> Iterator[Place]:
 
 
 def closing_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Geometry is right within `Settings.closing_range`; stiffness as of disks."""
+    """Free parameters of `notch_closing`: a factor on the closing angle that geometry gives, within
+    `Settings.closing_range`, and a contact stiffness bounded as that of disks."""
     stiffness = contact_free(scope, place)[1]
     return (Free("factor", 1.0, *scope.settings.closing_range, log=True), stiffness)
 
 
 def closing_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Near the geometry, of edges that help a little and of edges that carry most.  Choice."""
+    """Starting values: near the closing angle that geometry gives, with edges that help a little and edges that carry
+    most.  Choice."""
     stiff = _plate_stiffness(scope)
     return tuple((factor, size * stiff) for factor in (0.7, 1.0, 1.3) for size in (0.3, 3.0))
 
@@ -74,6 +79,7 @@ def said_of_closing(fitted: Occurrence) -> str:
 
 
 def gaps(manipulator: Manipulator) -> object:
-    """What decides on the gaps between neighbouring disks, to be compared with another design: lengths and disks, m."""
+    """Lengths of segments, clamps and disks, m, which set the gaps between neighbouring disks: on two designs these are
+    the same if the returned values are equal."""
     lengths = {(segment.length_m, segment.clamp_m) for segment in manipulator.segment}
     return lengths, manipulator.disk.thickness_m

@@ -1,4 +1,5 @@
-"""Suspects among friction: of all holes, of one, of a pulley before the base, and how it remembers."""
+"""Suspects among friction: its coefficient for all cables, one cable or one hole, its dependence on load, rate and wrap
+angle, slip along the load path, and pulleys before the base."""
 
 from collections.abc import Iterator
 
@@ -17,7 +18,8 @@ from prb3r.model.effects.friction import CableFriction
 
 
 def _rubbing(scope: Scope) -> Iterator[Place]:
-    """All cables where the nominal model has no friction, each pulled one; none whose friction is known already."""
+    """Places of `cable_friction`: all cables where the nominal model has no friction, and each pulled cable alone;
+    cables of which the manipulator file states `cable_friction` already are left out."""
     known = [effect for effect in scope.manipulator.effect if isinstance(effect, CableFriction)]
     settled = {cable for effect in known for cable in effect.cables or scope.manipulator.cable_names}
     for place in together_and_alone(scope):
@@ -27,12 +29,13 @@ def _rubbing(scope: Scope) -> Iterator[Place]:
 
 
 def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 2: dry metal on metal mostly stays below 0.6, a cable that cuts into its hole may exceed 1."""
+    """Free parameter of `cable_friction`: up to 2, prior sd 0.3.  Dry metal on metal mostly stays below 0.6, a cable
+    that cuts into its hole may exceed 1."""
     return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0, sd=0.3),)
 
 
 def _rounded(coefficient: Estimate) -> Estimate:
-    """A friction coefficient to a ten-thousandth: what is less is none."""
+    """A friction coefficient rounded to a ten-thousandth: what is less counts as none."""
     low, high = (None if end is None else round(end, 4) for end in (coefficient.low, coefficient.high))
     return Estimate(round(coefficient.value, 4), low, high, coefficient.open)
 
@@ -47,8 +50,8 @@ def _rubbing_sentence(fitted: Occurrence) -> str:
 
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Down to 0.2, what a cable keeps of its tension over half a turn with a coefficient of 0.5; mostly 0.8 and
-    more."""
+    """Free parameter of `pulley_friction`: down to 0.2, what belt friction with a coefficient of 0.5 leaves of a
+    tension over half a turn; prior sd 0.2 of its logarithm, so mostly 0.8 and more."""
     return (Free("efficiency", 1.0, 0.2, 1.0, log=True, sd=0.2),)
 
 
@@ -58,16 +61,20 @@ def _pulley_sentence(fitted: Occurrence) -> str:
 
 
 def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """From a micrometre, below which friction turns at once for any rig's travels, to a centimetre; around what the
-    nominal model has where its slip follows the load path already."""
+    """Free parameter of `slip_history`: a presliding travel between a micrometre, below which friction turns at once on
+    any rig, and a centimetre; its null is the nominal travel where the nominal slip follows the load path already, else
+    the first that is tried."""
     friction = scope.manipulator.friction
     usual = friction.presliding_m if friction.direction == "history" else scope.settings.presliding_tried_m[0]
     return (Free("presliding_m", usual, min(1e-6, usual), max(1e-2, usual), log=True, limit=True),)
 
 
 def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Where the nominal model has slip along the load path, travels of other orders of magnitude than its own:
-    derivatives around one that is short against what cables travel say next to nothing of a long one."""
+    """Starting values: usual travels where the nominal slip is declared.
+
+    Where the nominal slip follows the load path already, travels of other orders of magnitude than the nominal one:
+    derivatives around a travel that is short against what cables travel say next to nothing of a long one.
+    """
     friction, (free,) = scope.manipulator.friction, _presliding(scope, place)
     if friction.direction == "declared":
         return tuple((travel,) for travel in scope.settings.presliding_tried_m)
@@ -76,14 +83,16 @@ def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], .
 
 
 def _loaded(scope: Scope) -> list[Place]:
-    """Where the nominal model has friction: at the largest tension that it has its coefficient at."""
+    """The place of `load_dependent_friction` where the nominal model has friction, else none: its reference tension, at
+    which the coefficient is the calibrated one, is the largest of the recording."""
     pull = float(f"{scope.pull:.3g}")
     return [{"tension_n": pull}] if scope.manipulator.friction.coefficient > 0 else []
 
 
 def _exponent(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 1, where friction does not depend on the load; mostly to a third, as of one elastic contact (Hertz).  As
-    far the other way, where cables plough through what is softer."""
+    """Free parameter of `load_dependent_friction`: at most 1, where the friction force does not depend on the load,
+    prior sd 0.3, as one elastic contact has a third (Hertz); as far the other way, where cables plough through what is
+    softer."""
     return (Free("exponent", 0.0, -1.0, 1.0, sd=0.3),)
 
 
@@ -97,8 +106,12 @@ def _load_sentence(fitted: Occurrence) -> str:
 
 
 def _timed(scope: Scope) -> list[Place]:
-    """Where steps say when they were held and tensions changed at different rates, with declared slip: friction is the
-    nominal one at the median rate."""
+    """The place of `rate_dependent_friction`, else none: its reference rate, at which friction is the calibrated one,
+    is the median of the recording, N/s.
+
+    That takes friction and declared slip in the nominal model, and steps whose times show tensions to change at rates
+    `Settings.rates_apart` times apart.
+    """
     manipulator, loads = scope.manipulator, scope.recording.loads
     felt = loads.rate[(loads.rate > 0) & (loads.tension > 0)]
     differ = felt.size > 0 and felt.max() > scope.settings.rates_apart * felt.min()
@@ -108,7 +121,8 @@ def _timed(scope: Scope) -> list[Place]:
 
 
 def _rate(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Mostly up to 0.05, some times what rocks and metals show (0.02: Dieterich 1972) as polymers creep more."""
+    """Free parameter of `rate_dependent_friction`: prior sd 0.05, a few times what rocks and metals show (0.02:
+    Dieterich 1972), as polymers creep more."""
     return (Free("rate", 0.0, -0.5, 0.5, sd=0.05),)
 
 
@@ -122,19 +136,24 @@ def _rate_sentence(fitted: Occurrence) -> str:
 
 
 def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Mostly up to where the turns of the nominal manipulator, as large as the bends, count half; to where a twentieth
-    of them does."""
+    """Free parameter of `wrap_saturation`, in units in which a value of 1 makes a turn as large as the largest bend
+    count half: prior sd 0.5, up to 20, where a twentieth of such a turn counts."""
     per_turn = 1 / scope.largest_bend
     return (Free("saturation_per_rad", 0.0, 0.0, 20 * per_turn, scale=per_turn, sd=0.5),)
 
 
 def _rubs(scope: Scope) -> list[Place]:
+    """The whole rig where the nominal model has friction, else no place."""
     return whole_rig_if(scope.manipulator.friction.coefficient > 0)
 
 
 def _remembered(scope: Scope) -> list[Place]:
-    """Where cables rub; where the nominal model has no friction, they may still be found to: then where some cable is
-    let go again, as friction that only builds up is told from none by its size alone."""
+    """The whole rig where `slip_history` could show, else no place: where the nominal model has friction, or where slip
+    is declared and some tension falls within a sequence.
+
+    Without friction in the nominal model cables may still be found to rub.  Unless they are let go, friction that
+    builds up differs from none by its size alone.
+    """
     friction = scope.manipulator.friction
     unknown = friction.direction == "declared" and scope.recording.lets_go
     return whole_rig_if(friction.coefficient > 0 or unknown)
@@ -149,7 +168,8 @@ def _slip_sentence(fitted: Occurrence) -> str:
 
 
 def _holes(scope: Scope) -> Iterator[Place]:
-    """Of every disk that cables rub at: all its holes together, then that of each pulled cable alone."""
+    """Places of `worn_hole`: for each disk from 0 (the base) on, the holes of all cables together, then the hole of
+    each pulled cable that reaches the disk."""
     for disk in range(scope.chain.plates):
         for place in together_and_alone(scope):
             if all(disk < scope.reach(cable) for cable in place.get("cables", ())):
@@ -157,8 +177,8 @@ def _holes(scope: Scope) -> Iterator[Place]:
 
 
 def _excess(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to 5, where half a turn already holds any tension; below the others down to no friction at all; mostly within
-    0.5 of the others."""
+    """Free parameter of `worn_hole`, as the difference from the coefficient of the other holes: prior sd 0.5, down to
+    no friction and up to a coefficient of 5, where half a turn already holds any tension."""
     return (Free("coefficient", 0.0, 0.0, 5.0, above=True, sd=0.5),)
 
 
@@ -171,6 +191,7 @@ def _worn_sentence(fitted: Occurrence) -> str:
 
 
 def _net_turns(scope: Scope) -> list[Place]:
+    """The whole rig where the nominal model has friction by the net turn of a cable at a hole, else no place."""
     friction = scope.manipulator.friction
     return whole_rig_if(friction.coefficient > 0 and friction.wrap == "net")
 

@@ -1,4 +1,5 @@
-"""Which rigs share what: those whose recordings say so and whose files do not contradict it."""
+"""Which parameters several rigs share: those that their recordings declare as shared, unless their manipulator files
+contradict it."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -9,23 +10,24 @@ from prb3r.diagnosis.library.suspect import Group
 from prb3r.recording.recording import Recording
 
 GIGA = 1e9
-"""Pascals in the unit that moduli are read in."""
+"""Pascals per gigapascal, the unit in which moduli are shown."""
 
 
 class Groups(NamedTuple):
-    """What several rigs have in common."""
+    """Which of several rigs share their material and their friction."""
 
     of: Mapping[Group, tuple[int, ...]]
-    """Numbers of the rigs that share material, and of those that share friction; none or two at least."""
+    """Numbers of the rigs, from 0, that share material, and of those that share friction; a group that nobody or one
+    rig alone would be in is left out."""
     same_sections: bool
-    """Whether all plates of rigs with the same material have the same section, so that laws in curvature mean the
-    same."""
+    """Whether all plates of the rigs with the same material have the same section, so that bending laws in curvature
+    mean the same on each."""
     remarks: tuple[str, ...]
-    """What is not shared and why, and what sharing rests on."""
+    """What is not shared and why, and the suppositions that sharing rests on, a sentence each."""
 
 
 def groups_of(recordings: Sequence[Recording]) -> Groups:
-    """What the rigs of several recordings share.
+    """The groups of rigs, one rig for each of the `recordings`, that share material or friction.
 
     Young's modulus is shared as the factor on the stated one, which must be the same; where files state bending
     stiffnesses, these are taken for that modulus times a second moment of area.

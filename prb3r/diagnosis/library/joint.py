@@ -1,7 +1,7 @@
-"""Hypotheses on several rigs together: what they have in common, and what is each one's own.
+"""Hypotheses on several rigs together: effects that rigs share, and effects and constants of one rig alone.
 
-Rigs of one make share what belongs to their material and to the pair of surfaces that rubs.  Everything else is a
-rig's own, and a rig may prove to have its own where it should not.
+Rigs of one make share what belongs to their material and to the pair of surfaces that rubs; all else is each rig's own.
+A rig may also have its own value of what it should share.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,48 +19,49 @@ from prb3r.diagnosis.library.suspect import Group, Shared
 SHARED: Mapping[str, Shared] = MappingProxyType(
     {kind: suspect.shared for kind, suspect in SUSPECTS.items() if suspect.shared}
 )
-"""Kinds that rigs may share, as their records say."""
+"""Which parameters rigs may share of each kind of effect that they may share, from its `Suspect`."""
 CONSTANT_GROUPS: Mapping[str, Group] = MappingProxyType({"log_stiffness": "material", "log_friction": "friction"})
-"""Constants that rigs may share."""
+"""Constants that rigs may share, and the group of rigs that does."""
 IN_CURVATURE = frozenset({"knee_per_m", "cubic_m2", "yield_per_m"})
-"""Parameters of bending laws that mean the same on equal sections only."""
+"""Parameters of bending laws in terms of curvature, which mean the same on equal sections only."""
 
 
 class Slot(NamedTuple):
     """A free parameter of a joint hypothesis."""
 
     rig: int | None
-    """Whose it is; None: of all that the hypothesis is about."""
+    """Number of the rig, from 0, that the parameter belongs to; None: shared by all rigs of the hypothesis."""
     free: Free
 
 
 @dataclass(frozen=True)
 class JointHypothesis:
-    """An effect of one rig, one that several have in common, or a constant that one rig has for itself."""
+    """An effect of one rig, an effect that several rigs share, or the deviation of one rig's constant from the shared
+    one."""
 
     kind: str
     parts: tuple[Hypothesis | None, ...]
-    """(rigs,) the effect as each rig has it."""
+    """(rigs,) the effect as each rig has it; None for rigs without it."""
     common: tuple[str, ...] = ()
-    """Names of the free parameters that have one value on all its rigs."""
+    """Names of the free parameters that have the same value on all rigs of the hypothesis."""
     parting: Free | None = None
-    """By how much a constant is off the shared one, on the one rig of `rigs`; then there are no parts."""
+    """Difference of one rig's constant from the shared one, all `parts` then being None; None for an effect."""
     parted: int | None = None
-    """Number of the rig whose constant `parting` is off; None without one."""
+    """Number of the rig, from 0, whose constant deviates; None for an effect."""
 
     @cached_property
     def rigs(self) -> tuple[int, ...]:
-        """Numbers of the rigs that it is about."""
+        """Numbers, from 0, of the rigs that have the effect, or the deviating constant."""
         return tuple(k for k, part in enumerate(self.parts) if part is not None or k == self.parted)
 
     @property
     def first(self) -> Hypothesis | None:
-        """The effect as the first of its rigs has it."""
+        """The effect as the first rig that has it does; None for a deviating constant."""
         return next((part for part in self.parts if part is not None), None)
 
     @cached_property
     def slots(self) -> tuple[Slot, ...]:
-        """Its free parameters: those in common, then those of each rig."""
+        """The free parameters with the rigs that they belong to: shared ones first, then those of each rig."""
         if self.parting is not None:
             return (Slot(self.parted, self.parting),)
         first = self.first
@@ -76,11 +77,12 @@ class JointHypothesis:
 
     @cached_property
     def free(self) -> tuple[Free, ...]:
-        """The parameters that are fitted, those in common once."""
+        """The free parameters in the order of `slots`, shared ones once."""
         return tuple(slot.free for slot in self.slots)
 
     def places(self, rig: int) -> list[int]:
-        """Where the parameters of the effect on one rig stand among `free`, in their order there."""
+        """Positions among `free` of the parameters of the effect on rig `rig`, in the order in which its part has them;
+        empty for a rig without the effect."""
         part = self.parts[rig]
         keys = [(slot.rig, slot.free.name) for slot in self.slots]
         return (
@@ -89,39 +91,46 @@ class JointHypothesis:
 
     @property
     def by_degrees(self) -> bool:
-        """Whether every part comes by degrees (`Hypothesis.by_degrees`); a constant that parts always does."""
+        """Whether the effect vanishes continuously on every rig (`Hypothesis.by_degrees`); a deviating constant always
+        does."""
         return self.parting is not None or all(part.by_degrees for part in self.parts if part)
 
     @property
     def kinked(self) -> bool:
-        """Whether the part of any rig is (`Hypothesis.kinked`)."""
+        """Whether the effect is kinked on some rig (`Hypothesis.kinked`)."""
         return any(part.kinked for part in self.parts if part)
 
     def sided(self, frictions: Sequence[float]) -> bool:
-        """Whether a part is (`Hypothesis.sided`), beside the coefficient of its rig."""
+        """Whether the effect is one-sided on some rig (`Hypothesis.sided`); `frictions` are the calibrated coefficients
+        of all rigs."""
         return any(part.sided(friction) for part, friction in zip(self.parts, frictions, strict=True) if part)
 
     @property
     def costly(self) -> bool:
-        """Whether the part of any rig is (`Hypothesis.costly`)."""
+        """Whether predictions with the effect are slow on some rig (`Hypothesis.costly`)."""
         return any(part.costly for part in self.parts if part)
 
     @property
     def name(self) -> str:
-        """What and, of an effect that is not shared, on which rig, counted from 1."""
+        """Kind and place, or the constant; on a single rig followed by its number, counted from 1."""
         first = self.first
         text = self.kind if first is None else first.name
         return text if len(self.rigs) > 1 else f"{text} on rig {self.rigs[0] + 1}"
 
     def excludes(self, other: "JointHypothesis") -> bool:
-        """Whether a joint model cannot have both: on some rig one excludes the other or is the same."""
+        """Whether a joint model cannot have both hypotheses: they are equal, let the same constant of the same rig
+        deviate, or on some rig exclude each other or are the same effect at the same place."""
         if self == other or (self.parting and other.parting and (self.kind, self.parted) == (other.kind, other.parted)):
             return True
         pairs = zip(self.parts, other.parts, strict=True)
         return any(here and there and (here.excludes(there) or _alike(here, there)) for here, there in pairs)
 
     def starts(self, frictions: Sequence[float]) -> list[np.ndarray]:
-        """Points `u` from which a fit begins, beside the calibrated coefficient of every rig."""
+        """Points `u` (k,), in the order of `slots`, from which a fit begins; `frictions` are the calibrated
+        coefficients of all rigs.
+
+        The n-th point joins the n-th of every rig; of a shared parameter that of the first rig counts.
+        """
         if self.parting is not None:
             return [np.zeros(1)]
         probes = [part.starts(friction) if part else None for part, friction in zip(self.parts, frictions, strict=True)]
@@ -129,19 +138,19 @@ class JointHypothesis:
         out = []
         for k in range(count):
             u = np.zeros(len(self.slots))
-            for rig in reversed(self.rigs):  # the first has the last word on what is in common
+            for rig in reversed(self.rigs):  # the first rig comes last, so that its shared values stay
                 u[self.places(rig)] = probes[rig][k]  # type: ignore[index]
             out.append(u)
         return out
 
 
 def _alike(first: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two are the same effect at the same place, with other bounds."""
+    """Whether two hypotheses are the same kind of effect at the same place, whatever their bounds."""
     return (first.kind, first.place) == (other.kind, other.place)
 
 
 def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
-    """The effect as one that rig `rig` of `count`, counted from 0, has alone."""
+    """The hypothesis as an effect that rig `rig`, counted from 0, of `count` rigs has alone."""
     parts = tuple(hypothesis if k == rig else None for k in range(count))
     return JointHypothesis(hypothesis.kind, parts)
 
@@ -149,9 +158,14 @@ def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
 def in_common(
     libraries: Sequence[Sequence[Hypothesis]], groups: Mapping[Group, tuple[int, ...]], same_sections: bool
 ) -> Iterator[JointHypothesis]:
-    """What all rigs of a group may have in common: the kinds of `SHARED` at places that every one of them has.
+    """Every effect that all rigs of a group may share: of the kinds in `SHARED`, at places that each of them has, but
+    for those at single cables.
 
-    `same_sections`: whether laws in curvature mean the same on all rigs with the same material.
+    Parameters
+    ----------
+    libraries : (rigs,) the hypotheses of each rig.
+    groups : numbers of the rigs that share material, and of those that share friction.
+    same_sections : whether laws in curvature mean the same on all rigs with the same material; else they are left out.
     """
     for kind, (group, names) in SHARED.items():
         rigs = groups.get(group, ())
@@ -172,16 +186,18 @@ def in_common(
 
 
 def _counterpart(hypothesis: Hypothesis, library: Sequence[Hypothesis]) -> Hypothesis | None:
-    """The same effect at the same place, by the same parameters, of another rig."""
+    """The hypothesis of another rig's `library` on the same effect at the same place with the same parameters, if there
+    is one."""
     names = [free.name for free in hypothesis.free]
     alike = (other for other in library if _alike(hypothesis, other) and [free.name for free in other.free] == names)
     return next(alike, None)
 
 
 def _merged(parts: Sequence[Hypothesis], names: Sequence[str] | None) -> list[Hypothesis]:
-    """One effect of several rigs: what is in common has the widest of their bounds and is tried wherever one tries it.
+    """The hypotheses `parts` of several rigs on one effect, made to agree on shared parameters: these get the widest
+    bounds of all rigs.
 
-    `names` of what is in common; None: everything.
+    `names` are those of the shared parameters; None: all are shared, and every part then also has the probes of all.
     """
     free = []
     for alike in zip(*(part.free for part in parts), strict=True):

@@ -1,4 +1,5 @@
-"""Suspects among the loads: those that nobody applied, or that do not arrive whole."""
+"""Suspects among the loads: unrecorded ones (gravity, a force at the tip, an umbilical) and recorded ones of which
+friction takes a part."""
 
 from collections.abc import Iterator
 
@@ -10,8 +11,8 @@ from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, a
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to twice that of the earth, as the mass of disks is seldom known well; mostly 7 m/s^2 along either axis, which
-    makes the earth's of both."""
+    """Free parameters of `gravity`: up to twice that of the earth along either axis, as the mass of disks is seldom
+    known well; prior sd 7 m/s^2 for each, which makes the earth's of both."""
     return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
 
 
@@ -21,7 +22,8 @@ def _gravity_sentence(fitted: Occurrence) -> str:
 
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to five times the force whose moment about the base is that of the strongest cable, mostly a third of it."""
+    """Free parameters of `tip_force`: along either axis up to five times the force whose moment about the base is that
+    of the largest tension at the largest offset; prior sd 0.3 times that force."""
     size = scope.moment / scope.chain.length
     return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=0.3) for axis in "xy")
 
@@ -31,18 +33,21 @@ def _force_sentence(fitted: Occurrence) -> str:
 
 
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to ten times what all plates in series have, mostly a third of it: a tube that is not felt is no umbilical."""
+    """Free parameter of `umbilical`, in units of the stiffness in series of one mean node of every plate (4.4 times
+    that of the plates in series on the elastica): prior sd 0.3, up to 10; a tube that is not felt is no umbilical."""
     stiff = 1 / float((scope.chain.arc / scope.node_rigidity).sum())
     return (Free("stiffness_n_m_per_rad", 0.0, 0.0, 10 * stiff, scale=stiff, sd=0.3),)
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Down to a twentieth, where the recorded load is hardly felt any more; mostly two thirds and more."""
+    """Free parameter `efficiency`: down to a twentieth, where the recorded load is hardly felt any more; prior sd 0.4
+    of its logarithm, so mostly two thirds and more."""
     return (Free("efficiency", 1.0, 0.05, 1.0, log=True, sd=0.4),)
 
 
 def _weights(scope: Scope) -> Iterator[Place]:
-    """All loaded disks together, then, where there are several, each alone."""
+    """Places of `weight_friction`: all loaded disks together, if there are any, then, where there are several, each
+    alone."""
     loaded = (np.flatnonzero(scope.recording.loads.force.any((0, 2))) + 1).tolist()
     yield from whole_rig_if(bool(loaded))
     if len(loaded) > 1:

@@ -1,4 +1,5 @@
-"""Suspects among the plates: their stiffness, their law of bending, what they stand in and what stiffens them."""
+"""Suspects among the plates: their stiffness, bending law and rest curvature, contact of disks and notches, their
+clamps, and the bending stiffness of cables."""
 
 from collections.abc import Iterator
 
@@ -42,15 +43,18 @@ from prb3r.diagnosis.library.suspect import (
 from prb3r.model.manipulator import Manipulator
 
 OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
+"""Why rest curvature is left behind, to follow "which"."""
 
 
 def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """From a twentieth, a plate cracked nearly through, to twentyfold, one 2.7 times as thick; mostly within 1.7."""
+    """Free parameter `factor` on a stiffness: from a twentieth, a plate cracked nearly through, to twentyfold, one 2.7
+    times as thick; prior sd 0.5 of its logarithm, so mostly within a factor of 1.7."""
     return (Free("factor", 1.0, 0.05, 20.0, log=True, sd=0.5),)
 
 
 def _taper(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """From a fifth to fivefold, as of a strip that tapers by a factor of 1.7; mostly within a quarter."""
+    """Free parameter of `stiffness_gradient`: from a fifth to fivefold, as of a strip whose thickness tapers by a
+    factor of 1.7; prior sd 0.25 of its logarithm."""
     return (Free("tip_to_base", 1.0, 0.2, 5.0, log=True, sd=0.25),)
 
 
@@ -63,7 +67,7 @@ def _taper_sentence(fitted: Occurrence) -> str:
 
 
 def _bent_plates(scope: Scope) -> Iterator[Place]:
-    """All plates, those of each segment, each alone."""
+    """Places of `precurvature`: all plates, the plates of each segment, each plate alone."""
     yield {}
     yield from ({"plates": plates} for _, plates in scope.segments)
     if scope.chain.plates > 1:
@@ -71,7 +75,8 @@ def _bent_plates(scope: Scope) -> Iterator[Place]:
 
 
 def _rest(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to the largest curvature under load, mostly a fifth of it: what is bent more at rest is seen by eye."""
+    """Free parameter of `precurvature`: up to the largest curvature under load either way, prior sd a fifth of it; what
+    is bent more at rest is seen by eye."""
     k = scope.curvature
     return (Free("curvature_per_m", 0.0, -k, k, scale=k, sd=0.2),)
 
@@ -85,18 +90,21 @@ def _rest_sentence(fitted: Occurrence) -> str:
 
 
 def _clamps(manipulator: Manipulator) -> object:
-    """What decides on the clamps, to be compared with another design: their lengths and widths, m."""
+    """The clamps of all segments, length and width, m: on two designs they are the same if the returned values are
+    equal."""
     return {(segment.clamp_m, segment.width_m) for segment in manipulator.segment}
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to ten nodes of a plate, mostly one; a millionth stands for a rigid clamp, as a compliance is above zero."""
+    """Free parameter of `clamp_compliance` and `base_compliance`, in units of the compliance of a plate's mean node:
+    prior sd 1, up to 10.  A millionth stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.node_rigidity))
     return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0),)
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to half of the stiffness over the whole recording, mostly 5 %: more is seen between two sequences."""
+    """Free parameter of `plate_softening`: over the whole recording up to half of the stiffness, lost or gained, prior
+    sd 5 %; more is seen between two sequences."""
     step = 1 / scope.elapsed
     return (Free("share_per_step", 0.0, -0.5 * step, 0.5 * step, scale=step, sd=0.05),)
 
@@ -109,7 +117,8 @@ def _softening_sentence(fitted: Occurrence) -> str:
 
 
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Up to ten times the stiffness of the plates' own nodes, which then hardly matter; mostly a third of it."""
+    """Free parameter of `cable_bending`, in units of the mean stiffness of a plate's nodes times its arc (4.4 EI on the
+    elastica): prior sd 0.3, up to 10, beside which the plates hardly matter."""
     rigid = float(np.median(scope.node_rigidity))
     return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid, sd=0.3),)
 
@@ -140,7 +149,7 @@ PLATE_SUSPECTS = (
         "stiffness_gradient",
         sentence=_taper_sentence,
         transfer=left_behind("belongs to this arm, as it was made"),
-        places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # of two plates one is a weakened one
+        places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # with two plates, the same as one weakened plate
         free=_taper,
         presence=rare,
     ),
@@ -157,7 +166,7 @@ PLATE_SUSPECTS = (
         "hysteretic_plate",
         said_of_loops,
         loops_as_strain,
-        places=lambda scope: whole_rig_if(scope.unloads),  # while plates only load they are as those that soften
+        places=lambda scope: whole_rig_if(scope.unloads),  # under loading alone the same as plates that soften
         free=loop_free,
         probes=loop_probes,
         shared=OF_THE_MATERIAL,
@@ -192,7 +201,7 @@ PLATE_SUSPECTS = (
             f"The clamp in the base gives way: plate 1 turns in it by {fitted.size} rad/(N m); tighten it."
         ),
         transfer=OF_THE_SETUP,
-        places=lambda scope: whole_rig_if(scope.chain.plates > 1),  # of a single plate the clamps are the base's
+        places=lambda scope: whole_rig_if(scope.chain.plates > 1),  # with one plate, the same as its clamps
         free=_hinge,
         presence=rare,
     ),

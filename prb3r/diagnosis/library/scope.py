@@ -1,4 +1,4 @@
-"""What the library asks of a recording: where effects could sit in it, and in which scales they are measured."""
+"""What the library needs to know of a recording: the places where effects could sit, and the scales of their sizes."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -13,25 +13,26 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind, Recording
 
 Place = Mapping[str, Any]
-"""Parameters of an effect that say where it sits; several cables or plates as a tuple."""
+"""The parameters of an effect that say where it sits, by name; several cables or plates as a tuple."""
 
 
 class Scope(NamedTuple):
-    """A recording with the chain and the bends of its calibrated model.
+    """A recording with its nominal chain and the bends of its calibrated model.
 
-    Scales are 1 where nothing is pulled or bent: no effect can be seen there.
+    Scales such as `pull` and `curvature` are 1 where nothing is pulled or bent: no effect can be seen there.
     """
 
     recording: Recording
     chain: Chain
-    """Nominal, without effects."""
+    """The chain of the nominal manipulator, without the effects that are suspected."""
     bend: np.ndarray
     """(s, n) bends of the plates in the calibrated model, rad; NaN where a step has no equilibrium."""
     settings: Settings = Settings()
 
     @classmethod
     def of(cls, recording: Recording, chain: Chain, states: Equilibria, settings: Settings | None = None) -> "Scope":
-        """The scope of a recording with the calibrated `states` of its steps; `settings`: absent, as they are."""
+        """The scope of a recording with its nominal `chain` and the calibrated `states` of its steps; without
+        `settings`, with the usual ones."""
         return cls(recording, chain, np.diff(states.angle, axis=1), settings or Settings())
 
     @property
@@ -46,9 +47,9 @@ class Scope(NamedTuple):
 
     @property
     def segments(self) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Number and plates of every segment that is neither the only one nor of a single plate.
+        """Number and plates, both from 1, of every segment of several plates on a rig of several segments.
 
-        The only segment is the whole rig, and one of a single plate is that plate.
+        A single segment is the whole rig, and a segment of one plate is that plate; both are places already.
         """
         begin = 1
         for number, segment in enumerate(self.manipulator.segment, 1):
@@ -58,12 +59,12 @@ class Scope(NamedTuple):
 
     @property
     def pulled(self) -> list[str]:
-        """Names of the cables that are ever loaded."""
+        """Names of the cables that carry tension at some step."""
         names = self.manipulator.cable_names
         return [names[j] for j in np.flatnonzero((self.recording.loads.tension > 0).any(0))]
 
     def reach(self, cable: str) -> int:
-        """Number of plates that a cable crosses, which is that of the holes where it rubs."""
+        """Number of plates that a cable, by name, crosses, which is also the number of holes where it rubs."""
         return int(self.chain.reach[self.manipulator.cable_names.index(cable)])
 
     @property
@@ -73,17 +74,19 @@ class Scope(NamedTuple):
 
     @property
     def elapsed(self) -> int:
-        """Steps from the first of the recording to the last that is known; 1 at least."""
+        """Largest number of steps that precede any step of the recording, in mean step times where times are known; at
+        least 1."""
         return max(int(self.recording.loads.elapsed.max(initial=0.0)), 1)
 
     @property
     def tells_time(self) -> bool:
-        """Whether what goes with time is told from what goes with the load, which begins again with every sequence."""
+        """Whether a drift with time can be told from what goes with the load, as there are enough sequences, each of
+        which begins with the load anew."""
         return int(self.recording.begins.sum()) >= self.settings.fewest_to_tell_time
 
     @property
     def arm(self) -> float:
-        """Largest offset of a cable, m; 0 without cables."""
+        """Largest distance of any cable from the axis over any plate, m; 0 without cables."""
         return float(np.abs(self.chain.offset).max(initial=0.0))
 
     def arm_of(self, cable: str) -> float:
@@ -92,17 +95,18 @@ class Scope(NamedTuple):
 
     @property
     def moment(self) -> float:
-        """Typical largest bending moment, N m: the largest tension at the largest offset; 1 where nothing is pulled."""
+        """Scale of bending moments, N m: the largest tension at the largest offset; 1 where nothing is pulled."""
         return self.pull * self.arm or 1.0
 
     @property
     def largest_bend(self) -> float:
-        """Largest bend of a plate at any step, rad; 1 where none bends."""
+        """Largest bend of a plate at any step of the calibrated model, rad; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend))) or 1.0
 
     @property
     def bend_read(self) -> np.ndarray:
-        """(s, n) bends as they were read, or the angles of the disks at both ends; NaN where neither was."""
+        """(s, n) bends of the plates as read, rad: read directly, or from the angles of the disks at both ends (the
+        base at 0 unless it was read); NaN where neither is known."""
         step, disk, kind, value = self.recording.readings
         angle = np.full((len(self.recording.of_sequence), self.chain.plates + 1), np.nan)
         angle[:, 0] = 0.0
@@ -113,30 +117,32 @@ class Scope(NamedTuple):
 
     @property
     def curvature(self) -> float:
-        """Largest curvature of a plate at any step of the nominal manipulator, 1/m; 1 where none bends."""
+        """Largest curvature of a plate at any step of the calibrated model, 1/m; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend) / self.chain.arc)) or 1.0
 
     @property
     def in_strain(self) -> bool:
-        """Whether the strain of every plate is known from its curvature."""
+        """Whether the outer fibre of every plate is known, so that strain follows from curvature."""
         return bool(np.isfinite(self.manipulator.outer_fibre).all())
 
     @property
     def strain(self) -> float:
-        """Largest of a plate's outermost fibre by bending; NaN where it is not known of every plate."""
+        """Largest strain of an outermost fibre by bending, at any step of the calibrated model, over the plates whose
+        outer fibre is known; 1 where none bends, NaN where no fibre is known."""
         return float(np.nanmax(np.abs(self.bend) / self.chain.arc * self.manipulator.outer_fibre)) or 1.0
 
     @property
     def sides(self) -> list[Side]:
-        """To which plates bend by more than `Settings.side_share` of the largest bend: enough to see one side's law."""
+        """The sides to which some plate bends by more than `Settings.side_share` of the largest bend, which is enough
+        to see the law of one side."""
         most: dict[Side, float] = {"negative": -np.nanmin(self.bend), "positive": np.nanmax(self.bend)}
         return [side for side, bend in most.items() if bend > self.settings.side_share * self.largest_bend]
 
     @property
     def unloads(self) -> bool:
-        """Whether some plate bends back within a sequence, by more than `Settings.side_share` of the largest bend.
+        """Whether some plate bends back within a sequence by more than `Settings.side_share` of the largest bend.
 
-        What leads away from the straight plate that a sequence begins with is loading, to either side.
+        A sequence begins with straight plates, so that bending away from straight, to either side, is loading.
         """
         least = self.settings.side_share * self.largest_bend
         for rows in np.split(self.bend, np.flatnonzero(self.recording.begins)[1:]):
@@ -149,33 +155,35 @@ class Scope(NamedTuple):
 
     @property
     def node_rigidity(self) -> np.ndarray:
-        """(n,) mean stiffness of each plate's nodes times its arc, N m^2: 4.4 EI on the elastica with its four."""
+        """(n,) mean stiffness of the nodes of each plate times its arc, N m^2: 4.4 EI on the elastica with four
+        nodes."""
         return (self.chain.stiffness * self.chain.arc[:, None]).mean(1)
 
 
 def whole_rig_if(sensible: bool) -> list[Place]:
-    """The one place of an effect of the whole rig, or none where the effect makes no sense."""
+    """The place of an effect of the whole rig, without parameters, as the only place; no place unless `sensible`."""
     return [{}] if sensible else []
 
 
 def whole_rig(scope: Scope) -> list[Place]:
-    """The one place of an effect of the whole rig."""
+    """The place of an effect of the whole rig, without parameters, as the only place."""
     return whole_rig_if(True)
 
 
 def pulled_cables(scope: Scope) -> Iterator[Place]:
-    """A place for each cable that is pulled at some step."""
+    """A place for each cable that carries tension at some step."""
     return ({"cable": name} for name in scope.pulled)
 
 
 def together_and_alone(scope: Scope) -> Iterator[Place]:
-    """All cables together, then, where there are several, every pulled one alone."""
+    """All cables together, then, on a rig of several cables, each pulled cable alone."""
     yield {}
     if len(scope.manipulator.cable_names) > 1:
         yield from ({"cables": (name,)} for name in scope.pulled)
 
 
 def structure(chain: Chain) -> tuple[Any, ...]:
-    """What two chains share if one is a small change of the other: nodes, routing, rules of friction and of slip."""
+    """What two chains have alike if one differs from the other by a small change of numbers alone: node counts,
+    routing, and the rules of friction and of slip."""
     slips = chain.hysteresis.slipping, chain.hysteresis.flagged
     return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0, slips

@@ -1,7 +1,8 @@
-"""What is known of one effect as a suspect: where it could sit, how large it could be, what it means, what it teaches.
+"""The suspect of each kind of effect: where the effect could sit, how large it could be, how it is said, and how it is
+carried over to another design.
 
-The families (`friction`, `cables`, `plates`, `loads`, `camera`) each have one record for each effect of the family of
-the same name in `prb3r.model.effects`.
+The families (`friction`, `cables`, `plates`, `sections`, `loads`, `camera`) each have one `Suspect` for each effect of
+the family of the same name in `prb3r.model.effects`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -17,39 +18,39 @@ from prb3r.model.manipulator import Manipulator
 
 
 def _digits(value: float, form: str) -> str:
-    """A number with a format; up to a million written out."""
+    """A number in the format `form`, but without an exponent below a million."""
     text = f"{value:{form}}"
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
 class Estimate(NamedTuple):
-    """A fitted parameter; without an interval where the fit does not deserve one."""
+    """A fitted parameter with its 95 % interval; without the interval where the fit does not deserve one."""
 
     value: float
     low: float | None = None
     high: float | None = None
     open: tuple[bool, bool] = (False, False)
-    """Whether the lower and the upper end are only those of the search: what is beyond was not tried."""
+    """Whether the lower and the upper end are bounds of the search, beyond which nothing was tried."""
 
     @property
     def record(self) -> dict[str, float | None]:
-        """Value and ends by their names, as files have them."""
+        """Value and ends of the interval by name, as files have them."""
         return {"value": self.value, "low": self.low, "high": self.high}
 
     @property
     def numbers(self) -> tuple[float, float | None, float | None]:
-        """Value and ends."""
+        """Value and ends of the interval."""
         return self.value, self.low, self.high
 
     def __format__(self, form: str) -> str:
-        """With the format of a number (default `.3g`): value (low to high), with words where an end is open."""
+        """The text `value (low to high)` in a number format (default `.3g`), with words in place of open ends."""
         value, low, high = (None if end is None else _digits(end, form or ".3g") for end in self.numbers)
         if low is None or high is None:
             return f"{value}"
         return f"{value} ({self.interval(low, high)})"
 
     def interval(self, low: str, high: str) -> str:
-        """Its interval in words, by its ends as they are printed: what is open is not told."""
+        """The interval in words, from its ends `low` and `high` as text; open ends are left out."""
         if all(self.open):
             return "of any size"
         return f"up to {high}" if self.open[0] else f"{low} or more" if self.open[1] else f"{low} to {high}"
@@ -60,68 +61,71 @@ class Estimate(NamedTuple):
         return Estimate(factor * self.value, low, high, self.open)
 
     def less(self, whole: float) -> "Estimate":
-        """The estimate of `whole` less the value, its ends exchanged."""
+        """The estimate of `whole` minus the parameter."""
         low, high = (None if end is None else whole - end for end in (self.high, self.low))
         return Estimate(whole - self.value, low, high, (self.open[1], self.open[0]))
 
 
 class Occurrence(NamedTuple):
-    """An effect as it was fitted."""
+    """A fitted effect, as far as its sentence needs it."""
 
     place: Place
     estimates: Mapping[str, Estimate]
+    """The fitted parameters by name, in SI units, that which tells the size first."""
     friction: float = 0.0
-    """The calibrated coefficient beside it."""
+    """The calibrated friction coefficient beside the effect."""
 
     @property
     def size(self) -> Estimate:
-        """The estimate of its first parameter, which says how large it is."""
+        """The estimate of the first parameter, which tells how large the effect is."""
         return next(iter(self.estimates.values()))
 
     @property
     def more(self) -> str:
-        """`more` where the coefficient that was fitted is above the calibrated one beside it, else `less`."""
+        """`more` where the fitted friction coefficient of the effect exceeds the calibrated one, else `less`."""
         return "more" if self.size.value > self.friction else "less"
 
     @property
     def of_cables(self) -> str:
-        """The cables that it concerns, in words: `cable 1, 2` or `all cables`."""
+        """The cables that the effect concerns, in words: `cable 1, 2` or `all cables`."""
         cables = self.place.get("cables")
         return f"cable {', '.join(cables)}" if cables else "all cables"
 
 
 Group = Literal["material", "friction"]
-"""What several rigs have in common: what their plates are made of, or the pair of surfaces that rubs."""
+"""By what several rigs share parameters: the material of their plates, or the pair of surfaces that rubs."""
 
 
 class Shared(NamedTuple):
-    """What rigs of a group have in common of an effect."""
+    """Which parameters of an effect the rigs of a group share."""
 
     group: Group
     parameters: tuple[str, ...] | None = None
-    """Those that are the same on all; None: all are."""
+    """Names of the shared parameters; None: all."""
 
 
 OF_THE_MATERIAL, OF_THE_SURFACES = Shared("material"), Shared("friction")
 
 Transfer = Callable[[Effect, Manipulator, Manipulator], Effect | str]
-"""An effect of a manipulator on one of another geometry, or why it cannot be carried over."""
+"""Carries an effect of one manipulator over to another one of other geometry: returns the effect there, or the reason
+why it is left behind."""
 
 
 def left_behind(reason: str) -> Transfer:
-    """The transfer of what does not carry over to another geometry, whatever the two are, for this `reason`."""
+    """The transfer of an effect that is never carried over to another geometry, for this `reason`."""
     return lambda effect, here, there: f"{effect_in_words(effect)}, which {reason}"
 
 
 def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-    """What carries over unchanged, unless it sits on some cables only."""
+    """The transfer of an effect that is carried over unchanged, unless it sits on some cables only."""
     if getattr(effect, "cables", None):
         return f"{effect_in_words(effect)}, which sits on a cable of this rig"
     return effect
 
 
 def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
-    """What carries over where the `parts` are the same: what `of` says of both manipulators."""
+    """The transfer of an effect that is carried over unchanged where certain `parts` are the same: where `of` returns
+    equal values for both manipulators."""
 
     def transfer(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
         if of(here) == of(there):
@@ -132,17 +136,18 @@ def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
 
 
 def effect_in_words(effect: Effect) -> str:
-    """The kind of an effect as a sentence has it, `worn hole` of `worn_hole`."""
+    """The kind of an effect as text, such as `worn hole` for `worn_hole`."""
     return effect.kind.replace("_", " ")
 
 
 def usual(settings: Settings) -> float:
-    """Prior probability of a kind of which nothing else is known: `Settings.usual_presence`."""
+    """Prior probability of an effect of which nothing else is known: `Settings.usual_presence`."""
     return settings.usual_presence
 
 
 def rare(settings: Settings) -> float:
-    """Prior probability of a kind that few rigs have, and whoever built one knows of: `Settings.rare_presence`."""
+    """Prior probability of an effect that few rigs have, and that whoever built one knows of:
+    `Settings.rare_presence`."""
     return settings.rare_presence
 
 
@@ -152,40 +157,47 @@ OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
 
 @dataclass(frozen=True)
 class Suspect:
-    """An effect that could have been left out.
+    """A kind of effect that could have been left out of the nominal model.
 
-    Places, free parameters and probes depend on what is recorded; the last two on the place too.
+    Its places depend on the recording; its free parameters and probes on the recording and the place.
     """
 
     kind: str
     sentence: Callable[[Occurrence], str]
-    """What it means, in one sentence that a mechanical engineer can act upon."""
+    """What the fitted effect means, in one sentence that a mechanical engineer can act upon."""
     transfer: Transfer
+    """How the effect is carried over to another geometry."""
     places: Callable[[Scope], Iterable[Place]] = whole_rig
+    """Where the effect could sit on the rig of a recording; none where it makes no sense."""
     free: Callable[[Scope, Place], tuple[Free, ...]] = lambda scope, place: ()
-    """Parameters that are fitted, with their bounds and scales."""
+    """Parameters that are fitted, with their bounds, scales and priors."""
     probes: Callable[[Scope, Place], tuple[tuple[float, ...], ...]] = lambda scope, place: ()
-    """Values of the free parameters to begin from, for an effect that does not vanish by degrees."""
+    """Values of the free parameters to begin from, for an effect that does not vanish continuously."""
     kinked: bool = False
-    """As in `Hypothesis`."""
+    """See `Hypothesis.kinked`."""
     shared: Shared | None = None
-    """What several rigs may have in common of it; None: each has its own."""
+    """What several rigs may share of the effect; None: each rig has its own."""
     presence: Callable[[Settings], float] = usual
-    """Prior probability that a rig has it, at any place.  More than usual where nearly every rig has it, less where
-    somebody would have had to overlook what is seen without a model."""
+    """Prior probability that a rig has the effect at any place: above the usual one where nearly every rig has it,
+    below where somebody would have had to overlook what is seen without a model."""
 
     @property
     def once(self) -> bool:
-        """Whether there is only one of it on a rig, as the effect itself says."""
+        """Whether a rig has at most one effect of this kind, as the effect class says."""
         return EFFECT_KINDS[self.kind].once
 
     @property
     def costly(self) -> bool:
-        """Whether every prediction with it is slow, as states follow the load path where else each stands alone."""
+        """Whether every prediction with the effect is slow, as friction then follows the load path: each state takes
+        the states before it."""
         return EFFECT_KINDS[self.kind].follows_history
 
     def hypotheses(self, scope: Scope) -> Iterator[Hypothesis]:
-        """The effect at every place where it makes sense."""
+        """The hypotheses on this kind of effect at every place where it makes sense.
+
+        None where the nominal manipulator has an effect that excludes it: one of a kind that occurs once, or one that
+        stands in its place.
+        """
         there = {effect.kind for effect in scope.manipulator.effect}
         if (self.once and self.kind in there) or any(in_place_of(self.kind, kind) for kind in there):
             return
@@ -196,7 +208,7 @@ class Suspect:
 
 
 def _is_structural(hypothesis: Hypothesis, scope: Scope) -> bool:
-    """Whether the chain with the effect at its start is of another structure than without."""
+    """Whether the chain with the effect at its start has another structure than the chain without."""
     friction = scope.manipulator.friction.coefficient
     effect: Any = hypothesis.effect(hypothesis.starts(friction)[0], friction)
     return structure(effect.change(scope.chain, scope.manipulator)) != structure(scope.chain)
