@@ -1,6 +1,7 @@
-"""The parts of a recorded rig in files, and its chain with them: what it is under other loads.
+"""How far the parts of a recorded rig are off their drawing, as `diagnosis.json` holds it, and the chain with such
+parts, which predicts that rig under other loads.
 
-Another rig is made anew.
+Another rig has parts of its own, to which none of this applies.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,9 +18,9 @@ from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.recording.recording import Tolerance
 
 DIGITS = 4
-"""To which numbers stand in a file: far more than are told."""
+"""Significant digits of numbers in the file: far more than are shown to readers."""
 LEAST_ROUNDED = 1e-12
-"""Number below which one is rounded to the same place as this: zero has no first digit."""
+"""Smallest number whose own digits set the rounding: zero has no first digit."""
 
 
 class PartsPosterior(Strict):
@@ -39,9 +40,10 @@ class PartsPosterior(Strict):
     """(k,) 1 - standard deviation along them; elsewhere they scatter as before."""
 
     def at(self, away: np.ndarray, scatter: np.ndarray | None = None) -> dict[str, float]:
-        """How far each is off, by name, where the parameters are `away` (f,) from the best.
+        """Deviations of all parts by name, each in the unit of its tolerance, where the parameters `u` are `away` (f,)
+        from the best ones.
 
-        `scatter`: (t,) standard normal, for a draw; absent: the mean.
+        `scatter`: (t,) standard normal numbers, for a random draw; None: the mean.
         """
         off = np.array(self.mean) + np.array(self.slope).reshape(len(self.mean), -1) @ away
         if scatter is not None:
@@ -51,12 +53,13 @@ class PartsPosterior(Strict):
 
 
 def parts_posterior(fitted: Fit, doubts: Doubts, kept: Sequence[int]) -> PartsPosterior | None:
-    """What a fit tells of the rig's parts; None where they are exactly known.
+    """The distribution of the tolerances of a rig's parts, given its readings under a fit; None where all parts are
+    exactly known.
 
     Parameters
     ----------
-    doubts : what of the recording is not believed, and the level of its noise.
-    kept : the parameters that are told of; the others are averaged over.
+    doubts : readings and weights that are not believed, and the level of the noise.
+    kept : numbers of the parameters that the distribution depends on; it is averaged over the others.
     """
     acting = {tolerance.name for tolerance in mechanical_tolerances_of(fitted.model.predict, fitted.solved)}
     known, count = rig_as_made(fitted, doubts), len(fitted.p)
@@ -80,18 +83,19 @@ def parts_posterior(fitted: Fit, doubts: Doubts, kept: Sequence[int]) -> PartsPo
 
 
 def _short(numbers: np.ndarray) -> list:
-    """As lists for a file, each number to `DIGITS` digits."""
+    """The numbers as lists for a file, each rounded to `DIGITS` significant digits."""
     size = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.maximum(np.abs(numbers), LEAST_ROUNDED))))
     return (np.round(numbers * size) / size).tolist()
 
 
 def as_made(manipulator: Manipulator, off: Mapping[str, float]) -> Chain:
-    """The chain of a manipulator whose parts are off by so much, by name.
+    """The chain of a manipulator whose parts are `off` by these amounts, by the name of their tolerance, each in its
+    unit.
 
     Raises
     ------
     SpecError
-        If it has no such part.
+        If the manipulator has no such part.
     """
     chain = manipulator.chain()
     pulled = np.ones(chain.offset.shape[1], bool)

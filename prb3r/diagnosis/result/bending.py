@@ -1,4 +1,5 @@
-"""How far plates are bent: what a recording has seen of their laws, and whether a design goes beyond that."""
+"""How far plates are bent, to tell whether a design bends them beyond what the recording has shown of their bending
+law."""
 
 import numpy as np
 
@@ -13,7 +14,11 @@ class Bending(Strict):
     """Of the outermost fibre; None where its distance is not known of every plate."""
 
     def beyond(self, seen: "Bending", times: float) -> str:
-        """What is to be said where plates are bent more than `times` as far as was `seen`; empty where they are not."""
+        """A remark where plates are bent more than `times` as far as in `seen`, the bending of the recording; empty
+        where they are not.
+
+        Strains are compared where both are known, else curvatures.
+        """
         if self.strain is not None and seen.strain is not None:
             here, there = self.strain, seen.strain
             said = f"strained by up to {here:.2%} here, by {there:.2%} at most where it was fitted"
@@ -26,7 +31,12 @@ class Bending(Strict):
 
 
 def bending_of(manipulator: Manipulator, angle: np.ndarray) -> Bending:
-    """The largest bend of the plates whose disks stand at these angles (s, n + 1), rad; NaN without an equilibrium."""
+    """The largest bending of any plate at any step.
+
+    Parameters
+    ----------
+    angle : (s, n + 1) angles of the disks, rad; NaN without an equilibrium.
+    """
     arc = manipulator.per_plate(segment.length_m - 2 * segment.clamp_m for segment in manipulator.segment)
     curvature = np.abs(np.diff(angle, axis=1)) / arc
     strain = np.nanmax(curvature * manipulator.outer_fibre, initial=0.0)

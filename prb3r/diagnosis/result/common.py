@@ -1,4 +1,5 @@
-"""What several recordings have in common, as plain data: shared parameters, whether they agree, and in sentences."""
+"""The result of several recordings diagnosed together, as plain data and in sentences: which parameters they share,
+whether they agree on these, and what each has of its own."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -18,32 +19,38 @@ from prb3r.runs.files import ensure_writable, write_json
 
 TOGETHER_FILE = "together.json"
 CONSTANT_FILES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
+"""Names in files of the constants that rigs may share."""
 
 
 @dataclass(frozen=True)
 class SharedParameter:
-    """A parameter that recordings share."""
+    """A parameter that several recordings share."""
 
     effect: str
-    """Name of the effect that it belongs to; empty: a constant."""
+    """Name of the effect that the parameter belongs to; empty for a constant."""
     parameter: str
+    """Name of the parameter, as files have it."""
     recordings: tuple[str, ...]
+    """Names of the recordings that share the parameter."""
     together: Estimate
+    """From all recordings together."""
     alone: tuple[Estimate, ...]
-    """From each recording with the same effects; without an interval where it does not tell."""
+    """From each of `recordings` alone with the same effects; without an interval where it does not tell the
+    parameter."""
     p: float
-    """Chance of values that far apart, if they are the same."""
+    """Chance of values `alone` at least that far apart, if the parameter is the same on all rigs."""
     agrees: bool
+    """Whether `p` raises no alarm and no rig has a value of its own."""
     probability: float
-    """That it is the same on all, over the surviving joint models."""
+    """Probability that the parameter is the same on all rigs, over the surviving joint models."""
     own: tuple[str, ...]
-    """Recordings that were given their own after all."""
+    """Recordings whose rig has a value of its own after all."""
     settings: SharingSettings = SharingSettings()
-    """By which it is said how sure sharing is."""
+    """Limits for what is said of sharing."""
 
     @property
     def statement(self) -> str:
-        """Whether the recordings agree on it, with the numbers."""
+        """Whether the recordings agree on the parameter, with its values, in a sentence."""
         stem = name_in_words(self.parameter)
         plain = (f"the {stem.lower()}", 1.0, f" {describe(self.parameter).unit}".removesuffix(" 1"))
         quantity, factor, unit = IN_WORDS.get(self.parameter, plain)
@@ -61,7 +68,8 @@ class SharedParameter:
 
     @property
     def _shared_all_the_same(self) -> str:
-        """How many of the joint models, by their probabilities, have one value where each recording tells another."""
+        """A sentence on how probable one value for all rigs still is, where the recordings, each by itself, tell
+        different ones."""
         part = f"Of the probability of all, {100 * self.probability:.0f} % falls on"
         how = "All" if self.probability > self.settings.all_probability else part
         return f"{how} joint models that are left have one value: an effect of one rig can make up the difference."
@@ -69,23 +77,26 @@ class SharedParameter:
 
 @dataclass(frozen=True)
 class Common:
-    """What several recordings have in common."""
+    """The result of several recordings diagnosed together."""
 
     recordings: tuple[str, ...]
+    """Names of all recordings."""
     shared: tuple[SharedParameter, ...]
     own: Mapping[str, tuple[str, ...]]
-    """Effects by recording that are its own."""
+    """By recording, the names of the effects that its rig alone has."""
     unshared: Mapping[str, tuple[str, ...]]
-    """Effects that recordings could share and do not, each with those that have their own."""
+    """By name, effects that the rigs could share but that single rigs have instead, with the recordings of these
+    rigs."""
     log_bayes_factor: float
-    """ln of how much more probable the recordings are together, with what they share, than each by itself."""
+    """ln of the evidence of all recordings with what they share, over that of each recording by itself."""
     remarks: tuple[str, ...]
-    """What was not shared, and what sharing rests on."""
+    """What is not shared and why, and the suppositions that sharing rests on."""
     settings: SharingSettings = SharingSettings()
 
     @property
     def sentences(self) -> Iterator[str]:
-        """What is shared, whether that is borne out, and what is each rig's own."""
+        """The result in sentences: whether the evidence favours sharing, each shared parameter, effects that are not
+        shared, each rig's own effects, and remarks."""
         factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
         ruled = "bears sharing out" if factor > least else "speaks against sharing" if factor < -least else "is open"
         yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
@@ -101,7 +112,7 @@ class Common:
         yield from (f"note: {remark}" for remark in self.remarks)
 
     def as_json(self) -> dict[str, Any]:
-        """What `together.json` holds: plain numbers, texts, lists and mappings."""
+        """The content of `together.json`: plain numbers, texts, lists and mappings."""
         return {
             "schema": 1,
             "recordings": list(self.recordings),
@@ -121,7 +132,7 @@ def _plain_parameter(parameter: SharedParameter) -> dict[str, Any]:
 
 
 def common_of(together: Together, names: Sequence[str]) -> Common:
-    """What is told of recordings called `names` together."""
+    """The result of recordings diagnosed together, under the `names` of the recordings in their order."""
     model = together.fitted.model
     return Common(
         recordings=tuple(names),
@@ -135,6 +146,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
 
 
 def _own(model: JointModel, rig: int) -> Iterator[str]:
+    """Names of the effects in the joint model that rig `rig`, counted from 0, alone has."""
     for hypothesis in model.hypotheses:
         part = hypothesis.parts[rig]
         if part is not None and len(hypothesis.rigs) == 1:
@@ -142,7 +154,8 @@ def _own(model: JointModel, rig: int) -> Iterator[str]:
 
 
 def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Effects of single rigs that stand among what could be in common, and whose they are."""
+    """The effects of single rigs that the library of the joint search also holds as shared ones: by the name of the
+    effect, the names of the recordings whose rigs have it."""
     common = [joint for joint in together.search.library if len(joint.rigs) > 1]
     owners = dict[str, tuple[str, ...]]()
     for hypothesis in together.fitted.model.hypotheses:
@@ -158,6 +171,7 @@ def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, 
 
 
 def _shared(compared: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
+    """A compared parameter in its unit, with what is concluded on sharing it."""
     settings = together.fitted.model.settings
     file_name = CONSTANT_FILES.get(compared.name, compared.name)
 
@@ -188,7 +202,10 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
 
 
 def write_common(common: Common, folder: str | Path) -> Path:
-    """Write `together.json` into a folder; the file.  Raises what `ensure_writable` and `write_json` raise."""
+    """Write `together.json` into a folder and return its path.
+
+    Raises the errors of `ensure_writable` and `write_json`.
+    """
     folder = Path(folder)
     ensure_writable(folder)
     return write_json(folder / TOGETHER_FILE, common.as_json())

@@ -1,8 +1,9 @@
-"""What was learnt from one manipulator, on another design: its file, and its positions with 95 % bands.
+"""What a diagnosis predicts for a design: the manipulator file with all that carries over, and positions with 95 %
+bands.
 
-A band holds what the recording leaves open: which model, and its parameters; and how exactly the design is made: as the
-readings tell it where it is the recorded rig, by the tolerances of the recording where it is another one.  What the
-diagnosis could not explain is not in it.
+A band holds the uncertainty that the recording leaves on the model and its parameters, and that of the making: on the
+recorded rig, its parts as the readings tell them; on another rig, the tolerances of the recording.  What the diagnosis
+could not explain is not in the band.
 """
 
 import json
@@ -34,24 +35,25 @@ from prb3r.model.solve import solve, solve_in_blocks
 from prb3r.recording.recording import Tolerance
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
+"""Coordinates that are predicted for every disk."""
 
 
 @dataclass(frozen=True, eq=False)
 class DesignPrediction:
-    """What a diagnosis says of a design."""
+    """What a diagnosis predicts for a design."""
 
     manipulator: Manipulator
-    """The design with all that carries over."""
+    """The design with the constants and effects that carry over."""
     left_behind: tuple[str, ...]
-    """What does not, each with its reason."""
+    """Effects and constants that do not carry over, each with its reason."""
     remarks: tuple[str, ...]
-    """What is supposed, what the bands do not hold, and draws that are missing in them."""
+    """Suppositions that are made, what the bands leave out, and draws without an equilibrium."""
     positions: pd.DataFrame | None
     """`sequence, step, disk` and for x_m, y_m and angle_rad the mean over the surviving models, by their probability,
     with the ends of its band; NaN without an equilibrium.  None where no steps were given."""
 
     def to_toml(self) -> str:
-        """The file of the design, with what was left behind as comments."""
+        """The text of the design's manipulator file, with what was left behind as comments."""
         comments = ["prb3r predict: what a diagnosis teaches, on this design"]
         comments += [f"left behind: {reason}" for reason in self.left_behind]
         plain = self.manipulator.model_dump(exclude_none=True)
@@ -67,7 +69,7 @@ def predict_design(
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> DesignPrediction:
-    """What a diagnosis teaches about another design, or about the same one.
+    """What a diagnosis predicts for another design, or for the recorded one under other loads.
 
     Parameters and errors as of `prb3r.predict`.
     """
@@ -114,12 +116,12 @@ def predict_design(
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
-    """What a diagnosis knows, of itself or from its folder or its diagnosis.json, and its verdict.
+    """The posterior and the verdict of a diagnosis, given as itself, its folder or its diagnosis.json.
 
     Raises
     ------
     SpecError
-        If there is no such file, or if it is not a diagnosis that says how sure it is.
+        If there is no such file, or if it is not a diagnosis that holds its posterior.
     """
     if isinstance(diagnosis, Diagnosis):
         return diagnosis.posterior, diagnosis.verdict
@@ -145,7 +147,8 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
 
 
 def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
-    """The design with what carries over, and what does not."""
+    """The manipulator `there` with the constants and effects that carry over to it from `here`, and the reasons for
+    what does not."""
     effects, left = carried_effects(drawn.effects, here, there)
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:
         left = (*left, "friction, of which the design states none")
@@ -153,7 +156,8 @@ def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Mani
 
 
 def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
-    """A manipulator as it may come out of the workshop: lengths, sections and cable offsets within tolerance."""
+    """A random manipulator of the workshop: the length and the thickness (or bending stiffness) of each segment and the
+    place of each cable, as a whole, are off by a draw from their tolerances."""
 
     def made(segment: Segment) -> Segment:
         thicker = 1 + tolerance.thickness_relative * rng.standard_normal()
@@ -174,11 +178,12 @@ def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.ra
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:
-    """Kinds of effects that are not named and yet make the widest band of a position what it is, a sentence each.
+    """A sentence for each kind of effect that is not named but probable enough to make the widest band of a position
+    more than `Settings.wider_bands` times as wide as it is without.
 
     Parameters
     ----------
-    spread : (d, rows, 3) coordinates of every one of the `rigs` (d).
+    spread : (d, rows, 3) coordinates of each of the draws `rigs` (d,).
     """
     named = _kinds(posterior.named.effects)
     of_rigs = [_kinds(rig.effects) - named for rig in rigs]
@@ -206,7 +211,8 @@ def _kinds(effects: Iterable[Effect]) -> set[str]:
 
 
 def _banded(steps: pd.DataFrame, centre: np.ndarray, spread: np.ndarray) -> pd.DataFrame:
-    """The coordinates (rows, 3) and, of draws (d, rows, 3), the band of each; `steps` tells what the rows are."""
+    """The table of positions: `sequence`, `step` and `disk` of `steps`, the coordinates `centre` (rows, 3), and the
+    ends of their bands from the draws `spread` (d, rows, 3)."""
     table = steps[["sequence", "step", "disk"]].copy()
     for k, name in enumerate(PREDICTED):
         stem, unit = name.rsplit("_", 1)
@@ -216,6 +222,7 @@ def _banded(steps: pd.DataFrame, centre: np.ndarray, spread: np.ndarray) -> pd.D
 
 
 def _ends(spread: np.ndarray) -> np.ndarray:
-    """(2, ...) ends of the band of draws (d, ...), those without an equilibrium left out; NaN where none has one."""
+    """(2, ...) lower and upper end of the 95 % band of draws (d, ...); draws without an equilibrium (NaN) are left out,
+    and where none has one, the ends are NaN."""
     with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
         return np.nanquantile(spread, [TAIL, 1 - TAIL], axis=0, method="weibull")

@@ -1,4 +1,5 @@
-"""What accounts for a misfit: effects by name with their rivals, an empirical law, or where it sits at least."""
+"""What accounts for a misfit, as plain data: named effects with their rivals, an empirical law, or at least where the
+misfit sits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,31 +13,35 @@ from prb3r.model.effects.empirical import EmpiricalMoment
 
 
 class ProfileCurve(NamedTuple):
-    """Rise of chi-square as a parameter leaves its best value, all others refitted."""
+    """The profile of a parameter: the rise of chi-square as the parameter leaves its best value and all others are
+    refitted."""
 
     value: np.ndarray
-    """(k,) of the parameter, in its unit."""
+    """(k,) values of the parameter, in its unit."""
     rise: np.ndarray
-    """(k,) of chi-square, at `value`."""
+    """(k,) rise of chi-square at `value`."""
     fine_value: np.ndarray
-    """(m,) values between; empty where only the best value is known."""
+    """(m,) values of the smooth curve, in the unit of the parameter; empty where only the best value is known."""
     fine_rise: np.ndarray
-    """(m,) interpolated at `fine_value`."""
+    """(m,) interpolated rise at `fine_value`."""
 
 
 @dataclass(frozen=True)
 class RivalEffect:
-    """An effect of another kind that cannot be told from a named one."""
+    """An effect of another kind or law, or at a place of another sort, that cannot be told from a named one."""
 
     name: str
+    """Kind and place as one text."""
     kind: str
     place: Mapping[str, Any]
+    """Parameters that are not fitted, by name."""
     distance: float
-    """Squared whitened distance from the explanation's prediction to the nearest of the rival's."""
+    """Squared whitened distance from the prediction of the chosen model to the nearest prediction with the rival."""
     behind: float
-    """How much worse it fits: chi-square with its penalty."""
+    """How much worse the model with the rival fits: its chi-square with the penalty on parameters, less that of the
+    chosen model."""
     parameters: Mapping[str, float] = field(default_factory=dict)
-    """The values that it would have to have, by which a reader judges whether it can be."""
+    """The fitted values that the rival would have to have, by which a reader judges whether it can be; SI units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,47 +52,57 @@ class NamedEffect:
     """Kind and place as one text."""
     kind: str
     place: Mapping[str, Any]
-    """Parameters that are not fitted: plate, cable, law."""
+    """Parameters that are not fitted (plate, cable, law), by name."""
     among: Mapping[str, tuple[Any, ...]]
-    """All values of a place that cannot be told from the best one."""
+    """For each part of the place, all values that cannot be told from the best one, itself included."""
     parameters: Mapping[str, Estimate]
+    """The fitted parameters by name, in SI units."""
     profiles: Mapping[str, ProfileCurve] = field(repr=False)
-    """Of the parameters that have an interval."""
+    """Profiles of the parameters that have one."""
     statement: str
+    """What the effect means, in words."""
     rivals: tuple[RivalEffect, ...]
+    """Effects that cannot be told from this one, but for the same effect at the places `among`."""
     probability: float
-    """That an effect of its kind is there, over all surviving models and places."""
+    """Probability that an effect of this kind is there, over all surviving models and places."""
     certain: bool
-    """Whether nearly every surviving model has it."""
+    """Whether that probability reaches `Settings.certain`."""
     delta_bic: float
-    """Negative: better with the effect than without."""
+    """Bayesian information criterion with the effect less that without; negative: better with it."""
     heldout_gain: float | None
-    """Share of the excess squared error on held-out sequences that this effect removes."""
+    """Share of the excess squared error on held-out sequences that the effect removes; None where nothing is held out
+    or there is no fit without the effect."""
     partial: bool
-    """Whether it helps without explaining all."""
+    """Whether the effect helps without the model explaining all."""
 
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Where the calibrated model misses, and what that depends on."""
+    """Where the model misses, and what the mismatch depends on."""
 
     plates: tuple[int, ...]
+    """Numbers of the plates, from 1, where the mismatch sits or a named effect may sit."""
     sequences: tuple[str, ...]
+    """Names of the fitted sequences that show the mismatch."""
     depends_on: tuple[str, ...]
+    """Quantities that the mismatch goes with, the strongest first, as keys of `mismatch.GOES_WITH` where it has
+    them."""
     statement: str
+    """All of this in words."""
 
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """An empirical law that describes what no effect explains."""
+    """An empirical law of missing moments that describes what no effect explains."""
 
     effect: EmpiricalMoment
     statement: str
     reduced_chi2: float
+    """Chi-square per degree of freedom with the law."""
     heldout_gain: float | None
-    """Share of the excess squared error on held-out sequences that it removes."""
+    """Share of the excess squared error on held-out sequences that the law removes; None where it is not known."""
     beside_named: bool
-    """Whether the named effects are kept beside it."""
+    """Whether the law stands beside the named effects instead of in their place."""
 
 
 class Separation(NamedTuple):

@@ -1,4 +1,5 @@
-"""The files of a diagnosis: `diagnosis.json`, both manipulators, tables, proposed steps."""
+"""The files of a diagnosis but for figures and report: `diagnosis.json`, the manipulators, tables, proposed steps, and
+a mended recording."""
 
 import json
 import re
@@ -18,15 +19,16 @@ from prb3r.runs.files import ensure_writable, write_json, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
 
 WRITTEN_TABLES = ("residuals", "mismatch", "detectable")
+"""Tables that are written as files."""
 
 
 def default_folder(name: str) -> Path:
-    """Where the record of a diagnosis of recording `name` goes if nobody says: `results/diagnoses/<name>`."""
+    """The folder of a diagnosis of the recording `name` unless another one is asked for: `results/diagnoses/<name>`."""
     return Path("results", "diagnoses", re.sub(r"[^\w.-]+", "-", name).strip("-.") or "recording")
 
 
 def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
-    """Write everything but figures and report, each file whole or not at all; the files written.
+    """Write everything but figures and report, each file whole or not at all, and return the paths of the files.
 
     Raises
     ------
@@ -58,13 +60,14 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
 
 
 def _proposed(diagnosis: Diagnosis) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Name and steps of the table of each proposed experiment."""
+    """File name and steps of each proposed experiment."""
     programs = proposed(diagnosis.experiments)
     for number, program in enumerate(programs, 1):
         yield f"next_experiment{f'_{number}' if len(programs) > 1 else ''}.csv", program.experiment.steps
 
 
 def _provenance(diagnosis: Diagnosis, name: str) -> str:
+    """The comment at the top of the manipulator file `name`: where it is from and what it holds."""
     made = {
         "calibrated": "the nominal manipulator with refitted constants",
         "explained": "the nominal manipulator with refitted constants and the effects that the diagnosis names",
@@ -75,6 +78,6 @@ def _provenance(diagnosis: Diagnosis, name: str) -> str:
 
 
 def manipulator_toml(manipulator: Manipulator, comment: str) -> str:
-    """A manipulator as its file, with a comment line on top; empty lists are left out."""
+    """The text of a manipulator file with a comment line on top; empty lists are left out."""
     plain = {key: value for key, value in manipulator.model_dump(exclude_none=True).items() if value != []}
     return f"# {comment}\n{toml_text(plain)}"

@@ -1,4 +1,4 @@
-"""What the stages of a diagnosis found, with the fits they found it by: what is told of it is made in `tell.py`."""
+"""All that the stages of a diagnosis found, fits included, from which `tell.py` makes the plain result."""
 
 from dataclasses import dataclass
 
@@ -19,63 +19,72 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Investigation:
-    """A recording and all that was fitted to it and tested on it."""
+    """A recording, all that was fitted to it, and all tests of the fits."""
 
     recording: Recording
-    """With the noise that was taken for its own."""
+    """The whole recording, mended if its set-up had blunders."""
     seed: int
     verdict: str
     why: str
-    """Of `unexplained`: what no effect of the library accounts for."""
+    """Why the verdict is `unexplained`, to follow "since"; else empty."""
     training: Recording
-    """The sequences that were fitted."""
+    """The sequences that were fitted, as a recording."""
     fresh: Unseen | None
-    """Those set aside, as they were judged; None where none was."""
+    """The sequences set aside, as they were judged; None where none was."""
     calibrated: Fit
+    """The constants alone, fitted."""
     before: Scores
     """Score test of what calibration leaves."""
     choice: Choice
+    """The chosen model and those that survive beside it."""
     doubts: Doubts
-    """What of the training part was not believed."""
+    """Readings and weights of `training` that are not believed."""
     named: tuple[Named, ...]
+    """Effects that are named, in the order of the chosen model."""
     models: tuple[SurvivingModel, ...]
+    """The surviving models, most probable first."""
     tolerances: EstimatedTolerances
-    """Those that the recording tells something of."""
+    """Tolerances of the parts that the recording tells something of."""
     checks: tuple[ModelCheck, ...]
+    """Checks of what the best model leaves."""
     closure: Closure | None
-    """An empirical law of the unexplained."""
+    """An empirical law of the unexplained; None where none is fitted."""
     closure_gain: float | None
-    """Share of the excess squared error on held-out sequences that it removes."""
+    """Share of the excess squared error on held-out sequences that the closure removes."""
     heldout: HeldOut | None
+    """Errors on the sequences set aside; None where none was."""
     experiments: tuple[Separation, ...]
+    """Load programs that tell rivals apart."""
     remarks: tuple[str, ...]
+    """What else a reader should know, a sentence each."""
     failed: tuple[str, ...] = ()
-    """Sequences set aside that the choice does not predict."""
+    """Names of sequences set aside that the chosen model does not predict."""
     blunders: tuple[Blunder, ...] = ()
-    """Of the set-up: all else is said of the recording without them."""
+    """Blunders of the set-up; all else is said of the recording without them."""
 
     @property
     def explained(self) -> Fit:
-        """The chosen model; without effects, the calibrated one."""
+        """The fit of the chosen model; without effects, the constants alone."""
         return self.choice.fitted
 
     @property
     def doubted_steps(self) -> list[int]:
-        """Rows of the steps of `recording` of which a weight is not believed, those set aside included."""
+        """Rows of the steps of `recording` with a weight that is not believed, among fitted and held-out sequences."""
         parts = [(self.training, self.doubts.weights)]
         parts += [(self.fresh.predict.recording, self.fresh.doubted)] if self.fresh else []
         return [int(self.recording.rows_of(part)[weight.step]) for part, weights in parts for weight in weights]
 
     @property
     def missed_steps(self) -> list[int]:
-        """Rows of the steps of `recording` that were set aside and are not predicted."""
+        """Rows of the held-out steps of `recording` that the chosen model does not predict."""
         if self.fresh is None:
             return []
         return self.recording.rows_of(self.fresh.predict.recording)[self.fresh.missed_steps(self.explained)].tolist()
 
     @property
     def unmet(self) -> tuple[Scores, Fit]:
-        """Score test and model that the mismatch is told of: the best one where structure is left, else calibration."""
+        """Score test and fit from which the mismatch is told: those of the chosen model where it leaves structure
+        beyond the stated accuracy, else those of calibration."""
         if self.choice.beyond_stated:
             return self.choice.scores, self.choice.fitted
         return self.before, self.calibrated

@@ -1,4 +1,5 @@
-"""A study that starts from a diagnosis: rigs that its recording leaves possible, as a factor that nobody chooses."""
+"""A study that starts from a diagnosis: rigs that the recording leaves possible are the levels of a factor that nobody
+chooses."""
 
 import os
 import re
@@ -15,26 +16,26 @@ from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.study.spec import load_study
 
 LEARNT = "learnt"
-"""Name of the factor."""
+"""Name of the factor that is added."""
 
 
 def learnt_study(
     diagnosis: str | Path, study: str | Path, into: str | Path, count: int = Settings.learnt_rigs, seed: int = 0
 ) -> str:
-    """The text of a study file with the factor `learnt`: `count` rigs that a diagnosis leaves possible.
+    """The text of a study file with the factor `learnt` added: `count` rigs that a diagnosis leaves possible.
 
-    Each is a level that sets the constants and effects of one draw (a model by its probability, then its parameters,
-    which go together as the recording ties them), so that the study tells what the uncertainty of the diagnosis does
-    to its metrics, as it does of tolerances.  The factor stands before all others, which may change the design.
+    Each level sets the constants and effects of one draw: a model by its probability, then its parameters with their
+    correlations.  The study then tells what the uncertainty of the diagnosis does to its metrics, as it does of
+    tolerances. The factor stands before all others, which may change the design.
 
     Parameters
     ----------
-    into : the file that the text is for; its folder is the one that the path of the manipulator starts from.
+    into : path of the file that the text is for; the path of the manipulator is written relative to its folder.
 
     Raises
     ------
     SpecError
-        With what is wrong with a file, or if the study searches, or has a factor `learnt` already.
+        If a file is wrong, or if the study is a search or has a factor `learnt` already.
     """
     spec, path = load_study(study), Path(study)
     if spec.search is not None:
@@ -62,7 +63,13 @@ def learnt_study(
 
 
 def _checked(text: str, path: Path) -> str:
-    """The text, if it still is TOML: a study may be written in ways that nothing can be put into."""
+    """The text, if it still is TOML after the addition; a study may be written in ways to which nothing can be added.
+
+    Raises
+    ------
+    SpecError
+        If it is none; `path` names the study.
+    """
     try:
         tomllib.loads(text)
     except tomllib.TOMLDecodeError:
@@ -78,7 +85,8 @@ def _plain(manipulator: Manipulator) -> dict[str, Any]:
 
 
 def _changes(before: Any, after: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Paths, as factors have them, at which plain manipulators of the same parts differ, with what is there after."""
+    """Paths, as factors of a study have them, at which two plain manipulators with the same parts differ, each with the
+    value `after`."""
     if before == after:
         return
     if isinstance(after, dict) and isinstance(before, dict) and before.keys() == after.keys():

@@ -1,4 +1,4 @@
-"""Where the model misses, and on what that depends."""
+"""Where a model misses the readings, and what the mismatch depends on."""
 
 import numpy as np
 
@@ -19,11 +19,15 @@ GOES_WITH = {
     "sequence": "the sequence",
     "frame": "where the camera stands",
 }
-"""What a mismatch may go with."""
+"""Quantities that a mismatch may depend on, in words."""
 
 
 def mismatch_of(investigation: Investigation) -> Mismatch:
-    """Where and on what: of what calibration leaves, or of what the best model leaves where that is structured."""
+    """Where the mismatch sits and what it depends on: what calibration leaves, or what the chosen model leaves where
+    that is structured beyond the stated accuracy.
+
+    Laws of missing moments count whose score is near the largest one.
+    """
     scores, fitted = investigation.unmet
     settings = fitted.model.settings
     strong = [
@@ -61,13 +65,15 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
 
 
 def _place_in_words(place: str) -> str:
+    """The place of a law as part of a sentence, such as `at plate 4` or `over the whole arm`."""
     if place.startswith("sequence "):
         return f"in sequence {few([place.removeprefix('sequence ')])}"
     return f"{'over' if place == WHOLE else 'at'} {place}"
 
 
 def loud_sequences(recording: Recording, residual: np.ndarray, sd: float) -> tuple[str, ...]:
-    """Sequences whose mean squared residual is so many `sd` above 1, what independent residuals (r,) have."""
+    """Names of the sequences whose mean squared residual exceeds 1 by more than `sd` standard deviations of the mean
+    square of independent standard normal residuals (r,)."""
     of_reading = recording.of_sequence[recording.readings.step]
     rows = np.bincount(of_reading, minlength=len(recording.sequences))
     squared = np.array([np.mean(residual[of_reading == k] ** 2) for k in range(len(rows))])

@@ -1,4 +1,4 @@
-"""Everything that is found out of an effect that the diagnosis names."""
+"""All that is found out about an effect that the diagnosis names: intervals, places, rivals, and what it gains."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,21 +25,33 @@ class Named:
 
     hypothesis: Hypothesis
     parameters: Mapping[str, Estimate]
+    """The fitted parameters by name, in SI units."""
     places: Mapping[str, tuple[Any, tuple[Any, ...]]]
-    """Where: the best place, and all that cannot be told from it."""
+    """For each part of the place, the best value and all values that cannot be told from it, itself included."""
     statement: str
+    """What the effect means, in words."""
     rivals: tuple[Rival, ...]
-    """Effects of another kind that cannot be told apart."""
+    """Effects that cannot be told from this one, but for the same effect at one of the `places`."""
     delta_bic: float
-    """Negative: better with the effect than without."""
+    """Bayesian information criterion with the effect less that without; negative: better with it.  NaN if there is no
+    fit without."""
     heldout_gain: float | None
-    """Share of the excess squared error on held-out sequences that this effect removes."""
+    """Share of the excess squared error on held-out sequences that the effect removes; None where nothing is held out
+    or there is no fit without the effect."""
     partial: bool
+    """Whether the effect helps without the model explaining all."""
     profiles: Mapping[str, Profile]
+    """Profiles of the parameters that have one, by name."""
 
 
 def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | None, *, partial: bool) -> Named:
-    """All about the chosen effect `number`; `fresh` are the sequences set aside, if any were."""
+    """The effect at `number`, from 0, of the chosen model, with its intervals, rivals and gains.
+
+    Parameters
+    ----------
+    fresh : the sequences set aside, if any were; where the chosen model predicts them, rivals have to do so too.
+    partial : whether the model leaves something unexplained; then there are no intervals.
+    """
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
     near = [rival for rival in rivals(choice, number, search) if rival.indistinguishable]
@@ -67,13 +79,14 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
 
 
 def _same_but_place(first: Hypothesis, second: Hypothesis) -> bool:
-    """Whether two hypotheses are the same effect at two places."""
+    """Whether two hypotheses are on the same kind of effect with the same law, at places of the same sort."""
     a, b = dict(first.place), dict(second.place)
     return first.kind == second.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
 
 
 def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """The place of a hypothesis and, sorted, those of the same effect `elsewhere`; a law is no place."""
+    """For each part of a hypothesis' place but its law, the value, and, sorted, all values that it has here and
+    `elsewhere`."""
     places = {}
     for key, value in hypothesis.place:
         if key != "law":
@@ -83,10 +96,11 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
 
 
 def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
-    """The parameters of the chosen effect `number` and, where it is `sure` enough for intervals, their profiles.
+    """Estimates of the parameters of the effect at `number` of the chosen model, and their profiles.
 
-    Intervals hold what the other surviving models with that effect say of it.  Where a prediction is slow those of the
-    chosen model are linearised, without profiles, unless chi-square at their ends shows that this is wrong.
+    Without intervals unless the explanation is `sure`.  Intervals are widened to what the other surviving models with
+    that effect say of it.  Where a prediction is slow, the interval of the chosen model is linearised, without a
+    profile, unless chi-square at its ends shows that this is wrong.
     """
     fitted = choice.fitted
     model, hypothesis = fitted.model, fitted.model.hypotheses[number]
@@ -108,8 +122,8 @@ def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Es
 
 
 def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...]:
-    """The load programs that tell apart best every named effect from each of the rivals that fit best, at most
-    `Settings.most_rivals`, and what is chosen from the sets of effects that could stand in its place."""
+    """The load programs that best tell the chosen model from its rivals: every named effect from each of its rivals
+    that fit best, at most `Settings.most_rivals`, then the chosen set of effects from each other surviving set."""
     out: list[Separation] = []
     for effect in named:
         near = effect.rivals[: choice.fitted.model.settings.most_rivals]
@@ -120,7 +134,11 @@ def separations(choice: Choice, named: Sequence[Named]) -> tuple[Separation, ...
 
 
 def _separations_of_sets(choice: Choice, named: Sequence[Named]) -> Iterator[Separation]:
-    """The same of sets of effects that survive beside the chosen one and are not that with a rival in it."""
+    """The load programs that best tell the chosen set of effects from each set that could stand in its place.
+
+    Sets of kinds count that survive without a chosen kind, unless such a set is the chosen one with a single rival in
+    it; at most `Settings.most_rivals`.
+    """
     chosen, most = frozenset(choice.fitted.model.hypotheses), choice.fitted.model.settings.most_rivals
     exchanged = {
         choice.kinds - {effect.hypothesis.kind} | {rival.hypothesis.kind} for effect in named for rival in effect.rivals
@@ -133,12 +151,13 @@ def _separations_of_sets(choice: Choice, named: Sequence[Named]) -> Iterator[Sep
 
 
 def _together(effects: frozenset[Hypothesis]) -> str:
-    """Names of effects that stand together, or that there are none."""
+    """Names of effects that stand together, joined by "with"; `constants alone` where there are none."""
     return " with ".join(sorted(hypothesis.name for hypothesis in effects)) or "constants alone"
 
 
 def surviving(choice: Choice, fresh: Unseen | None) -> tuple[SurvivingModel, ...]:
-    """The models that the recording leaves standing, most probable first."""
+    """The surviving models, most probable first, at most `Settings.most_models`; their held-out scores are None where
+    nothing was set aside (`fresh` is None)."""
     return tuple(
         SurvivingModel(
             survivor.probability,

@@ -1,4 +1,5 @@
-"""How well models fit a recording, and what was found of constants, noise and tolerances: numbers made once."""
+"""Numbers of a diagnosis as plain data: how well models fit the recording, and the constants, noise and tolerances that
+were found."""
 
 from typing import NamedTuple
 
@@ -11,22 +12,24 @@ class FittedModel(NamedTuple):
 
     constants: Constants
     effects: tuple[Effect, ...]
-    """Beside those of the nominal manipulator."""
+    """Effects beside those of the nominal manipulator."""
 
 
 class ChiSquare(NamedTuple):
-    """Squared whitened residuals of the fitted sequences, priors included."""
+    """Chi-square of models on the fitted sequences: squared whitened residuals, those of priors included but for
+    `nominal`."""
 
     nominal: float | None
-    """Per degree of freedom, of the nominal constants in the calibrated frame; None where they have no equilibrium."""
+    """Per reading, of the nominal constants in the calibrated frame, without priors; None where some step has no
+    equilibrium."""
     calibrated: float
-    """Per degree of freedom."""
+    """Per degree of freedom, of refitted constants alone."""
     explained: float
-    """Per degree of freedom."""
+    """Per degree of freedom, of the chosen model."""
     total: float
-    """Of the explanation, their plain sum."""
+    """Plain sum, of the chosen model."""
     threshold: float
-    """What the sum exceeds only by chance if the explanation is right."""
+    """Limit that `total` exceeds only by chance if the chosen model is right."""
 
 
 class NoiseFound(NamedTuple):
@@ -35,57 +38,64 @@ class NoiseFound(NamedTuple):
     scale: float
     """Factor on the stated standard deviations of the readings."""
     scale_low: float
-    """Ends of its 95 % interval."""
+    """Ends of the 95 % interval of `scale`."""
     scale_high: float
     common: float
-    """Share of the variance that disks of a photograph have in common."""
+    """Share of the variance of the readings that disks of a photograph have in common."""
     reach: float
-    """Disks over which they do; 1000: the whole photograph."""
+    """Disks over which that share is common, correlated as exp(-distance / reach); 1000: the whole photograph."""
     tension_scale: float
     """Factor on the stated scatter of the tensions; 1 where none is stated."""
     tension_scale_low: float
-    """Ends of its 95 % interval."""
+    """Ends of the 95 % interval of `tension_scale`."""
     tension_scale_high: float
     lasting: float
-    """Share of the variance of the tensions that lasts through a sequence, as what was pulled again tells."""
+    """Share of the variance of the tensions that lasts through a sequence, from sequences that repeat one another."""
     serial: float
-    """Share of the variance that readings of a disk have in common along a sequence, likewise."""
+    """Share of the variance that readings of a disk have in common along a sequence, from sequences that repeat one
+    another."""
     span: float
-    """Steps over which they do."""
+    """Steps over which that share is common, correlated as exp(-distance / span)."""
 
 
 class SurvivingModel(NamedTuple):
-    """A set of effects that the recording leaves standing."""
+    """A set of effects that the recording does not rule out."""
 
     probability: float
+    """Posterior probability among all surviving models."""
     effects: tuple[str, ...]
-    """By name."""
+    """Names of the effects, each its kind and place."""
     reduced_chi2: float
+    """Chi-square per degree of freedom on the fitted sequences."""
     heldout_log_score: float | None
-    """Mean log density of the whitened readings set aside, up to a constant; None where there are none."""
+    """Mean log density of the whitened held-out readings, up to a constant; None where none are held out or a step has
+    no equilibrium."""
 
 
 class ToleranceFound(NamedTuple):
-    """How far the rig probably is off its drawing somewhere."""
+    """The probable deviation of one part of the rig from its drawing."""
 
     name: str
+    """Name of the tolerance, such as `segment.1.length_m`."""
     value: float
+    """The deviation, in the unit of the name, or relative."""
     low: float
-    """Ends of its 95 % interval."""
+    """Ends of the 95 % interval of `value`."""
     high: float
     prior_sd: float
+    """Standard deviation before the recording."""
 
     def beyond(self, sd: float) -> bool:
-        """Whether it is more than `sd` prior standard deviations off, either way."""
+        """Whether the deviation is more than `sd` prior standard deviations, either way."""
         return abs(self.value) > sd * self.prior_sd
 
 
 class LargestScore(NamedTuple):
-    """The maximum of a score test."""
+    """The largest z of a score test."""
 
     z: float
     threshold: float
-    """What it exceeds only by chance if nothing is left."""
+    """Limit that `z` exceeds only by chance if nothing is left."""
 
 
 class CalibratedConstant(NamedTuple):
@@ -93,16 +103,17 @@ class CalibratedConstant(NamedTuple):
 
     nominal: float
     calibrated: float
-    """Refitted alone."""
+    """Refitted without effects."""
     explained: float
     """Refitted with the effects that are named."""
     low: float
-    """95 % interval of `explained`; NaN where none is deserved."""
+    """Ends of the 95 % interval of `explained`; NaN where the fit does not deserve one."""
     high: float
 
 
 class CameraFrame(NamedTuple):
-    """Where the camera stood: measured positions are turned and shifted against the manipulator's by this much."""
+    """The pose of the camera: by how much measured positions are turned and shifted against those of the
+    manipulator."""
 
     rotation_rad: float
     x_m: float

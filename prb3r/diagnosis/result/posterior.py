@@ -1,7 +1,7 @@
 """What a diagnosis knows of a manipulator and how surely: the surviving models, their parameters and covariances.
 
-It stands in `diagnosis.json`, and parameters can be drawn from it without the recording.  The camera's frame is left
-out, as it belongs to the set-up: of a normal distribution that is the marginal of all else.
+It stands in `diagnosis.json`, and parameters can be drawn from it without the recording.  The frame of the camera is
+left out, as it belongs to the set-up; for a normal distribution this leaves the marginal distribution of all else.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,17 +24,18 @@ from prb3r.model.manipulator import Manipulator, Strict
 from prb3r.recording.recording import Tolerance
 
 FILE_NAMES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
-"""What the constants of the manipulator are called in files."""
+"""Names in files of the constants of the manipulator."""
 
 
 class Drawn(NamedTuple):
-    """Constants and effects of a rig that the recording leaves possible."""
+    """Constants and effects of one rig that the recording leaves possible."""
 
     constants: Constants
     """Without the frame of the camera, which no other recording shares."""
     effects: tuple[Effect, ...]
+    """Effects beside those of the nominal manipulator."""
     parts: Mapping[str, float] = {}
-    """How far the parts of the recorded rig are off, by the name of a tolerance."""
+    """Deviations of the recorded rig's parts, by the name of the tolerance and in its unit."""
 
 
 class FreeParameter(Strict):
@@ -53,7 +54,7 @@ class FreeParameter(Strict):
 
     @property
     def free(self) -> Free:
-        """The parameter as a fit has it, with its scale and bounds, by its name without the effect."""
+        """The parameter as a fit has it, with its scale and bounds, named without its effect."""
         name = self.name.rpartition(".")[2]
         return Free(name, self.null, self.low, self.high, self.scale, self.log, self.above)
 
@@ -76,7 +77,7 @@ class ModelPosterior(Strict):
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """The effects as hypotheses, in their order: what was fitted is free, all other fields are the place."""
+        """The effects as hypotheses, in their order: fitted parameters are free, all other fields are the place."""
         out = []
         for number, effect in enumerate(self.effects, 1):
             free = tuple(part.free for part in self.free if part.name.startswith(f"effect.{number}."))
@@ -87,12 +88,15 @@ class ModelPosterior(Strict):
 
     @property
     def best(self) -> np.ndarray:
-        """(f,) the fitted `u` of each of `free`."""
+        """(f,) the fitted `u` of each parameter in `free`."""
         return np.array([part.u for part in self.free])
 
     def within(self, u: np.ndarray, nominal: Manipulator) -> np.ndarray:
-        """(f,) the parameters `u` of which those beyond a bound are held there, and all others where the distribution
-        has them then: what the recording tells of them together, it tells of a draw at a bound too."""
+        """(f,) the drawn parameters `u` brought within their bounds.
+
+        Those beyond a bound are held there, and the others are moved to where the normal distribution has them then:
+        the correlations that the recording tells hold for a draw at a bound too.
+        """
         friction, covariance = self._friction(self.best, nominal), np.array(self.covariance)
         low, high = np.array([part.free.bounds(friction) for part in self.free]).T
         drawn, clipped, held = u, np.clip(u, low, high), np.zeros(len(u), bool)
@@ -104,29 +108,35 @@ class ModelPosterior(Strict):
         return u
 
     def _friction(self, u: np.ndarray, nominal: Manipulator) -> float:
-        """Coefficient of all holes that no effect singles out, for the parameters `u` (f,)."""
+        """Friction coefficient of all holes that no effect singles out, for the parameters `u` (f,)."""
         constants = self._constants(u)
         return friction_beside(nominal, float(np.exp(constants.log_friction)), self._shares(u))
 
     def _constants(self, u: np.ndarray) -> Constants:
+        """The constants of the manipulator, without a frame, for the parameters `u` (f,)."""
         names = {file_name: name for name, file_name in FILE_NAMES.items()}
         pairs = [(part, size) for part, size in zip(self.free, u, strict=True) if part.name in names]
         return Constants(**{names[part.name]: float(np.log(part.free.value(size) / part.null)) for part, size in pairs})
 
     def _shares(self, u: np.ndarray) -> list[tuple[Hypothesis, np.ndarray]]:
-        """Every effect with its part of `u` (f,), behind those of the constants."""
+        """Every hypothesis with its part of the parameters `u` (f,), which stand behind those of the constants."""
         first = len(self.free) - sum(len(hypothesis.free) for hypothesis in self.hypotheses)
         ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
         return list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
 
     def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:
-        """Constants and effects for the parameters `u` (f,), each within its bounds."""
+        """Constants and effects for the parameters `u` (f,), each cut off at its bounds, and the parts of the recorded
+        rig as they are to be expected then."""
         friction = self._friction(u, nominal)
         effects = tuple(hypothesis.effect(share, friction) for hypothesis, share in self._shares(u))
         return Drawn(self._constants(u), effects, self.parts.at(u - self.best) if self.parts else {})
 
     def draw(self, rng: np.random.Generator, nominal: Manipulator, workshop: np.random.Generator) -> Drawn:
-        """Constants and effects at random, as the recording leaves them; its parts by chance of their own."""
+        """Random constants and effects from the posterior of this model, and random parts of the recorded rig.
+
+        `rng` draws the parameters, `workshop` the parts, so that the parameters do not depend on whether parts are
+        drawn.
+        """
         u = self.best
         if self.free:
             u = self.within(rng.multivariate_normal(u, np.array(self.covariance), method="eigh"), nominal)
@@ -150,17 +160,18 @@ class Posterior(Strict):
 
     @property
     def named(self) -> Drawn:
-        """Best constants and effects of the model that the diagnosis names."""
+        """Best constants and effects of the model that the diagnosis names; of the most probable one if none is
+        marked."""
         chosen = next((model for model in self.models if model.named), self.models[0])
         return chosen.at(chosen.best, self.manipulator)
 
     @property
     def centres(self) -> list[tuple[float, Drawn]]:
-        """Of every model its probability, and its best constants and effects."""
+        """For every model its probability, and its best constants and effects."""
         return [(model.probability, model.at(model.best, self.manipulator)) for model in self.models]
 
     def draws(self, count: int, seed: int) -> list[Drawn]:
-        """So many draws: a model by its probability, then its parameters."""
+        """`count` random rigs: for each a model by its probability, then the parameters of that model."""
         rng, workshop = np.random.default_rng(seed), np.random.default_rng([seed, 2])
         shares = np.array([model.probability for model in self.models])
         chosen = rng.choice(len(self.models), count, p=shares / shares.sum())
@@ -168,7 +179,11 @@ class Posterior(Strict):
 
 
 def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
-    """The mean of arrays by their weights, of those that have a number at a place; NaN where none has."""
+    """The mean of arrays by their weights, at each place over those arrays that have a number there; NaN where none
+    has.
+
+    `parts`: pairs of weight and array, all arrays of one shape.
+    """
     weights, values = np.array([weight for weight, _ in parts]), np.stack([value for _, value in parts])
     weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)
     with np.errstate(invalid="ignore"):
@@ -176,7 +191,7 @@ def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
 
 
 def posterior_of(choice: Choice) -> Posterior:
-    """What the surviving models of a choice say."""
+    """The posterior of the surviving models of a choice."""
     recording = choice.fitted.model.predict.recording
     models = [
         _model_posterior(survivor, choice.doubts, named=survivor.fitted is choice.fitted)
@@ -187,12 +202,13 @@ def posterior_of(choice: Choice) -> Posterior:
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
-    """A calibrated constant as a free parameter; `ends` of the logarithm of its factor."""
+    """A calibrated constant as a free parameter; `ends` are the bounds of the logarithm of its factor on `nominal`."""
     low, high = (nominal * np.exp(ends)).tolist()
     return Free(name, nominal, low, high, log=True)
 
 
 def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
+    """The posterior of one surviving model, the frame of the camera left out."""
     fitted = survivor.fitted
     model, nominal = fitted.model, fitted.model.predict.recording.manipulator
     values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}

@@ -1,4 +1,4 @@
-"""A diagnosis as plain content: what goes into `diagnosis.json`, and a few lines for people."""
+"""A diagnosis as plain content: the content of `diagnosis.json`, and the closing lines for people."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -17,20 +17,21 @@ from prb3r.markdown import few
 SCHEMA = 2
 """Version of the layout of `diagnosis.json`, for programs that read it."""
 MENDED = "mended"
-"""Folder beside the report for the recording without the blunders of its set-up."""
+"""Name of the folder, beside the report, of the recording without the blunders of its set-up."""
 
 
 class ProposedExperiment(NamedTuple):
-    """A load program that is proposed, and which explanations it tells apart."""
+    """A load program that is proposed, with the pairs of explanations that it tells apart."""
 
     experiment: Experiment
     separates: tuple[tuple[str, str], ...]
+    """Names of the two explanations of each pair."""
     separation: float
-    """Squared whitened distance of the pair that it separates least."""
+    """Squared whitened distance of the pair that the program separates least."""
 
     @property
     def statement(self) -> str:
-        """What to do and what that brings, in a sentence."""
+        """The load program and how well it tells the explanations apart, in words."""
         rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
         title = self.experiment.title[0].upper() + self.experiment.title[1:]
         distance = f"a squared distance of {self.separation:.3g} in units of the noise"
@@ -46,9 +47,10 @@ class ProposedExperiment(NamedTuple):
 
 
 def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:
-    """The load programs of `experiments` by their titles, each once with all pairs that it is proposed for.
+    """The load programs of `experiments`, each title once, with all pairs that the program is proposed for.
 
-    In the order in which they come first; the separation of each is that of the pair that it separates least.
+    They stand in the order in which they come first; the separation of each is that of the pair that it separates
+    least.
     """
     by_title: dict[str, list[Separation]] = {}
     for pair in experiments:
@@ -64,7 +66,7 @@ def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:
 
 
 def summary_lines(diagnosis: Diagnosis) -> list[str]:
-    """A few lines: the verdict, what is named, how much better the sequences set aside are predicted."""
+    """The closing lines: verdict, named effects, constants, alternatives, errors on sequences set aside, and notes."""
     fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
     if diagnosis.effects:
         fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
@@ -95,7 +97,8 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _constants_line(diagnosis: Diagnosis) -> list[str]:
-    """Young's modulus and friction as they came out, where the manipulator has them."""
+    """A line on Young's modulus and the friction coefficient in the explained model, those that the manipulator has; no
+    line where it has none."""
     said = []
     for name, constant in diagnosis.constants.items():
         if constant.nominal and constant.explained:
@@ -106,7 +109,7 @@ def _constants_line(diagnosis: Diagnosis) -> list[str]:
 
 
 def setup_sentences(diagnosis: Diagnosis) -> list[str]:
-    """What blunders of the set-up there are and where they are mended; none mostly."""
+    """The blunders of the set-up, and where the mended recording is, in sentences; empty without blunders."""
     if not diagnosis.setup:
         return []
     last = diagnosis.setup[-1]
@@ -115,7 +118,7 @@ def setup_sentences(diagnosis: Diagnosis) -> list[str]:
 
 
 def mended_file(blunder: Blunder) -> str:
-    """Where a mended file stands beside the report."""
+    """Path of the mended file of a blunder, relative to the folder of the report."""
     return f"{MENDED}/{blunder.file}.{'toml' if blunder.file == 'manipulator' else 'csv'}"
 
 
@@ -125,12 +128,13 @@ def rival_names(effect: NamedEffect) -> list[str]:
 
 
 def _with_values(rival: RivalEffect) -> str:
-    """A rival and the values it would have to have, in SI."""
+    """A rival by name, with the fitted values that it would have to have, in SI units."""
     return ", ".join([rival.name, *(f"{name} {value:.3g}" for name, value in rival.parameters.items())])
 
 
 def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float]]]:
-    """Factor and unit they are shown in, then errors calibrated and explained, and the noise; m or rad."""
+    """For positions and for angles, as far as they were held out: the factor and unit in which they are shown, then the
+    error of the calibrated and of the explained model, and the noise, m or rad."""
     for factor, unit, errors in (
         (1e3, "mm", (held.rmse_calibrated_m, held.rmse_explained_m, held.noise_m)),
         (180 / np.pi, "degrees", (held.rmse_calibrated_rad, held.rmse_explained_rad, held.noise_rad)),
@@ -141,7 +145,7 @@ def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The diagnosis as plain numbers, texts, lists and mappings; what is not known is None."""
+    """The content of `diagnosis.json`: plain numbers, texts, lists and mappings; None for what is not known."""
     mismatch, held, chi2 = diagnosis.mismatch, diagnosis.heldout, diagnosis.chi2
     record = {
         "schema": SCHEMA,
@@ -199,6 +203,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _effect(effect: NamedEffect) -> dict[str, Any]:
+    """A named effect as `diagnosis.json` holds it."""
     parameters: dict[str, Any] = {
         key: {"value": value, "set": effect.among.get(key, (value,))} for key, value in effect.place.items()
     }
@@ -218,7 +223,7 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
 
 
 def _closure(law: FittedLaw | None) -> dict[str, Any] | None:
-    """The fitted empirical law of an unexplained diagnosis."""
+    """The empirical law as `diagnosis.json` holds it; None without one."""
     if law is None:
         return None
     return {
@@ -230,7 +235,7 @@ def _closure(law: FittedLaw | None) -> dict[str, Any] | None:
 
 
 def _plain(value: Any) -> Any:
-    """Numbers of numpy as Python's, tuples as lists, nan and inf as None."""
+    """The value with numbers of numpy as Python's, tuples as lists, and nan and inf as None."""
     if isinstance(value, Mapping):
         return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,7 @@
-"""What a diagnosis remarks on of its explanation: of sets of effects, and of what was set aside."""
+"""Remarks of a diagnosis on its explanation: on the sets of effects that were found, and on the sequences set aside.
+
+Each function returns sentences, and none where there is nothing to remark.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,11 +21,11 @@ from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
 
 DISSIPATING = "hysteretic_plate", "flag_hysteresis"
-"""Kinds of effects by which plates give back less than they took."""
+"""Kinds of effects by which plates dissipate as they are bent and let go."""
 
 
 def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
-    """The sequences set aside that the explanation does not predict."""
+    """Sequences set aside that the explanation does not predict, a sentence each."""
     remarks = []
     for sequence in failed:
         beyond = f"its errors are {sequence.error_sd:.2g} times what noise, tensions and the fit together allow"
@@ -35,7 +38,8 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
 
 
 def refuted_sets(choice: Choice, refuted: Sequence[Survivor]) -> list[str]:
-    """Sets of effects that explain what was fitted as well as what is chosen, and do not predict what was set aside."""
+    """Sets of effects that explain the fitted sequences as the chosen set does, but do not predict those set aside, a
+    sentence each."""
     counts = [survivor for survivor in refuted if survivor.probability >= choice.fitted.model.settings.alike_rate]
     sets = {tuple(sorted(effect.name for effect in survivor.effects)) for survivor in counts}
     return [
@@ -46,7 +50,8 @@ def refuted_sets(choice: Choice, refuted: Sequence[Survivor]) -> list[str]:
 
 
 def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
-    """That what was set aside chose between models, and confirms nothing, where the `first` choice was another."""
+    """A remark that the sequences set aside chose between models, and so confirm nothing, where the `chosen` fit is not
+    the `first` choice."""
     if fresh is None or chosen is first:
         return []
     before, after = ({effect.name for effect in fitted.model.hypotheses} for fitted in (first, chosen))
@@ -58,12 +63,13 @@ def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
 
 
 def what_it_takes(choice: Choice, with_them: Choice | None, failed: Sequence[str]) -> str:
-    """What explains sequences that were set aside and are not predicted, once they are fitted too.
+    """A sentence on the effects that explain the unpredicted sequences set aside, once these are fitted too.
 
     Parameters
     ----------
-    choice : of the other sequences.
-    with_them : of all; None where no constants bring all into balance.
+    choice : from the fitted sequences alone.
+    with_them : from all sequences; None where no constants bring all of them into balance.
+    failed : names of the sequences that are not predicted.
     """
     asked = f"what it would take to predict {' and '.join(failed)}"
     if with_them is None or with_them.structured or not with_them.fitted.balanced:
@@ -80,7 +86,8 @@ def what_it_takes(choice: Choice, with_them: Choice | None, failed: Sequence[str
 
 
 def found_before(assumed: Assumed, choice: Choice) -> list[str]:
-    """What was assumed and cannot be looked for, and what was not found again; nothing where nothing was assumed."""
+    """Effects that were assumed but cannot be looked for here, and those that were not found again, each with the
+    reason."""
     remarks = [f"assumed, but not looked for: {reason}" for reason in assumed.unknown]
     for hypothesis, sizes in assumed.values.items():
         if hypothesis not in choice.fitted.model.hypotheses:
@@ -97,8 +104,8 @@ def found_before(assumed: Assumed, choice: Choice) -> list[str]:
 
 
 def _another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float]) -> str:
-    """The parameter of an effect that is farthest from what it was before, in words; empty if none is by
-    `Settings.strained_sd`."""
+    """The parameter of an effect that is farthest, in standard deviations, from its earlier value in `sizes`, in words;
+    empty if none is off by `Settings.strained_sd`."""
     model, number = fitted.model, fitted.model.hypotheses.index(hypothesis)
     friction, sd = model.friction(fitted.p), np.sqrt(np.diag(fitted.covariance))[model.spans[number]]
     found = fitted.p[model.spans[number]]
@@ -112,7 +119,8 @@ def _another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float
 
 
 def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
-    """That plates which soften may as well dissipate, where no sequence unloads and could tell; nothing elsewhere."""
+    """A remark that plates which soften may as well dissipate, where the `library` holds no effect that dissipates, as
+    no sequence unloads."""
     suspected = any(hypothesis.kind in DISSIPATING for hypothesis in library)
     softening = [effect.kind for effect in choice.fitted.effects if _softens(effect)]
     if suspected or not softening:
@@ -124,14 +132,14 @@ def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:
 
 
 def _softens(effect: Effect) -> bool:
-    """Whether plates soften under an effect that follows no history: beyond a knee, or on a plateau."""
+    """Whether plates soften under the effect, beyond a knee or on a plateau, without dissipation."""
     if isinstance(effect, NonlinearPlate):
         return effect.ratio is not None and effect.ratio < 1
     return isinstance(effect, SuperelasticPlate)
 
 
 def as_many_as_sought(choice: Choice) -> list[str]:
-    """That the search ended at its largest number of effects, if the most probable model has so many."""
+    """A remark that the most probable model has as many effects as the search allows."""
     count, most = len(choice.survivors[0].effects), choice.fitted.model.settings.most_effects
     if count < most:
         return []
@@ -140,8 +148,8 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 
 
 def likely_too(choice: Choice) -> list[str]:
-    """Kinds of effects that are likelier there than not, though what is named does without them: beside that, or in
-    the place of some of it."""
+    """Kinds of effects that are more likely there than not but are not named, a sentence each: beside the named
+    effects, or in the place of those that the models with that kind mostly lack."""
     remarks = []
     for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
         having = [survivor for survivor in choice.survivors if kind in survivor.kinds]
@@ -156,7 +164,7 @@ def likely_too(choice: Choice) -> list[str]:
 
 
 def or_a_blunder(blunder: Blunder | None) -> list[str]:
-    """The blunder of the set-up that is a rival of what is named, if there is one."""
+    """A remark on a blunder of the set-up that is a rival of the named effects, if there is one."""
     if blunder is None:
         return []
     looks = blunder.statement.removesuffix(".").removeprefix("It looks")
@@ -167,7 +175,7 @@ def or_a_blunder(blunder: Blunder | None) -> list[str]:
 
 
 def against_the_best(checks: Sequence[ModelCheck], settings: Settings) -> list[str]:
-    """The checks that speak against the best model, with their chances."""
+    """The checks whose chance is too small for the best model to be right, with these chances."""
     rare = [
         f"{check.name} ({'below 0.0001' if check.p < 1e-4 else f'{check.p:.1g}'})"
         for check in checks

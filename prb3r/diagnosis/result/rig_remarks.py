@@ -1,4 +1,7 @@
-"""What a diagnosis remarks on of the rig and its readings: noise, parts, constants, weights that were not believed."""
+"""Remarks of a diagnosis on the rig and its readings: noise, parts, constants, and weights that were not believed.
+
+Each function returns sentences, and none where there is nothing to remark.
+"""
 
 from collections.abc import Sequence
 
@@ -16,7 +19,7 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 PARTS_NAMED = 3
-"""Parts beyond their tolerance that a remark names."""
+"""Largest number of parts beyond their tolerance that a remark names."""
 
 
 CONSTANT_NAMES = {
@@ -26,10 +29,12 @@ CONSTANT_NAMES = {
     "x": "the camera's shift along x",
     "y": "the camera's shift along y",
 }
+"""Constants of a fit in words."""
 
 
 def scattered(repeated: Scatter | None) -> list[str]:
-    """How much repeated sequences scatter beside what the recording states; nothing where none repeats another."""
+    """How much repeated sequences scatter, compared with the stated noise; no remark where too few steps are
+    repeated."""
     if repeated is None:
         return []
     taken = "more than chance allows" if repeated.beyond_chance else "which chance allows"
@@ -38,7 +43,8 @@ def scattered(repeated: Scatter | None) -> list[str]:
 
 
 def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
-    """What is found of the noise where it is not as stated."""
+    """Estimates of the noise that differ from what is stated: its scales, and the shares that readings have in common
+    or that last through a sequence."""
     level, remarks = estimate.level, []
     for name, scale, disturbed in [
         ("reading noise", estimate.reading, "the readings"),
@@ -63,7 +69,7 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
 
 
 def below_stated(share: float) -> list[str]:
-    """What is left that noise would not leave, where it is less than the recording states of its accuracy."""
+    """A remark that the structure which is left lies within the stated accuracy, if its `share` of that is below 1."""
     if share >= 1.0:
         return []
     return [
@@ -73,14 +79,14 @@ def below_stated(share: float) -> list[str]:
 
 
 def without_mass(manipulator: Manipulator) -> list[str]:
-    """That gravity is not among the suspects, where the file gives no mass on which it could act."""
+    """A remark that gravity was not suspected, where the manipulator file gives the disks no mass."""
     if manipulator.disk.mass_kg > 0:
         return []
     return ["gravity was not suspected, as the manipulator file gives the disks no mass (mass_kg)"]
 
 
 def strained(fitted: Fit) -> list[str]:
-    """Constants far from what was known of them beforehand, and those at the end of what is allowed."""
+    """Constants that end on their bounds, or far from their prior in units of its standard deviation."""
     model, remarks = fitted.model, []
     for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
         text, far = CONSTANT_NAMES[name], abs(value) / sd
@@ -96,7 +102,8 @@ def strained(fitted: Fit) -> list[str]:
 
 
 def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
-    """That one marker alone seems to sit far beyond its tolerance, if constants alone are right; mostly nothing."""
+    """A remark on a single marker that would be far beyond its tolerance, and much farther than all others, if
+    constants alone were right."""
     settings = calibrated.model.settings
     told, off = tolerances_told(calibrated, doubts), dict[str, tuple[float, str, float]]()
     for name, value, prior in zip(told.names, told.value, told.prior_sd, strict=True):
@@ -117,7 +124,7 @@ def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
 
 
 def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]:
-    """The parts of the rig that are beyond their tolerance, the farthest first."""
+    """A remark on the parts of the rig that are beyond their tolerance, the farthest first."""
     far = np.abs(told.value) / told.prior_sd
     order = [k for k in np.argsort(-far).tolist() if far[k] > settings.far_tolerance_sd]
     parts = [f"{told.names[k].removesuffix(', m')} by {far[k]:.1f} times its tolerance" for k in order]
@@ -128,7 +135,7 @@ def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
-    """The weights of a recording that are not believed, a sentence each."""
+    """Weights of a recording that are not believed, a sentence each."""
     remarks = []
     for step, cable in doubted:
         row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
@@ -142,7 +149,7 @@ def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[
 
 
 def weighed(doubts: Doubts) -> list[str]:
-    """How many readings were weighed down as gross outliers, if any were."""
+    """How many readings were weighed down as gross outliers."""
     count = int((doubts.inflation > 1).sum())
     far, down = ("reading is", "it was") if count == 1 else ("readings are", "they were")
     return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []

@@ -1,4 +1,4 @@
-"""Intervals that hold what every surviving model says of a parameter, not the model alone whose effects are named."""
+"""Intervals of parameters from all surviving models, not from the model alone whose effects are named."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -14,21 +14,24 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.selection import Choice
 
 TAIL_REACH = 8.0
-"""Standard deviations beyond which nothing of a normal distribution is looked for."""
+"""Standard deviations beyond which a normal distribution counts as zero."""
 
 
 class SaidOfParameter(NamedTuple):
-    """What one model tells of a parameter: normal to either side of its best value."""
+    """The distribution of a parameter under one model: normal to either side of its best value."""
 
     probability: float
+    """Posterior probability of the model."""
     value: float
+    """Best value, in the parameter's own scale."""
     below: float
     """Standard deviation toward smaller values."""
     above: float
+    """Standard deviation toward larger values."""
 
 
 def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float:
-    """The value that a parameter stays below with the probability `share`, averaged over models."""
+    """The value below which a parameter lies with the probability `share`, averaged over models."""
     probability, value, below, above = (np.array(column) for column in zip(*told, strict=True))
     probability = probability / probability.sum()
 
@@ -43,19 +46,20 @@ def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float
 def ends_over_models(
     choice: Choice, number: int, where: Callable[[Model], int | None], ends: tuple[float, float]
 ) -> tuple[float, float]:
-    """The 95 % interval of a parameter of the chosen model, widened to hold what other surviving models say of it.
+    """The ends of the 95 % interval of a parameter of the chosen model, widened to what other surviving models say of
+    it.
 
     Parameters
     ----------
-    choice : survivors other than the chosen model count with their linearised deviations or, where these are wrong,
-        with those of the chosen one.
+    choice : its survivors other than the chosen model count with their linearised standard deviations or, where these
+        are wrong, with those of the chosen model.
     number : of the parameter in the chosen model.
-    where : its number in another model; None where that does not have it, and so says nothing of it.
+    where : gives the number of the parameter in another model; None for a model that lacks it.
     ends : of the interval that the chosen model alone gives, in the parameter's own scale.
 
     Returns
     -------
-    The ends, in the parameter's own scale, never inside those given and within the bounds.
+    The ends, in the parameter's own scale: never inside those given, and not widened beyond the bounds.
     """
     chosen = choice.fitted
     value, effects = chosen.p[number], frozenset(chosen.model.hypotheses)
@@ -79,13 +83,14 @@ def ends_over_models(
 
 
 def _deviation(fitted: Fit, number: int) -> float:
-    """Standard deviation of a parameter, linearised; NaN where the readings do not tell it."""
+    """Linearised standard deviation of a parameter; NaN where the readings do not tell it."""
     variance = fitted.covariance[number, number]
     return max(float(np.sqrt(variance)), LEAST_SD) if variance >= 0 else float("nan")
 
 
 def number_of_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], int | None]:
-    """Where a model has parameter `part` of an effect; None where it does not have the effect."""
+    """A function that returns the number, in a model, of the parameter at `part` of an effect; None for a model without
+    the effect."""
 
     def where(model: Model) -> int | None:
         if hypothesis not in model.hypotheses:
@@ -96,5 +101,5 @@ def number_of_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], int 
 
 
 def number_of_constant(name: str) -> Callable[[Model], int | None]:
-    """Where a model has a constant; None where it does not vary it."""
+    """A function that returns the number of a constant, by name, in a model; None for a model that does not vary it."""
     return lambda model: model.varied.index(name) if name in model.varied else None

@@ -1,4 +1,4 @@
-"""What a named effect means, in a sentence that a mechanical engineer can act upon."""
+"""Sentences on named effects, such that a mechanical engineer can act upon them."""
 
 from collections.abc import Mapping
 
@@ -13,9 +13,10 @@ IN_WORDS: Mapping[str, tuple[str, float, str]] = {
     "plateau_strain": ("the strain at the plateau", 100.0, " %"),
     "presliding_m": ("the presliding travel", 1e6, " micrometres"),
 }
-"""What a parameter is called, and the factor and the unit that people read it in; others by their names."""
+"""For some parameters their name in words, and the factor and the unit in which people read them; others go by their
+names, in SI units."""
 
 
 def sentence(hypothesis: Hypothesis, estimates: Mapping[str, Estimate], friction: float = 0.0) -> str:
-    """One sentence on an effect with its fitted parameters, beside a calibrated coefficient of `friction`."""
+    """The sentence on an effect with its fitted parameters; `friction` is the calibrated coefficient beside it."""
     return SUSPECTS[hypothesis.kind].sentence(Occurrence(dict(hypothesis.place), estimates, friction))

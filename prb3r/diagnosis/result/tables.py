@@ -1,4 +1,5 @@
-"""The tables of a diagnosis: every reading before and after, missing moments, shapes, what would have been seen."""
+"""The tables of a diagnosis: readings with predictions and residuals, missing moments, shapes, loads, a ranking of
+effects, and the smallest effects that would have been detected."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +19,8 @@ from prb3r.quantities import Quantity
 from prb3r.recording.recording import Kind, Readings, Recording
 
 WITHIN_BOUNDS = 0.999
-"""Share of the way to a bound up to which a detectable size lies within: one at its bound has been cut off there."""
+"""Share of the distance to a bound below which a detectable size counts as inside: a size at the bound was cut off
+there."""
 
 _EITHER = "m or rad, as kind says"
 QUANTITIES = (
@@ -44,6 +46,7 @@ QUANTITIES = (
     ),
     Quantity("shown", "", "1", "whether the effect would have been seen"),
 )
+"""Columns of the written tables, with their symbols, units and meanings."""
 
 
 def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
@@ -64,16 +67,16 @@ def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
 
 
 def _solved(recording: Recording, fitted: Fit) -> Equilibria:
-    """States of all steps of a recording, held-out sequences included."""
+    """Equilibria of all steps of a recording under a fitted model, held-out sequences included."""
     return predictor(recording).equilibria(fitted.constants, fitted.effects)
 
 
 def residual_table(
     investigation: Investigation, models: Mapping[str, Fit], states: Mapping[str, Equilibria]
 ) -> pd.DataFrame:
-    """Every reading, fitted or held out, with the predictions of `models` and what they leave.
+    """Every reading, fitted or held out, with the predictions of `models` and their whitened residuals.
 
-    `states` are those of the whole recording by model.
+    `states` are the equilibria of the whole recording by model.
     """
     whole, training, fresh = investigation.recording, investigation.training, investigation.fresh
     predict = predictor(whole)
@@ -106,7 +109,7 @@ def residual_table(
 
 
 def moment_table(investigation: Investigation) -> pd.DataFrame:
-    """The missing moment of every plate at every fitted step."""
+    """The missing moment of every plate at every fitted step, with its standard deviation, N m."""
     _, fitted = investigation.unmet
     moments, steps = missing_moments(fitted, mechanism(fitted)), investigation.training.steps
     count, plates = moments.moment.shape
@@ -123,7 +126,7 @@ def moment_table(investigation: Investigation) -> pd.DataFrame:
 
 
 def shape_table(recording: Recording, models: Mapping[str, Fit], states: Mapping[str, Equilibria]) -> pd.DataFrame:
-    """`model, sequence, step, disk, x_m, y_m, angle_rad` of all disks of all steps as the camera would see them."""
+    """`model, sequence, step, disk, x_m, y_m, angle_rad` of all disks at all steps, as the camera would see them."""
     steps, disks = len(recording.of_sequence), recording.manipulator.plates + 1
     kinds = (Kind.X, Kind.Y, Kind.ANGLE)
     kind = np.repeat(kinds, steps * disks)
@@ -148,10 +151,10 @@ def load_table(recording: Recording) -> pd.DataFrame:
 
 
 def ranking_table(investigation: Investigation) -> pd.DataFrame:
-    """The strongest place of each kind of effect by score on what calibration leaves, the highest first.
+    """The place of each kind of effect with the largest score on what calibration leaves, the largest score first.
 
-    `effect, place, z, role`, where the role is `named`, `rival` or `other`, and `winner`: the kind that a rival cannot
-    be told from, else empty.
+    `effect, place, z, role`, where the role is `named`, `rival` or `other`, and `winner`: the named kind that a rival
+    cannot be told from, else empty.
     """
     best: dict[str, tuple[float, Hypothesis]] = {}
     for z, alternative in zip(investigation.before.z, investigation.before.alternatives, strict=True):
@@ -170,9 +173,10 @@ def ranking_table(investigation: Investigation) -> pd.DataFrame:
 
 
 def detectable_table(investigation: Investigation) -> pd.DataFrame:
-    """The smallest effect of each kind that these recordings would have shown, where they would have shown it best.
+    """The smallest effect of each kind that the recording would have shown, at the place where it would have shown it
+    best.
 
-    A size beyond what a fit of the effect would allow is none: the effect would not have been seen.
+    A size beyond the bounds of a fit is left empty, as such an effect would not have been seen.
     """
     rows = []
     for smallest in detectable(investigation.choice.scores, investigation.explained.model.settings):
@@ -187,10 +191,11 @@ def detectable_table(investigation: Investigation) -> pd.DataFrame:
 
 
 def _place(hypothesis: Hypothesis) -> str:
-    """The place of a hypothesis alone: `plate 4` of `weakened_plate (plate 4)`."""
+    """The place of a hypothesis as text, without the kind: `plate 4` of `weakened_plate (plate 4)`."""
     return hypothesis.name.removeprefix(hypothesis.kind).strip(" ()")
 
 
 def _places(recording: Recording, readings: Readings) -> dict[str, np.ndarray]:
+    """Columns `sequence`, `step` and `disk` of the readings, (r,) each."""
     steps = recording.steps.iloc[readings.step]
     return {"sequence": steps["sequence"].to_numpy(str), "step": steps["step"].to_numpy(), "disk": readings.disk}

@@ -1,4 +1,4 @@
-"""The last stage: from what was fitted and tested to what is said, as plain data."""
+"""The last stage of a diagnosis: the plain result, made from all that was fitted and tested."""
 
 from collections.abc import Sequence
 
@@ -36,11 +36,12 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
 ONE_POINT = 1e-12
-"""Distance of two points of a profile, as a share of the largest or of 1, up to which rounding alone parts them."""
+"""Distance of two values in a profile up to which they differ by rounding alone, as a share of the largest value or of
+1."""
 
 
 def tell(investigation: Investigation) -> Diagnosis:
-    """All that is said of an investigated recording, without the fits that it is said from."""
+    """The plain result of an investigated recording, without its fits."""
     nominal = investigation.recording.manipulator
     calibrated, explained = investigation.calibrated, investigation.explained
     fits = {"calibrated": calibrated, "explained": explained}
@@ -92,7 +93,10 @@ def tell(investigation: Investigation) -> Diagnosis:
 
 
 def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effect]) -> Manipulator:
-    """A manipulator with calibrated constants and more effects, on the elastica plate model."""
+    """The nominal manipulator on the elastica plate model, with calibrated constants and with `effects` beside its own.
+
+    A factor on stiffness applies to Young's modulus and to stated bending stiffnesses alike.
+    """
     plain = nominal.model_dump(exclude_none=True)
     stiffer = float(np.exp(constants.log_stiffness))
     plain["model"] = "elastica"
@@ -106,7 +110,8 @@ def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effec
 
 
 def _nominal_chi2(calibrated: Fit) -> float | None:
-    """Reduced chi-square of the nominal constants in the calibrated frame; None where they have no equilibrium."""
+    """Chi-square per reading, without priors, of the nominal constants in the calibrated frame; None where some step
+    has no equilibrium."""
     model, constants = calibrated.model, calibrated.constants
     predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
     if not np.isfinite(predicted).all():
@@ -120,9 +125,10 @@ def _largest(scores: Scores) -> LargestScore:
 
 
 def _constant(nominal: float, name: str, investigation: Investigation) -> CalibratedConstant:
-    """A constant by the name of its logarithm, with a 95 % interval, linearised, where one is deserved.
+    """A constant, given its `nominal` value and the `name` of its logarithm, with a linearised 95 % interval where the
+    fit deserves one.
 
-    It holds what the other surviving models say of the constant.
+    The interval is widened to what the other surviving models say of the constant.
     """
     calibrated, explained = investigation.calibrated, investigation.explained
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
@@ -141,6 +147,7 @@ def _noise(investigation: Investigation) -> NoiseFound:
 
 
 def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
+    """Estimated tolerances with 95 % intervals."""
     ends = NORMAL_REACH * estimates.sd
     rows = zip(
         estimates.names,
@@ -154,7 +161,7 @@ def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
 
 
 def _effect(named: Named, investigation: Investigation) -> NamedEffect:
-    """A named effect as data: numbers with intervals, sentences and rivals, without its fits."""
+    """A named effect as plain data: numbers with intervals, sentences and rivals, without its fits."""
     explained, probability = investigation.explained, investigation.choice.presence.get(named.hypothesis.kind, 0.0)
     settings = explained.model.settings
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
@@ -187,7 +194,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
 
 
 def _values(rival: Rival) -> dict[str, float]:
-    """The values of the fitted parameters of a rival."""
+    """The fitted parameters of a rival by name, in SI units."""
     model, p = rival.fitted.model, rival.fitted.p
     share = model.shares(p)[model.hypotheses.index(rival.hypothesis)]
     pairs = zip(rival.hypothesis.free, share, strict=True)
@@ -195,9 +202,11 @@ def _values(rival: Rival) -> dict[str, float]:
 
 
 def profile_curve(profile: Profile, free: Free, friction: float, settings: Settings) -> ProfileCurve:
-    """A profile in the unit of its parameter, and a smooth curve through it, nearly a parabola on either side.
+    """A profile in the unit of its parameter, with a smooth curve through it.
 
-    `friction`: the fitted coefficient beside it, which the values of some parameters are told against.
+    Only points with a rise of chi-square below `Settings.shown_rise` times that at the ends of an interval are kept.
+    The signed root of the rise is interpolated, as it is nearly linear.  `friction` is the fitted coefficient, from
+    which some parameters are told.
     """
     inside = profile.rise < settings.shown_rise * INTERVAL_RISE
     u, rise = profile.u[inside], np.maximum(profile.rise[inside], 0.0)
@@ -213,6 +222,7 @@ def profile_curve(profile: Profile, free: Free, friction: float, settings: Setti
 
 
 def _closure(investigation: Investigation) -> FittedLaw | None:
+    """The empirical law of an investigation as plain data; None without one."""
     closure = investigation.closure
     if closure is None:
         return None

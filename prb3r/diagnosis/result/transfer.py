@@ -1,8 +1,9 @@
-"""What one recording teaches about another: constants and effects carried over, the frame fitted anew.
+"""Transfer of what was learnt from one recording to another recording or design: constants and effects carried over,
+with the frame of the camera fitted anew.
 
-On the same manipulator everything carries over.  Where the geometry differs only material and friction do: the factor
-on Young's modulus, the friction coefficient, and the effects whose record in the library says so.  What does not is
-named with its reason.
+On the same manipulator everything carries over.  On another geometry, the factor on Young's modulus, the friction
+coefficient, and the effects that the `transfer` of their `Suspect` carries over; the others are left behind, each with
+its reason.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,20 +33,26 @@ class Carried:
     """The prediction of another recording."""
 
     heldout: HeldOut
+    """Errors of the calibrated and of the explained model on it."""
     same_geometry: bool
+    """Whether it is of the same manipulator but for constants and names."""
     effects: tuple[Effect, ...]
+    """Effects that were carried over, as they act there."""
     left_behind: tuple[str, ...]
     """Effects that could not be carried over, each with the reason."""
 
 
 def same_geometry(first: Manipulator, other: Manipulator) -> bool:
-    """Whether two nominal manipulators are the same but for constants and names."""
+    """Whether two nominal manipulators have equal segments, cables and disks; constants and names may differ."""
     return first.segment == other.segment and first.cable == other.cable and first.disk == other.disk
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
-    """Predict another recording with what `diagnosis` found, by the mean over its surviving models; before and after,
-    as on held-out sequences."""
+    """The prediction of another recording by `diagnosis`, with its errors, as on held-out sequences.
+
+    The explained prediction is the mean over the surviving models, by their probabilities; the other one has the
+    calibrated constants alone.
+    """
     nominal, other, settings = diagnosis.nominal, recording.manipulator, Settings(**diagnosis.settings)
     most, named = settings.most_faults, diagnosis.explained
     carried, left = carried_effects(named.effects, nominal, other, most)
@@ -65,9 +72,9 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
 def carried_effects(
     effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
-    """The effects of one manipulator as they act on another, and the reason for every one that is left behind.
+    """The effects of the manipulator `here` as they act on `there`, and the reasons for those that are left behind.
 
-    `most_faults`: plates of another stiffness that are taken for faults of single parts.
+    `most_faults`: number of plates of another stiffness up to which they count as faults of single parts.
     """
     if same_geometry(here, there):
         return tuple(effects), ()
@@ -77,7 +84,11 @@ def carried_effects(
 def other_geometry(
     effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
-    """The same where the two are different rigs, whatever their files say: what belongs to one part stays behind."""
+    """The effects as of :func:`carried_effects`, but always for two different rigs, even if their files are equal:
+    faults of one part are left behind.
+
+    If more than `most_faults` plates have another stiffness, these faults are left behind together, for one reason.
+    """
     effects = tuple(effects)
     carried, left = list[Effect](), list[str]()
     scatter = plate_scatter(effects, here, most_faults)
@@ -96,7 +107,7 @@ def other_geometry(
 
 
 def supposed(effects: Iterable[Effect]) -> list[str]:
-    """What is supposed of sections, in sentences, where `effects` act on a design as if all had one shape."""
+    """A sentence on what is supposed of sections, if `effects` treat all sections of a design as of one shape."""
     if not any(isinstance(effect, NonlinearPlate) and effect.sections for effect in effects):
         return []
     return ["the law of bending acts on each section as if all had one shape, as outer_fibre_m is not stated"]
@@ -106,10 +117,11 @@ _SCATTERED = (
     "which plates are softer or stiffer, as {} of them are too many for faults of single parts; "
     "that they are all in all {:.3g} times as stiff goes with Young's modulus"
 )
+"""Why scattered stiffnesses of plates are left behind, with their number and their mean."""
 
 
 def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates, where more than `most_faults` are not as nominal; else None."""
+    """(n,) factors on the stiffness of all plates, if more than `most_faults` of them are not nominal; else None."""
     factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
     if len(factors) <= most_faults:
         return None
@@ -117,7 +129,8 @@ def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int
 
 
 def mean_stiffness(scatter: np.ndarray) -> float:
-    """The factor that all plates would have if they gave way as much as these do together: a harmonic mean."""
+    """The one factor with which all plates together would give way as much as with the factors `scatter` (n,): their
+    harmonic mean."""
     return float(1 / np.mean(1 / scatter))
 
 
@@ -128,9 +141,11 @@ def carried_constants(
     effects: Iterable[Effect] = (),
     most_faults: int = Settings.most_faults,
 ) -> Constants:
-    """Constants found `here`, beside `effects`, as factors on the nominal ones `there`; the frame not yet.
+    """Constants found on the manipulator `here`, beside `effects`, as factors on the nominal ones of `there`; the frame
+    is left at zero.
 
-    `most_faults` as of :func:`carried_effects`.
+    Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
+    factor on stiffness.  `most_faults` as of :func:`carried_effects`.
     """
     stiffness = constants.log_stiffness + np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)
     scatter = None if same_geometry(here, there) else plate_scatter(effects, here, most_faults)
@@ -143,7 +158,8 @@ def carried_constants(
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
-    """(r,) readings with these constants and effects, in the frame that fits the recording best under its prior."""
+    """(r,) predicted readings with these constants and effects, in the frame of the camera that fits the recording best
+    under its prior."""
     model = Model(predict, noise, tuple(given(effect) for effect in effects), predict.settings)
     start = np.array([getattr(constants, name) for name in model.varied])
     known = [k for k, name in enumerate(model.varied) if name not in FRAME]
@@ -152,7 +168,7 @@ def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: S
 
 
 def given(effect: Effect) -> Hypothesis:
-    """An effect whose numbers are known as a hypothesis of which nothing is free."""
+    """An effect with known numbers as a hypothesis without free parameters."""
     plain = effect.model_dump(exclude={"kind"}, exclude_none=True)
     place = {name: tuple(value) if isinstance(value, list) else value for name, value in plain.items()}
     return Hypothesis(effect.kind, tuple(place.items()))
