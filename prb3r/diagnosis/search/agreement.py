@@ -1,4 +1,4 @@
-"""What recordings agree on: every shared parameter as each tells it alone, and the evidence of sharing."""
+"""Whether recordings agree: every shared parameter as each of them tells it alone, and the Bayes factor of sharing."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,31 +15,34 @@ from prb3r.diagnosis.settings import Settings
 
 
 class Told(NamedTuple):
-    """A parameter in its own scale `u`."""
+    """Estimate of a parameter, in its own scale `u`."""
 
     u: float
     sd: float
-    """Infinite where it is not told."""
+    """Standard deviation of `u`; infinite where the readings do not tell it (`Settings.untold_share`)."""
 
 
 class Compared(NamedTuple):
-    """A shared parameter, as several recordings tell it together and each alone with the same effects."""
+    """A shared parameter: estimates from all recordings together, and from each alone with the same effects."""
 
     effect: str
-    """Name of the effect that it belongs to; empty: a constant."""
+    """Name of the effect that the parameter belongs to; empty: it is a constant."""
     name: str
     rigs: tuple[int, ...]
+    """Numbers of the rigs that share it."""
     joint: Told
+    """From the joint fit."""
     alone: tuple[Told, ...]
-    """In the order of `rigs`."""
+    """From each recording, in the order of `rigs`."""
     free: Free | None
-    """What turns `u` into a value; None: a logarithm of a factor."""
+    """Turns `u` into a value; None: a constant, whose `u` is the ln of a factor on the nominal value."""
     parted: tuple[int, ...]
-    """Rigs that have their own after all."""
+    """Rigs that have a constant of their own in the joint model, although they should share it."""
 
     @property
     def p(self) -> float:
-        """Chance of values that far apart, if they are the same."""
+        """Chance that recordings tell values this far apart if the true value is the same (chi-square test of equal
+        means); 1 where fewer than two tell it."""
         known = np.array([told for told in self.alone if np.isfinite(told.sd)])
         if len(known) < 2:
             return 1.0
@@ -48,7 +51,7 @@ class Compared(NamedTuple):
 
 
 def shared_parameters(together: Together) -> Iterator[Compared]:
-    """All shared constants, then all shared parameters of effects."""
+    """All shared constants of the chosen joint model, then all shared parameters of its effects."""
     fitted = together.fitted
     model, covariance = fitted.model, fitted.covariance
     parts = [fitted.part(k) for k in range(len(model.rigs))]
@@ -83,8 +86,11 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
 
 
 def log_bayes_factor(together: Together) -> float:
-    """ln of how much more probable the recordings are with what they share than each by itself, sets of effects that
-    were found taken for the only ones."""
+    """ln of the Bayes factor of sharing: evidence of the chosen joint model over the product of the evidences of the
+    best model of each recording by itself.
+
+    Each side counts one set of effects, as if there were no other.
+    """
     joint = whole_evidence(together.fitted, together.search.log_odds)
     apart = 0.0
     for alone, joined in zip(together.alone, together.joined, strict=True):
@@ -95,7 +101,11 @@ def log_bayes_factor(together: Together) -> float:
 
 
 def _by_itself(alone: Alone, joined: Alone) -> Iterator[Any]:
-    """Models of a recording without what the others say, under the noise that was found with them."""
+    """Fits of one recording by itself, without what the others say, under the noise found in the joint fit.
+
+    Their effects are those of the joint model, of the model chosen on this recording alone and of its survivors, each
+    set once.
+    """
     noise, settings = joined.choice.fitted.model.noise, joined.choice.fitted.model.settings
     chosen = [joined.choice.fitted, alone.choice.fitted, *(known.fitted for known in alone.choice.survivors)]
     seen = set()
@@ -109,7 +119,8 @@ def _by_itself(alone: Alone, joined: Alone) -> Iterator[Any]:
 
 
 def whole_evidence(fitted: Any, log_odds: Any) -> float:
-    """As `log_evidence`, the integral over the constants included; flat priors as wide as handbooks are wrong."""
+    """ln of the Laplace evidence of a fit or joint fit, with the integral over the constants that `log_evidence` leaves
+    out; a flat prior counts as having the spread of handbook values (`Settings.modulus_sd`, `Settings.friction_sd`)."""
     settings: Settings = fitted.model.settings
     constants = len(fitted.model.varied)
     names = [name if isinstance(name, str) else name[0] for name in fitted.model.varied]

@@ -1,8 +1,6 @@
-"""Starting from what was found before: effects of a manipulator file as hypotheses that are refitted, and a start for
-them.
+"""Starting from effects that were found before: those of a manipulator file as hypotheses, which are then refitted.
 
-A size found before is a start and no more: beside the prior of its kind it would be told twice if it came from the
-same recording.
+A size found before serves as a start, not as a prior: if it came from the same recording, the data would count twice.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,20 +24,20 @@ from prb3r.model.manipulator import Manipulator
 
 @dataclass(frozen=True)
 class Assumed:
-    """What is known of a rig beforehand."""
+    """Effects and constants of a rig that were found before."""
 
     values: Mapping[Hypothesis, Mapping[str, float]] = field(default_factory=dict)
-    """Effects that were found before, each with its sizes."""
+    """Effects that were found before, each with the values of its free parameters by name."""
     constants: Mapping[str, float] = field(default_factory=dict)
-    """`log_stiffness`, `log_friction`: logarithms of what they were over the nominal ones."""
+    """`log_stiffness` and `log_friction`: ln of the ratios of modulus and friction coefficient to the nominal ones."""
     unknown: tuple[str, ...] = ()
-    """Effects that are no hypotheses here, each with the reason."""
+    """Effects of the file that are no hypotheses of this recording, each with the reason, in words."""
 
 
 def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypothesis]) -> Assumed:
     """What a manipulator `known` before says of a rig, in terms of the `library` of its recording.
 
-    Effects that the `nominal` manipulator has as well stay as they are there.
+    Effects that the `nominal` manipulator has too are not assumed: they stay as they are there.
     """
     stated = list(nominal.effect)
     values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
@@ -62,7 +60,7 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
 
 
 def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
-    """The hypothesis of which an effect is one size; None where the library has none such."""
+    """The hypothesis of the same kind, place and free parameters as an effect; None where the library has none."""
     given = _plain(effect)
     for hypothesis in library:
         place = {name: value for name, value in given.items() if name not in {free.name for free in hypothesis.free}}
@@ -73,17 +71,20 @@ def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis |
 
 
 def _plain(effect: Effect) -> dict[str, Any]:
+    """All given fields of an effect but its kind, lists as tuples."""
     values = effect.model_dump(exclude={"kind"}, exclude_none=True)
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
 def _named(effect: Effect) -> str:
+    """Kind and place of an effect in words, without its sizes."""
     places = {name: value for name, value in _plain(effect).items() if not isinstance(value, float | tuple)}
     listed = ", ".join(f"{name} {value}" for name, value in places.items())
     return effect.kind + (f" ({listed})" if listed else "")
 
 
 def _why_unknown(effect: Effect, nominal: Manipulator) -> str:
+    """Why an effect is no hypothesis of a recording of the `nominal` manipulator, in words."""
     problems = [problem.removeprefix(f"effect {effect.kind}: ") for problem in effect.problems(nominal)]
     if problems:
         return "; ".join(problems)
@@ -95,7 +96,8 @@ def _why_unknown(effect: Effect, nominal: Manipulator) -> str:
 
 
 def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
-    """The model with all effects of `assumed`, refitted from what they were; None without any."""
+    """The calibrated model with all effects of `assumed`, fitted from their former values; None without effects, or
+    where the fit fails."""
     if not assumed.values:
         return None
     model = calibrated.model.adding(*assumed.values)
@@ -114,10 +116,10 @@ def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
 
 
 def known_states(known: Manipulator, predict: Predictor) -> Equilibria | None:
-    """States of all steps of a recording as a manipulator that was `known` before has them.
+    """Equilibria of a manipulator `known` before under the recorded loads.
 
-    By these effects have their scales, as constants alone may bend plates far otherwise.  None where it has not all
-    equilibria, or other plates or cables.
+    From these states the effects of the library take their scales: with constants alone plates may bend far otherwise.
+    None where a step has no equilibrium, or where the numbers of plates or cables differ from those of the recording.
     """
     recording, chain = predict.recording, known.chain()
     if chain.offset.shape != predict.chain.offset.shape:

@@ -1,9 +1,8 @@
-r"""Which effects stand although the best model leaves more than noise: what it leaves counts as noise then.
+r"""A coarser likelihood: which effects stand although no set of effects explains the recording.
 
-Where no set of effects explains a recording, the exact likelihood favours every effect that imitates a part of the
-rest.  The rest is taken as what it is, a misfit that repeats from step to step and from disk to disk: with the reduced
-chi-square :math:`\chi^2_r` and the correlations :math:`\rho` of neighbouring residuals along both lines, a reading
-tells as much as
+There the exact likelihood favours every effect that imitates a part of the remaining misfit.  This misfit repeats from
+step to step and from disk to disk, and counts as noise that does so: with the reduced chi-square :math:`\chi^2_r` and
+the correlations :math:`\rho` of neighbouring residuals along disks and along steps, a reading tells as much as
 
 .. math:: \eta = \frac{1}{\chi^2_r} \prod \frac{1 - \rho}{1 + \rho}
 
@@ -26,7 +25,11 @@ from prb3r.diagnosis.search.selection import Choice, simplest
 
 
 def coarsened(choice: Choice, search: Search) -> Choice:
-    """The effects that stand under a coarser likelihood, with their probabilities, fitted under the exact one."""
+    """The choice of effects under a coarser likelihood, for a `choice` that leaves more than noise.
+
+    The survivors and their probabilities are those under the coarser likelihood.  The chosen model is fitted under the
+    exact one, and both score tests are of that fit.
+    """
     fitted, settings = choice.fitted, choice.fitted.model.settings
     level = choice.doubts.level
     coarser = replace(choice.doubts, level=level._replace(scale=level.scale / np.sqrt(told_share(fitted))))
@@ -52,7 +55,8 @@ def coarsened(choice: Choice, search: Search) -> Choice:
 
 
 def told_share(fitted: Fit) -> float:
-    """How many independent readings a reading of a recording that is not explained is worth, at most one."""
+    """How many independent readings one reading is worth beside the misfit that `fitted` leaves, at most one: the power
+    to which the likelihood is raised."""
     recording, most = fitted.model.predict.recording, fitted.model.settings.most_alike
     left = fitted.residual[: recording.readings.count]
     alike = np.clip([correlation(recording, left, line) for line in NEIGHBOURS_ALONG], 0.0, most)

@@ -1,4 +1,4 @@
-"""The linearised model around a fit: what every hypothesis would do, and what all effects together have to explain."""
+"""The linearised model around a fit: how every hypothesis moves the readings, and what all effects have to explain."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,14 +11,17 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 STEEPEST = 1e8
-"""Largest change of a whitened reading by one prior deviation that a derivative is believed: an arm of a metre that is
-read to 10 nm does not move by more.  Where a branch ends derivatives grow without bound."""
+"""Largest change of a whitened reading by one prior standard deviation; a larger derivative is not believed.  An arm of
+a metre that is read to 10 nm does not move by more, but derivatives grow without bound where a branch ends."""
 
 
 def linear_model(
     fitted: Fit, library: Sequence[Hypothesis], log_odds: Mapping[Hypothesis, float]
 ) -> tuple[LinearModel, frozenset[int]]:
-    """The linearised model around `fitted`, and which of its columns are those of the fitted effects."""
+    """The linearised model around `fitted`, and the numbers of the columns of its own effects, which come first.
+
+    Hypotheses that move no reading, or beyond belief (`STEEPEST`), get no column.
+    """
     model = fitted.model
     constants = len(model.varied)
     rows = model.predict.recording.readings.count + constants
@@ -49,14 +52,15 @@ def linear_model(
 
 
 def fitted_share(fitted: Fit, number: int) -> np.ndarray:
-    """Free parameters of one of the fitted effects."""
+    """(k,) free parameters of the fitted effect `number`, in their own scale."""
     return fitted.model.shares(fitted.p)[number]
 
 
 def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened change (r, k) per prior standard deviation by a fitted effect, and the coefficients it has now.
+    """Columns of the fitted effect `number`, (r, k) whitened, and the coefficients (k,) that they have in the fit.
 
-    An effect that comes by degrees by its derivatives; another as a whole, with what its numbers could change beside.
+    The columns of an effect that comes by degrees are its derivatives per prior standard deviation.  Any other has the
+    change by the whole effect as its first column, with coefficient 1, and its derivatives behind, with coefficient 0.
     """
     model = fitted.model
     hypothesis, share = model.hypotheses[number], fitted_share(fitted, number)
@@ -73,7 +77,7 @@ def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[tuple[Hypothesis, ...], np.ndarray]:
-    """The hypotheses of a chosen set, and the parameters that a full fit of them begins from."""
+    """The hypotheses of the `chosen` columns, and the parameters (p,) that a full fit of them begins from."""
     model, known = fitted.model, fitted.model.hypotheses
     parts = [fitted.p[: len(model.varied)]]
     for k, coefficient in zip(chosen, linear.coefficients(chosen), strict=True):
@@ -87,7 +91,10 @@ def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[
 
 
 def first_size(hypothesis: Hypothesis, start: np.ndarray, coefficient: np.ndarray, friction: float) -> np.ndarray:
-    """Where a full fit of a new effect begins: the linearised size, within half of the way to its bounds."""
+    """(k,) free parameters from which a full fit of a new effect begins.
+
+    They are those of the linearised model, at most half of the way to their bounds, or `start` where that is larger.
+    """
     low, high = np.array([free.bounds(friction) for free in hypothesis.free]).T
     way = np.sign(start) if hypothesis.kinked else np.where(start < high, 1.0, -1.0)
     deviation = np.array([free.prior_sd for free in hypothesis.free])

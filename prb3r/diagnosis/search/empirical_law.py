@@ -1,6 +1,7 @@
-"""The unexplained as an empirical law: a sparse sum of moments that follow the state, fitted inside the equilibrium.
+"""An empirical law of what is left unexplained: a sum of few moments on the plates that follow the state, fitted inside
+the equilibrium.
 
-It names a dependence, not a mechanism, and is kept only if whole sequences that were left out are predicted better.
+It names a dependence, not a mechanism, and a term is kept only if whole sequences left out are predicted better.
 """
 
 from collections.abc import Sequence
@@ -28,12 +29,13 @@ MEANT = {
     "wrap": "moment of the cables times all bends up to the plate",
     "direction": "moment of the cables, each signed by its slip",
 }
-"""What the terms of a law are multiplied by."""
+"""In words: the quantities that the coefficients of a law are multiplied by."""
 
 
 @dataclass(frozen=True)
 class EmpiricalLaw(Hypothesis):
-    """Terms of an `empirical_moment`; their coefficients are free."""
+    """An `empirical_moment` as a hypothesis: `place` holds quantity and plate (None: all) of each term, and the free
+    parameters are the coefficients of the terms."""
 
     def effect(self, u: np.ndarray, friction: float) -> Effect:
         terms = []
@@ -49,17 +51,22 @@ class EmpiricalLaw(Hypothesis):
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A fitted law of missing moments."""
+    """A fitted empirical law of the missing moments."""
 
     fitted: Fit
+    """The model with the law."""
     effect: EmpiricalMoment
+    """The law."""
     statement: str
+    """A sentence on it."""
 
 
 UNITS = {"constant": "N m", "position": "N m", "time": "N m", "bend": "N m/rad", "bend_cubed": "N m/rad^3"}
+"""Of the coefficients by quantity; those not listed are pure numbers, as they multiply a moment."""
 
 
 def _free(law: MomentPattern, mechanics: Mechanism, number: int, settings: Settings) -> Free:
+    """The coefficient of term `number`; u = 1 makes its largest moment `Settings.term_share` of that of the cables."""
     largest = float(np.abs(law.values).max()) or 1.0
     scale = settings.term_share * float(np.abs(mechanics.pull).max()) / largest
     farthest = settings.farthest_term * scale
@@ -67,7 +74,15 @@ def _free(law: MomentPattern, mechanics: Mechanism, number: int, settings: Setti
 
 
 def close(best: Fit, seed: int) -> Closure | None:
-    """Add terms while chance does not explain what is left and left-out sequences improve; None where none does."""
+    """The empirical law of what the model `best` leaves; None where no term is kept.
+
+    The term with the largest score is added as long as that score is beyond chance, the Bayesian information criterion
+    falls by `Settings.bic_fall`, and whole sequences left out are predicted better.
+
+    Parameters
+    ----------
+    seed : of the draws that tell how large a score is by chance.
+    """
     current, base, settings = best, best, best.model.settings
     terms: tuple[tuple[str, int | None], ...] = ()
     frees: tuple[Free, ...] = ()
@@ -94,11 +109,12 @@ def close(best: Fit, seed: int) -> Closure | None:
 
 
 def _key(law: MomentPattern) -> tuple[str, int | None]:
+    """Quantity and plate of a term; None: all plates."""
     return law.of, law.plate
 
 
 def _is_term(law: MomentPattern, mechanics: Mechanism) -> bool:
-    """Whether a term of an `empirical_moment` says the same."""
+    """Whether a single term of an `empirical_moment` gives the same moments as a pattern."""
     values = mechanics.influences[law.of]
     plates = np.ones(values.shape[1], bool) if law.plate is None else np.arange(values.shape[1]) + 1 == law.plate
     return bool(np.array_equal(law.values, values * plates))

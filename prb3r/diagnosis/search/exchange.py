@@ -1,7 +1,7 @@
-"""One effect of a fitted model left out, or exchanged for another that comes nearest without it.
+"""One effect of a fitted model left out, added, or exchanged for the likeliest others.
 
-Beside plates that stiffen, disks that touch change next to nothing, so that around a model with the one the other is
-not seen, and the linearised model never proposes to exchange them.  What could stand in the place of an effect is seen
+Beside plates that stiffen, disks that touch change next to nothing.  Around a model with the one effect the other is
+therefore not seen, and the linearised model never proposes to exchange them.  What could replace an effect is seen
 around the model that is fitted without it.
 """
 
@@ -16,13 +16,14 @@ from prb3r.diagnosis.search.search import Search
 
 
 def without_effect(fitted: Fit, number: int, useful: float = np.inf) -> Fit | None:
-    """The model refitted without one of its effects; None where nothing of it is left to be compared, or where the fit
-    is of no use (`useful` as of :func:`fit`)."""
+    """The model refitted without effect `number`; None where the fit fails or is of no use (`useful` as of
+    :func:`fit`)."""
     return fit(fitted.model.without(number), fitted.model.without_share(fitted.p, number), useful=useful)
 
 
 def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
-    """Full fits of the chosen model with effect `number` replaced by those that come nearest, linearised."""
+    """Full fits of the chosen model with effect `number` replaced by those that promise most in the linearised model
+    without it: at least `Settings.shortlist_share` of the ln likelihood that the effect gains."""
     base, settings = without_effect(chosen, number), chosen.model.settings
     if base is None:
         return []
@@ -31,12 +32,13 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
 
 
 def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | None = None) -> list[Fit]:
-    """Full fits of a model with one more effect each, those that promise most in the linearised model.
+    """Full fits of a model with one more effect each, of those that promise most in the linearised model; the best fit
+    of each effect.
 
     Parameters
     ----------
     least : rise of ln evidence that an effect must promise.
-    barred : an effect that is not considered.
+    barred : a hypothesis that is not considered.
     """
     settings, library = base.model.settings, [hypothesis for hypothesis in search.library if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
@@ -61,5 +63,6 @@ def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | No
 
 
 def _refitted(task: tuple[Fit, tuple[Hypothesis, ...], np.ndarray]) -> Fit | None:
+    """The fit of a model with the last of the hypotheses added, from a start; None where it is no better."""
     base, hypotheses, start = task
     return fit(base.model.adding(hypotheses[-1]), start, useful=base.chi2)

@@ -1,4 +1,4 @@
-"""Which load program would tell rivals apart: candidate programs, the rivals' predictions, refitted."""
+"""The next experiment: which of some candidate load programs tells rival models apart best."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,23 +20,29 @@ from prb3r.recording.recording import Readings, Recording
 
 @dataclass(frozen=True)
 class Experiment:
-    """A load program and how well it separates two explanations, together with what is recorded already."""
+    """A load program, and how well it separates two models together with the readings recorded already."""
 
     title: str
+    """What to do, in words."""
     steps: pd.DataFrame
+    """The table of steps."""
     separation: float
-    """Squared whitened distance."""
+    """Squared whitened distance of the two models on recorded and proposed steps (:func:`separation`)."""
     asked: float
-    """Distance that is enough to rank them rightly."""
+    """Squared distance that suffices to rank them rightly (`Settings.resolved`)."""
 
     @property
     def resolves(self) -> bool:
-        """Whether the separation is as large as was asked for."""
+        """Whether the separation suffices."""
         return self.separation >= self.asked
 
 
 def programs(recording: Recording, settings: Settings) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Title and steps of candidate programs: each cable and each pair, up and down, without and with tip load."""
+    """Title and steps of candidate programs.
+
+    Each cable is pulled and let go, without and, if one was recorded, with the largest tip load; one cable of each pair
+    is pulled and let go while the other is held; and the shape is read without any load.
+    """
     names = recording.manipulator.cable_names
     pull = recording.loads.tension.max(0)
     pull = np.where(pull > 0, pull, pull.max(initial=0.0)) * settings.harder
@@ -67,7 +73,7 @@ def programs(recording: Recording, settings: Settings) -> Iterator[tuple[str, pd
 
 
 def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
-    """A recording of other steps, read as the given one was: the same disks and kinds at every step."""
+    """A recording of other steps, with every disk and kind of the given one read at each step; values are 0."""
     kinds = sorted(set(zip(recording.readings.disk.tolist(), recording.readings.kind.tolist(), strict=True)))
     disk, kind = np.array(kinds).T
     count = len(steps)
@@ -87,7 +93,11 @@ def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
 
 
 def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
-    """Squared whitened distance of two fitted models, the second refitted, on recorded and proposed steps together."""
+    """Squared whitened distance of two models on recorded and proposed steps together, `other` refitted to `fitted`.
+
+    The refit is linearised, and proposed readings have the stated noise.  0 where a model has no equilibrium at one of
+    the proposed `steps`.
+    """
     predict = predictor(imagined(fitted.model.predict.recording, steps), fitted.model.settings)
     here = predict.solve(fitted.constants, fitted.effects)
     noise = noise_of(predict.recording, tension_response(predict, here))
@@ -104,9 +114,10 @@ def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
 
 
 def best_experiments(fitted: Fit, others: Sequence[Fit]) -> list[Experiment]:
-    """For each of `others` a program that separates it from `fitted`, in their order: the same for all where one does.
+    """For each of `others`, in their order, the program that separates it from `fitted`.
 
-    The program with the largest of the least separations is taken; a rival that it does not resolve gets its own best.
+    One common program serves all, the one whose smallest separation is largest; a rival that it does not resolve gets
+    the program that separates this rival best.
     """
     settings, trials = fitted.model.settings, []
     for title, steps in programs(fitted.model.predict.recording, settings):

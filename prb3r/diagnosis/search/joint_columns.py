@@ -1,4 +1,4 @@
-"""The linearised model around a joint fit: what every hypothesis would do to all recordings together."""
+"""The linearised model around a joint fit: how every hypothesis moves the readings of all recordings together."""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,7 +19,7 @@ JointProbe = tuple[JointHypothesis, np.ndarray]
 def joint_linear_model(
     fitted: JointFit, library: Sequence[JointHypothesis], log_odds: Mapping[JointHypothesis, float]
 ) -> tuple[LinearModel, frozenset[int]]:
-    """The linearised model around `fitted`, and which of its columns are those of the fitted effects."""
+    """The linearised model around `fitted`, and the numbers of the columns of its own effects, which come first."""
     model, constants = fitted.model, len(fitted.model.varied)
     rows = fitted.rows[-1].stop + constants
     basis = basis_of(fitted.jacobian[:rows, :constants])
@@ -53,13 +53,13 @@ def frictions_of(fitted: JointFit) -> list[float]:
 
 
 def deviations_of(hypothesis: JointHypothesis) -> np.ndarray:
-    """(k,) prior standard deviations of its free parameters."""
+    """(k,) prior standard deviations of the free parameters of a hypothesis, in their own scale."""
     return np.array([free.prior_sd for free in hypothesis.free])
 
 
 def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.ndarray]:
-    """(R, k) of each probe: whitened change of all readings per prior standard deviation of each free parameter, or by
-    the whole effect."""
+    """(R, k) for each probe: whitened change of the readings of all recordings per prior standard deviation of each
+    free parameter, or (R, 1) by the whole of an effect that does not come by degrees."""
     model, count = fitted.model, fitted.rows[-1].stop
     out = [
         np.zeros((count, len(start) if hypothesis.by_degrees and not hypothesis.kinked else 1))
@@ -86,7 +86,7 @@ def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.nd
 
 
 def _moved_once(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
-    """As `moved_readings`; an effect that is shared and one rig's own too is solved for once."""
+    """As :func:`moved_readings`, but equal probes are solved for once: an effect may be in common and one rig's own."""
     friction, first, asked = fitted.model.friction(fitted.p), dict[object, int](), list[Probe]()
     order = []
     for part, u in probes:
@@ -100,7 +100,7 @@ def _moved_once(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 
 
 def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened change (R, k) of all readings by a fitted effect, and the coefficients it has now; as in `columns`."""
+    """Columns (R, k) of the fitted effect `number` and their coefficients (k,) in the fit, as in :mod:`columns`."""
     hypothesis, span = fitted.model.hypotheses[number], fitted.model.spans[number]
     count, deviation = fitted.rows[-1].stop, deviations_of(fitted.model.hypotheses[number])
     tangent = -fitted.jacobian[:count, span] * deviation
@@ -119,7 +119,7 @@ def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:
 def joint_beginning(
     fitted: JointFit, linear: LinearModel, chosen: Sequence[int]
 ) -> tuple[tuple[JointHypothesis, ...], np.ndarray]:
-    """The hypotheses of a chosen set, and the parameters that a full fit of them begins from."""
+    """The hypotheses of the `chosen` columns, and the joint parameters (P,) that a full fit of them begins from."""
     model, frictions = fitted.model, frictions_of(fitted)
     parts, hypotheses = [fitted.p[: len(model.varied)]], list[JointHypothesis]()
     for k, coefficient in zip(chosen, linear.coefficients(chosen), strict=True):

@@ -1,5 +1,5 @@
-"""Sets of effects on several rigs together: what may be shared, what each rig may have, and the models that were
-fitted."""
+"""The joint search on several rigs: hypotheses that rigs share or have for themselves, joint models that were fitted in
+full, and the starts of joint fits."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -25,20 +25,28 @@ from prb3r.diagnosis.settings import Settings
 
 @dataclass(frozen=True, eq=False)
 class JointSearch:
-    """Among what is searched on several rigs together, and how."""
+    """What a joint search is given; the counterpart of `Search`."""
 
     library: tuple[JointHypothesis, ...]
+    """All hypotheses that may be in a joint model."""
     log_odds: Mapping[JointHypothesis, float]
     """ln of the prior odds of every hypothesis."""
     apply: Apply = field(default=serially)
+    """Runs full fits, in this process or in workers."""
 
 
 def joint_search(
     alone: Sequence[Search], shared: Mapping[str, tuple[int, ...]], groups: Groups, settings: Settings
 ) -> JointSearch:
-    """What is searched: everything that may be in common, everything on each rig, and shared constants that part.
+    """The joint search on rigs that were each searched `alone`.
 
-    What is in common has the odds of its kind; that one rig has for itself what it should share is less likely.
+    Its library holds the effects that rigs may have in common, every effect of each rig alone, and shared constants of
+    which one rig has its own value.  An effect in common has the odds of its kind, divided among its places, or higher
+    ones if it was found before.  A value of a rig's own for what it should share has `Settings.parting_presence`.
+
+    Parameters
+    ----------
+    shared : constants that rigs share, and the numbers of these rigs.
     """
     count, parting = len(alone), float(logit(settings.parting_presence))
     common = list(in_common([search.library for search in alone], groups.of, groups.same_sections))
@@ -58,33 +66,34 @@ def joint_search(
             (shared.kind, part.place): len(shared.rigs) for shared in common if (part := shared.parts[rig]) is not None
         }
         for hypothesis in search.library:
-            rigs = could.get((hypothesis.kind, hypothesis.place))  # all of them together are less likely by that much
+            rigs = could.get((hypothesis.kind, hypothesis.place))  # own effects on all of these cost `parting` in total
             odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + (parting / rigs if rigs else 0.0)
     for name, sharing in shared.items():
         sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
-        for rig in sharing if len(sharing) > 2 else sharing[1:]:  # of two it is the same whose the other value is
+        for rig in sharing if len(sharing) > 2 else sharing[1:]:  # of two rigs either may be the one that parts
             apart = Free(name, 0.0, -settings.farthest, settings.farthest, sd=sd)
             odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(sharing) - 1)
     return JointSearch(tuple(odds), odds, alone[0].apply)
 
 
 def _same(hypothesis: Hypothesis, joint: JointHypothesis) -> bool:
+    """Whether a part of a joint hypothesis has the kind and place of `hypothesis`."""
     return any(
         part is not None and (part.kind, part.place) == (hypothesis.kind, hypothesis.place) for part in joint.parts
     )
 
 
 def shared_constants(models: Sequence[Any], groups: Groups) -> dict[str, tuple[int, ...]]:
-    """Constants that the rigs of `models` share, and which of them do: those that all of a group fit."""
+    """Constants that all rigs of a group fit and therefore share, with the numbers of these rigs."""
     sharing = {name: groups.of.get(group, ()) for name, group in CONSTANT_GROUPS.items()}
     return {name: rigs for name, rigs in sharing.items() if rigs and all(name in models[k].varied for k in rigs)}
 
 
 class JointPool(Pool):
-    """All joint models that were fitted in full, by their effects; as a pool of one recording."""
+    """All joint models that were fitted in full under one covariance of each recording, by their sets of effects."""
 
     def linearised(self, fitted: Any) -> tuple[LinearModel, frozenset[int]]:
-        """The linearised model around a joint fit, and the numbers of its columns that the fit has."""
+        """The linearised model around a joint fit, and the numbers of the columns that belong to its effects."""
         return joint_linear_model(fitted, self.search.library, self.search.log_odds)  # type: ignore[arg-type]
 
     def beginning(self, fitted: Any, linear: LinearModel, chosen: Sequence[int]) -> Any:
@@ -92,7 +101,7 @@ class JointPool(Pool):
         return joint_beginning(fitted, linear, chosen)
 
     def under_each(self, noises: Sequence[Noise]) -> "JointPool":
-        """The models worth it, and that without effects, refitted under other covariances, one for each recording."""
+        """A new pool under other covariances, one for each recording: the models of `worth_keeping`, refitted."""
         tasks = []
         for effects in self.worth_keeping():
             fitted: Any = self.fits[effects]
@@ -102,7 +111,7 @@ class JointPool(Pool):
 
 
 def fit_joint(task: tuple[JointModel, np.ndarray]) -> Any:
-    """A joint model fitted from its start; None where that is not finite."""
+    """A joint model fitted from its start (P,); None where chi-square or its slope is not finite."""
     fitted: JointFit | None = fit(*task)
     return fitted
 
@@ -114,13 +123,15 @@ def start_set(
     first: int,
     apart: Collection[str] = (),
 ) -> tuple[JointModel, np.ndarray]:
-    """The union of what was found on each rig alone; and a start.
+    """The joint model with the effects that were found on each rig alone, and its start parameters (P,).
+
+    An effect that may be in common is taken from rig `first`; where that rig lacks it, it is left out.
 
     Parameters
     ----------
     chosen : a fit of every rig alone.
-    first : the rig of which shared kinds and constants are taken.
-    apart : kinds of effects, and constants by name, that each rig has for itself although they might share them.
+    first : the rig from which shared effects and constants take their values.
+    apart : kinds of effects, and constants by name, that each rig has for itself although they could be shared.
     """
     effects: dict[JointHypothesis, np.ndarray] = {}
     for rig in (first, *(k for k in range(len(chosen)) if k != first)):
@@ -151,7 +162,10 @@ def start_set(
 def _in_library(
     hypothesis: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str]
 ) -> JointHypothesis | None:
-    """What an effect of one rig is among joint ones: in common if it can be and is not kept `apart`, else its own."""
+    """The joint hypothesis that an effect of one rig corresponds to; None where the library has none.
+
+    It is the one in common if there is one and its kind is not kept `apart`, else the rig's own.
+    """
     alike = [
         joint
         for joint in library

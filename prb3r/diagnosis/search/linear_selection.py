@@ -1,14 +1,14 @@
-r"""Which sets of effects would explain a recording if all acted by degrees: selection in the linearised model.
+r"""Selection of sets of effects in the linearised model: their evidence if readings were linear in their parameters.
 
-Around a fit every hypothesis moves the whitened readings by its columns, in units of its prior standard deviation and
-freed of the constants.  With the columns :math:`\Phi_A` of a set `A` and what is to be explained :math:`y`, the set has
-the evidence
+Around a fit every hypothesis moves the whitened readings by its columns, one column a coefficient in units of its prior
+standard deviation, made orthogonal to what the constants do.  With the columns :math:`\Phi_A` of a set `A` and the
+target :math:`y`, the whitened residuals without any effect made orthogonal likewise, the set has the evidence
 
 .. math:: \ln Z_A = \tfrac12 b^T (I + G)^{-1} b - \tfrac12 \ln |I + G| + \ln P(A),
           \quad G = \Phi_A^T \Phi_A, \; b = \Phi_A^T y,
 
-so thousands of sets are compared without solving anything.  They are sought from both sides: from the present set and
-from none, by adding, leaving out and exchanging.
+so thousands of sets are compared without solving anything.  A beam search looks for the best, from the set of the fit
+and from the empty one, by adding, leaving out and exchanging columns.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,22 +25,22 @@ from prb3r.diagnosis.settings import Settings
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """How a hypothesis moves the whitened readings."""
+    """How a hypothesis, at one of its starts, moves the whitened readings."""
 
     hypothesis: Hypothesis
     moved: np.ndarray
-    """(r + c, k) per prior standard deviation of each coefficient."""
+    """(r + c, k) change per prior standard deviation of each coefficient, freed of the constants (`freed`)."""
     start: np.ndarray
-    """(k0,) free parameters `u` that a full fit begins near."""
+    """(k0,) free parameters `u` near which a full fit begins."""
     sign: int = 0
-    """1 where the first coefficient must not be negative; 0: either way."""
+    """1 where the first coefficient must not be negative; 0 where it may have either sign."""
     log_odds: float = 0.0
-    """ln of the prior odds of its presence."""
+    """ln of the prior odds that the effect is present."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A set of columns, by number, and its linearised log evidence against the set without any."""
+    """A set of columns, by number, and its linearised ln evidence relative to the empty set."""
 
     chosen: frozenset[int]
     evidence: float
@@ -48,11 +48,11 @@ class Proposal:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """All columns together, and what is to be explained."""
+    """All columns around one fit, and the target that they have to explain."""
 
     columns: Sequence[Column]
     target: np.ndarray
-    """(r + c,) freed of the constants, without any effect."""
+    """(r + c,) whitened residuals without any effect, freed of the constants."""
 
     @cached_property
     def spans(self) -> list[slice]:
@@ -62,12 +62,12 @@ class LinearModel:
 
     @cached_property
     def whole(self) -> np.ndarray:
-        """(r + c, K) how all columns move the whitened readings, side by side."""
+        """(r + c, K) the arrays `moved` of all columns, side by side."""
         return np.hstack([np.empty((len(self.target), 0)), *(column.moved for column in self.columns)])
 
     @cached_property
     def products(self) -> np.ndarray:
-        """(K, K) inner products of all columns, whitened and freed of the constants."""
+        """(K, K) inner products of all columns."""
         return self.whole.T @ self.whole
 
     @cached_property
@@ -76,23 +76,23 @@ class LinearModel:
         return self.whole.T @ self.target
 
     def rows(self, chosen: Sequence[int]) -> np.ndarray:
-        """Where the coefficients of several columns stand among all K."""
+        """Indices of the coefficients of the `chosen` columns among all K."""
         spans = [self.spans[k] for k in chosen]
         return np.array([row for span in spans for row in range(span.start, span.stop)], int)
 
     def coefficients(self, chosen: Sequence[int]) -> list[np.ndarray]:
-        """Most probable coefficients of each chosen column, in units of their prior deviations, in the order of
-        `chosen`."""
+        """Most probable coefficients of each chosen column, in units of their prior standard deviations, in the order
+        of `chosen`."""
         best = self._most_probable(self.rows(chosen)[None])[0][0]
         ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
         return [best[a:b] for a, b in pairwise(ends)]
 
     def evidence(self, chosen: frozenset[int]) -> float:
-        """ln Z of a set against none; minus infinity where a coefficient has the wrong sign."""
+        """ln Z of a set relative to the empty set; minus infinity where a first coefficient has the wrong sign."""
         return self.evidences([chosen])[0]
 
     def evidences(self, sets: Sequence[frozenset[int]]) -> list[float]:
-        """:meth:`evidence` of many sets."""
+        """:meth:`evidence` of each of many sets, all sets of one size at once."""
         out = np.empty(len(sets))
         for which, rows in self._of_one_size(sets):
             best, log_determinant = self._most_probable(rows)
@@ -102,7 +102,7 @@ class LinearModel:
         return out.tolist()
 
     def _of_one_size(self, sets: Sequence[frozenset[int]]) -> list[tuple[list[int], np.ndarray]]:
-        """The sets gathered by their number w of coefficients: which they are, and (sets, w) their :meth:`rows`."""
+        """Sets grouped by their number w of coefficients: positions in `sets`, and (sets, w) :meth:`rows` of each."""
         rows = [self.rows(sorted(chosen)) for chosen in sets]
         sizes = {len(of_one) for of_one in rows}
         gathered = [[k for k, of_one in enumerate(rows) if len(of_one) == size] for size in sorted(sizes)]
@@ -136,7 +136,7 @@ class LinearModel:
 
     @cached_property
     def alike(self) -> list["Alike"]:
-        """The columns gathered by their number of coefficients, so that arrays hold all of one number at once."""
+        """The columns grouped by their number of coefficients, so that one array holds all of a group."""
         widths = np.array([column.moved.shape[1] for column in self.columns], int)
         out = []
         for width in np.unique(widths):
@@ -147,11 +147,15 @@ class LinearModel:
         return out
 
     def additions(self, chosen: frozenset[int]) -> np.ndarray:
-        """(columns,) rise of ln Z by each further column; minus infinity for those that do not go with the chosen."""
+        """(columns,) rise of ln Z as each further column is added to the chosen ones.
+
+        Minus infinity for columns that are chosen, cannot stand beside a chosen one, or whose only coefficient would
+        have the wrong sign.
+        """
         return self.additions_to([chosen])[0]
 
     def additions_to(self, sets: Sequence[frozenset[int]]) -> list[np.ndarray]:
-        """:meth:`additions` to each of many sets."""
+        """:meth:`additions` to each of many sets, all sets of one size at once."""
         new = list(dict.fromkeys(chosen for chosen in sets if chosen not in self.risen))
         for which, rows in self._of_one_size(new):
             rise = self._rise(rows)
@@ -161,7 +165,8 @@ class LinearModel:
         return [self.risen[chosen] for chosen in sets]
 
     def _rise(self, rows: np.ndarray) -> np.ndarray:
-        """(sets, columns) rise of ln Z by each further column beside sets with their coefficients at `rows`."""
+        """(sets, columns) rise of ln Z as each column is added to sets whose coefficients stand at `rows` (sets, w);
+        what cannot stand beside each other is not excluded yet."""
         beside = self.products[rows]
         across = np.linalg.solve(self._normal(rows), beside)
         rest = self.along - np.einsum("swk,sw->sk", across, self.along[rows])
@@ -177,12 +182,12 @@ class LinearModel:
 
     @cached_property
     def risen(self) -> dict[frozenset[int], np.ndarray]:
-        """What `additions` has said: searches come back to the same sets."""
+        """Results of `additions` by set, kept because a search comes back to the same sets."""
         return {}
 
     @cached_property
     def log_odds(self) -> np.ndarray:
-        """(columns,) ln of the prior odds of their presence."""
+        """(columns,) ln of the prior odds that each effect is present."""
         return np.array([column.log_odds for column in self.columns])
 
     @cached_property
@@ -204,23 +209,23 @@ class LinearModel:
 
 
 class Alike(NamedTuple):
-    """Columns of one number of coefficients, `w`."""
+    """The `m` columns that have the same number `w` of coefficients."""
 
     which: np.ndarray
-    """(m,) their numbers."""
+    """(m,) numbers of the columns."""
     at: np.ndarray
-    """(m, w) where their coefficients stand."""
+    """(m, w) indices of their coefficients among all K."""
     normal: np.ndarray
     """(m, w, w) their normal matrices, priors included."""
     sign: np.ndarray
-    """(m,) as of the columns."""
+    """(m,) `Column.sign` of each."""
 
 
 def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(..., w) eigenvalues and (..., w, w) eigenvectors of normal matrices that hold a prior of unit variance.
 
-    They are 1 or more; beside a coefficient whose effect is a hundred million times the noise, as near the end of a
-    branch, less is rounding.
+    Eigenvalues are 1 or more; smaller ones are rounding and raised to 1.  They occur beside a coefficient whose effect
+    is a hundred million times the noise, as near the end of a branch.
     """
     if normal.shape[-1] == 1:
         return np.maximum(normal[..., 0], 1.0), np.ones_like(normal)
@@ -267,15 +272,21 @@ def _neighbours(
 
 
 def _of_one_kind(model: LinearModel, chosen: frozenset[int], least: int) -> Iterator[frozenset[int]]:
-    """The chosen columns of every kind that is chosen `least` times or more: many parts that may be one whole."""
+    """The chosen columns of every kind that is chosen `least` times or more: so many parts may be one whole."""
     kinds = [model.columns[k].hypothesis.kind for k in chosen]
     for kind in {kind for kind in kinds if kinds.count(kind) >= least}:
         yield frozenset(k for k in chosen if model.columns[k].hypothesis.kind == kind)
 
 
 def worth_fitting(sets: Sequence[Proposal], present: int, count: int, steps_up: int) -> list[Proposal]:
-    """Sets worth a full fit, each once: of `sets`, which stand best first, the best `count`, then the best of each size
-    with one to `steps_up` effects more than are `present`."""
+    """Sets worth a full fit, each once: the best `count`, then the best of each size up to `steps_up` effects more than
+    are `present`.
+
+    Parameters
+    ----------
+    sets : best first.
+    present : number of effects of the fit that the sets were found around.
+    """
     sizes = range(present + 1, present + steps_up + 1)
     steps = [next((p for p in sets if len(p.chosen) == size), None) for size in sizes]
     return list(dict.fromkeys([*sets[:count], *(step for step in steps if step is not None)]))

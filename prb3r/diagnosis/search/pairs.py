@@ -1,8 +1,8 @@
-"""A beginning from plates that soften until something stops them, where no other beginning explains the recording.
+"""A start from plates that soften until something stops them, for recordings that no other start explains.
 
-Plates that soften bend so far that notches close or disks touch, and without that their arm has no equilibrium under
-the loads that were recorded: neither is any good alone, around no fit is the other seen, and a fit of all common
-effects may end where neither does anything.  Each such pair is begun from all sizes at which its effects are tried.
+Plates that soften bend so far that notches close or disks touch; without that stop the arm has no equilibrium under the
+recorded loads.  So neither effect is of use alone, the linearised model around a fit without both shows neither, and a
+fit of all common effects may end where neither acts.  A pair is fitted from all sizes at which its effects are tried.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,17 +20,17 @@ from prb3r.diagnosis.search.search import Search
 SOFTENING = frozenset({"nonlinear_plate", "superelastic_plate", "hysteretic_plate"})
 """Kinds of effects by which plates soften."""
 STOPPING = frozenset({"disk_contact", "notch_closing"})
-"""Kinds that stop plates from bending further."""
+"""Kinds of effects that stop plates from bending further."""
 
 
 def paired(calibrated: Fit, search: Search) -> list[Fit]:
-    """The best fit of every law of bending together with every stop, constants beside them."""
+    """The best fit of every softening law together with every stop, constants refitted; none of pairs without a fit."""
     tasks = [(calibrated, pair) for pair in softening_to_a_stop(search.library)]
     return [fitted for fitted in search.apply(_best_of_pair, tasks) if fitted is not None]
 
 
 def softening_to_a_stop(library: Sequence[Hypothesis]) -> Iterator[tuple[Hypothesis, Hypothesis]]:
-    """Every law of bending with every stop, both of the whole rig and tried at some sizes."""
+    """Every softening law with every stop, of those hypotheses on the whole rig that have probes and are not costly."""
     tried = [each for each in library if each.probes and not each.costly and {name for name, _ in each.place} <= FORMS]
     for law, stop in product(tried, tried):
         if law.kind in SOFTENING and stop.kind in STOPPING:
@@ -38,7 +38,7 @@ def softening_to_a_stop(library: Sequence[Hypothesis]) -> Iterator[tuple[Hypothe
 
 
 def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None:
-    """From every start a few steps; from those that lead lowest the whole way."""
+    """The best fit of a pair: a few steps from every combination of starts, then full fits from the best of these."""
     calibrated, pair = task
     model, friction = replace(calibrated.model, hypotheses=pair), calibrated.model.friction(calibrated.p)
     starts = [np.concatenate([calibrated.p, *u]) for u in product(*(effect.starts(friction) for effect in pair))]
@@ -48,6 +48,6 @@ def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None
 
 
 def _fitted(model: Model, starts: Sequence[np.ndarray], most: int | None = None) -> list[Fit]:
-    """The fits from some starts after `most` steps, those that leave least first."""
+    """Fits from some starts after at most `most` steps, smallest chi-square first; starts without a fit left out."""
     fits = (fit(model, start, most=most) for start in starts)
     return sorted((fitted for fitted in fits if fitted is not None), key=lambda fitted: fitted.chi2)

@@ -1,7 +1,7 @@
-"""Models fitted in full under one covariance: which to expand, what to fit next, and which survive.
+"""The models fitted in full under one covariance: which to expand, which sets of effects to fit next, which survive.
 
-Every model is expanded once: around its fit thousands of sets of effects are compared in the linearised model, and the
-best that are new are fitted in full.  Sets come from both sides, from none and from the present one.
+A model is expanded at most once: around its fit thousands of sets of effects are compared in the linearised model, and
+the best of the new sets are fitted in full.  These sets are sought from the empty one and from that of the fit.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,30 +21,35 @@ from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 
 Effects = frozenset[Hypothesis]
+"""The set of effects of a model, by which its fits are known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Survivor:
-    """A model that the recording leaves standing."""
+    """A model whose evidence is within reach of the best, so that the recording does not rule it out."""
 
     fitted: Fit
     log_evidence: float
+    """Natural logarithm of the Laplace evidence, prior odds included, up to a constant."""
     probability: float
-    """Among all that survive."""
+    """Posterior probability among all survivors."""
 
     @property
     def effects(self) -> Effects:
-        """The hypotheses of its model, in no order."""
+        """The hypotheses of the model, in no order."""
         return frozenset(self.fitted.model.hypotheses)
 
     @property
     def kinds(self) -> frozenset[str]:
-        """The kinds of the effects of its model, such as `worn_hole`; an effect at two places counts once."""
+        """The kinds of the effects of the model, such as `worn_hole`; an effect at two places counts once."""
         return frozenset(hypothesis.kind for hypothesis in self.effects)
 
 
 class Pool:
-    """All models that were fitted in full under one covariance, by their effects."""
+    """All models that were fitted in full under one covariance, by their sets of effects.
+
+    `expanded`, `exchanged` and `thinned` hold the sets for which that was done already.
+    """
 
     def __init__(self, search: Search, settings: Settings, fits: Iterable[Fit | None]) -> None:
         self.search, self.settings = search, settings
@@ -57,7 +62,7 @@ class Pool:
             self.add(fitted)
 
     def add(self, fitted: Fit | None) -> None:
-        """Keep a fit, if it is the best of its effects."""
+        """Keep a fit if none of the same effects has as much evidence; one without finite evidence is never kept."""
         if fitted is None:
             return
         effects, worth = frozenset(fitted.model.hypotheses), log_evidence(fitted, self.search.log_odds)
@@ -66,21 +71,23 @@ class Pool:
 
     @property
     def ranked(self) -> list[Effects]:
-        """The sets of effects that were fitted in full, the one with most evidence first."""
+        """The sets of effects that were fitted in full, largest evidence first."""
         return sorted(self.fits, key=lambda effects: -self.evidence[effects])
 
     @property
     def best(self) -> Fit:
-        """The fit with most evidence among those that were made in full."""
+        """The full fit with the largest evidence."""
         return self.fits[self.ranked[0]]
 
     def polished_best(self) -> Fit:
-        """The fit with most evidence, once it has converged: from another nothing is told of the noise."""
+        """The fit with the largest evidence, begun again until it converges, as the noise is estimated from it; a new
+        fit counts only where its evidence is larger."""
         self.add(polished(self.best))
         return self.best
 
     def explore(self, most: int) -> None:
-        """Expand models, the best first, until those within reach of the best have been."""
+        """Expand promising models, the best first, until none is left or `most` expansions are spent, of which a slow
+        one counts as `Settings.costly_price`."""
         spent = 0.0
         while spent < most:
             fresh = next((effects for effects in self.ranked if self._promising(effects)), None)
@@ -90,17 +97,22 @@ class Pool:
             self.expand(fresh)
 
     def _promising(self, effects: Effects) -> bool:
-        """Whether a model is near the best, not expanded yet, and no mere addition to a better one."""
+        """Whether a model is near the best, not expanded yet, and no mere addition to a model with as much evidence."""
         worth = self.evidence[effects]
         idle = any(other < effects and better >= worth for other, better in self.evidence.items())
         return self.near(effects) and not idle and effects not in self.expanded
 
     def near(self, effects: Effects) -> bool:
-        """Whether the evidence of a fitted model is within `expansion_reach` of the best."""
+        """Whether the ln evidence of a fitted model is within `Settings.expansion_reach` of the best."""
         return self.evidence[effects] >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
 
     def expand(self, effects: Effects, keeping: Effects = frozenset()) -> None:
-        """Fit the sets that the linearised model around one fit puts first, of those with all effects of `keeping`."""
+        """Fit in full the new sets of effects that the linearised model around the fit of `effects` ranks highest.
+
+        Parameters
+        ----------
+        keeping : effects of that fit that every set to be fitted must have.
+        """
         fitted, settings = self.fits[effects], self.settings
         self.expanded.add(effects)
         linear, present = self.linearised(fitted)
@@ -124,9 +136,10 @@ class Pool:
             self.add(richer)
 
     def exchange(self, fitted: Fit) -> bool:
-        """Fit what comes nearest in the place of every effect of a model; whether one is better by what counts.
+        """Fit the likeliest replacements of every effect of a model; whether the largest ln evidence rises by more than
+        `Settings.better_exchanged`.
 
-        Not of a model that leaves much unexplained: there no one effect stands in the place of another.
+        Not of a model that leaves much unexplained: there no single effect stands in for another.
         """
         before, effects = self.evidence[self.ranked[0]], frozenset(fitted.model.hypotheses)
         if effects in self.exchanged or fitted.reduced > self.settings.gross:
@@ -139,10 +152,11 @@ class Pool:
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
     def thin(self) -> None:
-        """Leave one effect after another out of the best model as long as the rest is more probable.
+        """Leave one effect after another out of the best model as long as the model without it is more probable.
 
-        Of a large model the linearised one tells badly what can be left out, as around its fit effects stand in for
-        each other that do not once one of them is gone: so those that it misses least are each left out in full.
+        The linearised model tells badly which effect of a large model can be left out: around the fit effects stand in
+        for each other that no longer do once one of them is gone.  So each of those that it misses least is left out
+        in a full fit.
         """
         while (effects := self.ranked[0]) and effects not in self.thinned:
             self.thinned.add(effects)
@@ -154,9 +168,10 @@ class Pool:
                     break
 
     def _least_missed(self, fitted: Fit) -> list[Hypothesis]:
-        """The effects of a model that the linearised model misses least, of those that it may do without.
+        """The effects of a model whose removal costs least evidence in the linearised model, the cheapest first.
 
-        Of a model that leaves much unexplained all, in this order: there the linearised one is far from true.
+        Only the `Settings.left_out` first that cost less than `Settings.useful_reach`; of a model that leaves much
+        unexplained all, as there the linearised model is far from true.
         """
         linear, present = self.linearised(fitted)
         missed = {number: linear.evidence(present) - linear.evidence(present - {number}) for number in present}
@@ -167,22 +182,23 @@ class Pool:
         return [linear.columns[number].hypothesis for number in order]
 
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
-        """The linearised model around a fit, and which of its columns are those of the fitted effects."""
+        """The linearised model around a fit, and the numbers of the columns that belong to the effects of the fit."""
         return linear_model(fitted, self.search.library, self.search.log_odds)
 
     def beginning(
         self, fitted: Fit, linear: LinearModel, chosen: Sequence[int]
     ) -> tuple[tuple[Hypothesis, ...], np.ndarray]:
-        """The hypotheses of a chosen set, and the parameters that a full fit of them begins from."""
+        """The hypotheses of the `chosen` columns, and the parameters (p,) that a full fit of them begins from."""
         return beginning(fitted, linear, chosen)
 
     def _useful(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """The chi-square beyond which a fit of these effects would be of no use."""
+        """Chi-square from which on a fit of these effects is given up: even without Occam's factor it would be farther
+        than `Settings.useful_reach` below the best."""
         odds = sum(self.search.log_odds[hypothesis] for hypothesis in hypotheses)
         return 2 * (odds - self.evidence[self.ranked[0]] + self.settings.useful_reach)
 
     def under(self, noise: Noise) -> "Pool":
-        """The models worth it, and that without effects, refitted under another covariance."""
+        """A new pool under another covariance: the models of :meth:`worth_keeping`, refitted."""
         chosen = self.worth_keeping()
         tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
         pool = Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
@@ -190,14 +206,15 @@ class Pool:
         return pool
 
     def worth_keeping(self) -> list[Effects]:
-        """The models that may still be good under another covariance, and that without effects."""
+        """The sets of effects that may still be good under another covariance, best first, and the empty set."""
         least = self.evidence[self.ranked[0]] - self.settings.useful_reach
         most = self.settings.costly_kept if self.best.costly else self.settings.kept_models
         kept = [effects for effects in self.ranked if self.evidence[effects] >= least][:most]
         return list(dict.fromkeys([*kept, Effects()]))
 
     def survivors(self) -> tuple[Survivor, ...]:
-        """Models in balance whose evidence is within reach of the best, most probable first."""
+        """Models with an equilibrium at every step that are within `Settings.survival_odds` of the best, most probable
+        first; if there are none, the best model alone."""
         best = self.evidence[self.ranked[0]]
         least = best - np.log(self.settings.survival_odds)
         kept = [e for e in self.ranked if self.evidence[e] >= least and self.fits[e].balanced] or self.ranked[:1]

@@ -1,4 +1,4 @@
-"""Which other effects explain a recording as well: refitted rivals, and how far their predictions are apart."""
+"""Rivals of a chosen effect: models with another effect in its place, refitted, and how far predictions are apart."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,20 +13,22 @@ from prb3r.diagnosis.search.selection import Choice
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """Another effect in place of a chosen one."""
+    """Another effect in the place of a chosen one."""
 
     hypothesis: Hypothesis
+    """The other effect."""
     fitted: Fit
+    """The chosen model with it, refitted."""
     distance: float
-    """Squared whitened distance from the chosen model's prediction to the nearest of the rival's."""
+    """Squared whitened distance from the prediction of the chosen model to the nearest that the rival can make."""
     behind: float
-    """How much worse it fits these readings: chi-square with its penalty."""
+    """How much worse the rival fits: its penalised chi-square (`cost`) less that of the chosen model."""
     known: float = 0.0
-    """By how much less it was to be expected, where the chosen one was found before: twice the ln of the odds."""
+    """Twice the ln of the prior odds of the chosen effect against the rival, if the chosen was found before; else 0."""
 
     @property
     def indistinguishable(self) -> bool:
-        """Whether the recording, and what was known before, cannot rank the two surely."""
+        """Whether neither the recording nor what was known before ranks the two surely."""
         settings = self.fitted.model.settings
         if self.known and self.behind + self.known >= settings.close_fit:
             return False
@@ -35,15 +37,18 @@ class Rival:
 
 
 def distance(of: Fit, to: Fit) -> float:
-    """Least squared whitened distance between the prediction of `of` and any refit of `to` (linearised at `to`)."""
+    """Least squared whitened distance between the prediction of fit `of` and that of the model of fit `to` at any
+    parameters, linearised at `to`."""
     apart, basis = to.apart(of), to.basis
     apart = apart - basis @ (basis.T @ apart)
     return float(apart @ apart)
 
 
 def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
-    """Rivals of the chosen effect `number`, each hypothesis once, those that fit best first, whether they can be told
-    apart or not; none of an effect that other recordings show too."""
+    """All rivals of the chosen effect `number`, distinguishable or not: each hypothesis once, the best fit first.
+
+    An effect that other recordings show too (`Choice.settled`) has none.
+    """
     chosen = choice.fitted
     effects, others = chosen.model.hypotheses, chosen.model.without(number).hypotheses
     if effects[number] in choice.settled:
@@ -64,4 +69,5 @@ def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
 
 
 def _replaces(hypotheses: Sequence[Hypothesis], old: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    """Whether `hypotheses` are the `others` and one more that is not `old`."""
     return len(hypotheses) == len(others) + 1 and set(others) <= set(hypotheses) and old not in hypotheses

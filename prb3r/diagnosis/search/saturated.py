@@ -1,8 +1,9 @@
-"""A beginning from the full side: every common effect that the whole rig could have, at once.
+"""The saturated start of a search: every common effect that the whole rig could have, fitted at once.
 
-Effects that go together are not found one after another: plates that soften let a notch close that else would not, and
-of a model that lacks one of them the other makes nothing better.  With all of them and the priors of their sizes a fit
-is well posed, taken from small loads to large it follows the rig as it bends, and what is not needed is left out later.
+Effects that act together are not found one after another: plates that soften let a notch close that else would not, and
+in a model that lacks one of them the other improves nothing.  With all common effects and priors on their sizes the fit
+is well posed.  Readings are taken in from small loads to large, so that the fit follows the rig as it bends.  Effects
+that are not needed are left out afterwards.
 """
 
 from collections.abc import Sequence
@@ -23,11 +24,13 @@ from prb3r.diagnosis.search.small_loads import at_small_loads
 from prb3r.diagnosis.settings import Settings
 
 FORMS = frozenset({"law", "side", "sections"})
-"""What a hypothesis may say beside its kind and still concern the whole rig: of what form the effect is, not where."""
+"""Keys of `Hypothesis.place` that state the form of an effect, not its place: with these alone it concerns the whole
+rig."""
 
 
 def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
-    """A fit of all common effects of the whole rig; None where a prediction is slow, or where no fit succeeds."""
+    """The fit of all common effects of the whole rig; None where a prediction is slow, where the library has no common
+    effect, or where the fit fails."""
     together = common_of_whole_rig(search.library, calibrated.model.settings)
     if calibrated.costly or not together:
         return None
@@ -42,10 +45,11 @@ def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
 
 
 def eliminated(full: Fit, search: Search) -> list[Fit]:
-    """A fit and those that are left as one effect after another is taken from it: backward elimination, down to one.
+    """Backward elimination: the full fit, and the fits that follow as one effect after another is left out, down to one
+    effect.
 
-    Each time the effect goes that is missed least around the fit by the linearised model.  With fewer effects a fit is
-    better posed and finds what the full one has not come to, so that one with less evidence is no reason to stop.
+    Each time that effect is left out whose removal costs least evidence in the linearised model around the fit.  Less
+    evidence is no reason to stop: with fewer effects a fit is better posed and may find what the full one has not.
     """
     fits = [full]
     while len(fits[-1].model.hypotheses) > 1:
@@ -58,8 +62,11 @@ def eliminated(full: Fit, search: Search) -> list[Fit]:
 
 
 def common_of_whole_rig(library: Sequence[Hypothesis], settings: Settings) -> tuple[Hypothesis, ...]:
-    """Of every kind that is as common as `Settings.common_presence` or more, the form with the most parameters, if it
-    concerns the whole rig and can stand beside those before."""
+    """One hypothesis of every kind whose prior probability is `Settings.common_presence` or more.
+
+    It is the form with the most parameters that concerns the whole rig, keeps predictions quick and can stand beside
+    the hypotheses chosen before.
+    """
     chosen = dict[str, Hypothesis]()
     for hypothesis in sorted(library, key=lambda suspected: -len(suspected.free)):
         whole = hypothesis.free and not hypothesis.costly and {name for name, _ in hypothesis.place} <= FORMS

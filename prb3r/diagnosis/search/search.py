@@ -1,4 +1,4 @@
-"""Among what is searched, and how."""
+"""What a search for effects is given, and the score test of what a fit leaves."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,24 +22,25 @@ Done = TypeVar("Done")
 
 @dataclass(frozen=True)
 class Search:
-    """Among what is searched, and how."""
+    """What a search is given: the hypotheses that it chooses from, what was found before, and where tasks are run."""
 
     library: tuple[Hypothesis, ...]
+    """All hypotheses that may be in a model."""
     seed: int
     """Of the draws that tell how large the largest score is by chance."""
     apply: Apply = serially
-    """Where full fits and costly tests are made."""
+    """Runs full fits and costly tests, in this process or in workers."""
     assumed: Assumed = field(default_factory=Assumed)
-    """What was found before, and is likely beforehand."""
+    """Effects that were found before: a start, with the prior probability `Settings.assumed_presence`."""
     begun: Assumed = field(default_factory=Assumed)
-    """What else is begun from, instead."""
+    """Effects to start from in the place of `assumed`, if there are any; their prior odds are those of any other."""
     settings: Settings = Settings()
-    """Of which it takes how probable kinds of effects are beforehand."""
+    """From which the prior odds of the kinds of effects are taken."""
 
     @cached_property
     def log_odds(self) -> Mapping[Hypothesis, float]:
-        """ln of the prior odds of every hypothesis: those of its kind, shared among its places; where it was found
-        before, its own."""
+        """ln of the prior odds of every hypothesis: the odds of its kind, divided among the hypotheses of that kind; of
+        an effect that was found before those of `Settings.assumed_presence`."""
         kinds = [hypothesis.kind for hypothesis in self.library]
         odds = {kind: logit(SUSPECTS[kind].presence(self.settings)) - np.log(kinds.count(kind)) for kind in set(kinds)}
         known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
@@ -47,13 +48,16 @@ class Search:
 
     @property
     def here(self) -> "Search":
-        """The same in this process alone: it can be handed to another one."""
+        """A copy that runs its tasks serially, so that it can be sent to a worker process."""
         return replace(self, apply=serially)
 
     def until(
         self, function: Callable[[Any], Done], tasks: Sequence[Any], enough: Callable[[Done], bool]
     ) -> list[Done]:
-        """What a function returns of tasks, up to the first that is enough; worker processes do all of them at once."""
+        """Results of `function` for the tasks in their order, up to and with the first result that is `enough`.
+
+        Serially, the tasks behind it are not run; worker processes run all tasks at once.
+        """
         found = list[Done]()
         for result in map(function, tasks) if self.apply is serially else self.apply(function, tasks):
             found.append(result)
@@ -63,7 +67,8 @@ class Search:
 
 
 def examine(fitted: Fit, search: Search) -> Scores:
-    """Score test of what `fitted` leaves: every hypothesis that it lacks, and every law without a mechanism."""
+    """Score test on the residuals of `fitted`: of every hypothesis that it lacks, and of every moment law without a
+    mechanism (`laws`)."""
     rest = [hypothesis for hypothesis in search.library if hypothesis not in fitted.model.hypotheses]
     history = fitted.solved.chain.presliding > 0
     share = fitted.model.settings.tested_together if history else max(len(rest), 1)

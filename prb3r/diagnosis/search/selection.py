@@ -1,4 +1,5 @@
-"""Which sets of effects explain a recording: those that survive under the noise that the best of them leaves."""
+"""Selection: which sets of effects explain a recording under the noise that the best of them leaves, and which of them
+is chosen."""
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
@@ -24,39 +25,45 @@ from prb3r.diagnosis.settings import Settings
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What selection found."""
+    """The model that is chosen for a recording, with all that survive and what was tried."""
 
     calibrated: Fit
     """The constants alone, under the same noise."""
     fitted: Fit
-    """The smallest model that is not much less probable than the best that contains it."""
+    """The chosen model: the smallest part of the most probable one that is not much less probable (`simplest`)."""
     tried: tuple[Fit, ...]
-    """Every full fit under the same noise, for rivals and the ranking."""
+    """Every full fit under the same noise; rivals and the ranking are taken from these."""
     survivors: tuple[Survivor, ...]
-    """Most probable first."""
+    """Surviving models, most probable first."""
     scores: Scores
     """Score test of what the chosen model leaves."""
     scores_of_best: Scores
-    """The same of the most probable model, which may be larger than what is chosen."""
+    """Score test of what the most probable model leaves, which may be larger than the chosen one."""
     smooth_moments: float
-    """Chance of as much smooth structure as the most probable model leaves."""
+    """Chance of as much smooth structure as the most probable model leaves (:func:`chance_of_smooth_moments`)."""
     chi2_threshold: float
+    """Chi-square of the chosen model from which on it is said to leave something."""
     doubts: Doubts
+    """Readings and weights that are not believed, and the noise level under which all is fitted."""
     level: EstimatedLevel
+    """The noise level as the best model tells it."""
     exchanged: frozenset[Effects] = frozenset()
-    """The sets of effects of whose fits every effect was exchanged for what comes nearest; `tried` holds these too."""
+    """Sets of effects every one of whose effects was exchanged; `tried` holds the replacements too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
     first_worth: float = -np.inf
-    """What the best model of the first beginning is worth, see `worth_of`."""
+    """What the best model found from the first start is worth (`worth_of`)."""
     share_of_stated: float = 1.0
-    """Of the stated noise, what the chosen model leaves; 1 unless it is structured and less than that everywhere."""
+    """Root mean square of what a structured choice leaves over the stated noise: below 1 where it is less than stated
+    everywhere, else 1 or more (function `share_of_stated`); 1 for a choice that is not structured."""
 
     @property
     def structured(self) -> bool:
-        """Whether something is left that chance does not explain; a model with effects has been tested before.
+        """Whether something is left that chance does not explain.
 
-        A direction that the most probable model takes is explained, though too weakly to be named.
+        Scores and smooth moments are those of the most probable model: what its further effects take up is explained,
+        though too weakly to be named.  With effects in it the stricter threshold of names holds, as the search has
+        tested before.
         """
         scores, again = self.scores_of_best, bool(self.survivors[0].effects)
         limit = scores.naming if again else scores.threshold
@@ -69,7 +76,7 @@ class Choice:
 
     @property
     def smooth(self) -> bool:
-        """Whether moments are left that change smoothly, as noise does not."""
+        """Whether missing moments are left that change smoothly from plate to plate or load to load, unlike noise."""
         return self.smooth_moments < self.fitted.model.settings.naming_rate
 
     @property
@@ -79,18 +86,22 @@ class Choice:
 
     @property
     def presence(self) -> Mapping[str, float]:
-        """Probability that each kind of effect is there, summed over surviving models and places."""
+        """Probability that each kind of effect is present, summed over surviving models and places."""
         return presence_of(self.survivors)
 
     def refuted_by(self, refutes: Callable[[Fit], bool]) -> tuple[Survivor, ...]:
-        """Surviving models that something else than what was fitted speaks against, where it does not against what is
-        chosen."""
+        """The other surviving models that `refutes`; none where it refutes the chosen model too.
+
+        Parameters
+        ----------
+        refutes : whether unseen data, as sequences set aside, speak against a fit.
+        """
         if refutes(self.fitted):
             return ()
         return tuple(s for s in self.survivors if s.fitted is not self.fitted and refutes(s.fitted))
 
     def without(self, refuted: Sequence[Survivor]) -> "Choice":
-        """The same with the other surviving models alone."""
+        """The choice without the `refuted` survivors; the probabilities of the others sum to 1 again."""
         left = [survivor for survivor in self.survivors if survivor not in refuted]
         total = sum(survivor.probability for survivor in left)
         survivors = (replace(survivor, probability=survivor.probability / total) for survivor in left)
@@ -98,13 +109,15 @@ class Choice:
 
     @property
     def likely(self) -> Mapping[str, float]:
-        """Probability of each kind that is likelier there than not, though what is chosen does without it."""
+        """Probability of each kind that is more likely present than absent, though the chosen model lacks it."""
         return {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
 
     @property
     def alternatives(self) -> tuple[frozenset[str], ...]:
-        """Sets of kinds of surviving models that lack a chosen kind, the most probable first, with a share that
-        counts."""
+        """Sets of kinds of surviving models that lack a chosen kind, the most probable first.
+
+        Only sets whose probability, summed over their models, is `Settings.alike_rate` or more.
+        """
         settings, shares = self.fitted.model.settings, dict[frozenset[str], float]()
         for survivor in self.survivors:
             if not survivor.kinds >= self.kinds:
@@ -114,31 +127,37 @@ class Choice:
 
 
 def presence_of(survivors: Sequence[Survivor]) -> Mapping[str, float]:
-    """Probability that each kind of effect is there, summed over surviving models and places."""
+    """Probability that each kind of effect is present, summed over the models and places of `survivors`."""
     kinds = sorted({kind for survivor in survivors for kind in survivor.kinds})
     return {kind: sum(s.probability for s in survivors if kind in s.kinds) for kind in kinds}
 
 
 class Explored(NamedTuple):
-    """A search that has come to an end: the noise is that which its best model leaves."""
+    """A search that has come to an end, under the noise that its best model leaves."""
 
     pool: Pool
     doubts: Doubts
+    """Readings and weights that are not believed, and the noise level of the pool."""
     level: EstimatedLevel
+    """The noise level as the best model of the pool tells it."""
 
     def sought_by(self, search: Search) -> "Explored":
-        """The same, to be searched on with other worker processes, or without."""
+        """A copy whose pool goes on with another `search`, such as one that runs tasks in other worker processes."""
         pool = copy(self.pool)
         pool.search = search
         return self._replace(pool=pool)
 
     def chosen(self) -> Fit:
-        """The smallest model that is not much less probable than the best, which contains it, as `simplest` has it."""
+        """The smallest part of the best model that is not much less probable (:func:`simplest`), fitted until it
+        converges."""
         return polished(simplest(self.pool.survivors(), self.pool.settings))
 
 
 def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explored:
-    """Explore, beginning from what `pool` holds, under the noise that the best model leaves."""
+    """Search from the models of `pool`, and estimate the noise anew from the best model until both no longer change.
+
+    At most `Settings.renewals` rounds of search are made.
+    """
     settings, around = pool.settings, Effects()
     expansions = settings.most_expansions
     for _ in range(settings.renewals):
@@ -164,7 +183,8 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
 
 
 def exchange_effects(explored: Explored, search: Search) -> Explored:
-    """Exchange every chosen effect for others, and search on from there as long as one of them makes a better model."""
+    """Exchange every effect of the chosen model for others; search on as long as that finds a better model, at most
+    `Settings.exchanges` times."""
     for _ in range(explored.pool.settings.exchanges):
         if not explored.pool.exchange(explored.chosen()):
             break
@@ -173,7 +193,7 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
 
 
 def choose(explored: Explored, search: Search) -> Choice:
-    """What has been found, with what the chosen model leaves."""
+    """The choice at the end of a search, with tests of what the chosen and the most probable model leave."""
     pool, chosen = explored.pool, explored.chosen()
     survivors = pool.survivors()
     scores, best = examine(chosen, search), survivors[0]
@@ -194,8 +214,11 @@ def choose(explored: Explored, search: Search) -> Choice:
 
 
 def simplest(survivors: Sequence[Survivor], settings: Settings) -> Fit:
-    """The smallest part of the most probable model that is within `Settings.simpler_reach` of it in ln evidence and
-    has all of its kinds that are certain, as all survivors together have it."""
+    """The surviving model with the fewest effects, all of them in the most probable one.
+
+    Its ln evidence is within `Settings.simpler_reach` of that model, and it has every kind of that model whose
+    probability over all survivors is `Settings.certain` or more.
+    """
     best, presence = survivors[0], presence_of(survivors)
     certain = {kind for kind in best.kinds if presence[kind] >= settings.certain}
     parts = [part for part in survivors if part.effects <= best.effects and part.kinds >= certain]

@@ -1,4 +1,4 @@
-"""A beginning from small loads, where a rig is nearly linear: effects appear in the order in which loads show them."""
+"""A start from small loads, where a rig is nearly linear: effects are found in the order in which loads show them."""
 
 from dataclasses import replace
 
@@ -13,14 +13,18 @@ from prb3r.mechanics.chain import Loads
 
 
 def load_share(loads: Loads) -> np.ndarray:
-    """(s,) largest share that any load has of its own largest value; 0 without loads."""
+    """(s,) largest ratio of any tension or dead force of a step to its own maximum over all steps; 0 without loads."""
     every = np.abs(np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1))
     largest = every.max(0, initial=0.0)
     return (every[:, largest > 0] / largest[largest > 0]).max(1, initial=0.0)
 
 
 def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
-    """A model of the whole recording, begun from what explains its small loads; None where these tell too little."""
+    """A model fitted to the whole recording with the effects that explain its small loads; None where these tell too
+    little.
+
+    Effects are searched for under loads up to each of `Settings.load_shares` in turn.
+    """
     settings, whole, known = calibrated.model.settings, calibrated.model, None
     for share in settings.load_shares:
         small = at_small_loads(known or calibrated, doubts, share)
@@ -33,7 +37,10 @@ def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | N
 
 
 def at_small_loads(known: Fit, doubts: Doubts, share: float) -> Fit | None:
-    """A model fitted to the readings under loads of at most a `share` of the largest; None where these are few."""
+    """The model `known` refitted to the readings under loads up to a `share` of the largest (:func:`load_share`).
+
+    None where there are fewer than `Settings.fewest_small_loads` readings a parameter, or where the fit fails.
+    """
     model, recording = known.model, known.model.predict.recording
     read = (load_share(recording.loads) <= share)[recording.readings.step]
     if read.sum() < model.settings.fewest_small_loads * model.count:

@@ -1,4 +1,4 @@
-"""Several starts of one search: what small loads show first, all common effects at once, softening with a stop."""
+"""The starts of a search: what small loads show first, all common effects at once, plates that soften until a stop."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,20 +21,24 @@ from prb3r.diagnosis.search.worth import worth_of
 
 
 def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth: float = -np.inf) -> Choice:
-    """The better choice of effects from several beginnings, where much is unexplained; from what is known before else.
+    """The choice of effects that a search from several starts finds.
 
-    The first is what explains small loads, as there a rig is nearly linear.  It leads into one valley, which may
-    explain the recording and yet be far from the best: sets that explain the large loads by other means are not seen
-    from it.  The second is all common effects at once, unless they leave most of what constants leave; it is left out
-    where the first end explains the recording with few effects.  The third, where neither explains it, is what is left
-    of all common effects as one after another is taken away, and the fourth, where much is unexplained still, plates
-    that soften until something stops them, unless the search may be given up.  Where a prediction is slow there is but
-    a second, the constants alone, where the first does not explain the recording.  From the best end the search goes on
-    by exchange, with the best models of the others beside it.
+    Where the constants alone leave little, the only start is the constants and what was found before.  Otherwise:
+
+    1. What explains the small loads, under which a rig is nearly linear.  It leads into one valley, which may explain
+       the recording and yet be far from the best: sets that explain large loads by other means are not seen from it.
+    2. All common effects at once, unless they leave most of the chi-square of the constants.  Left out where the search
+       from 1 explains the recording with few effects.
+    3. Where neither explains it: the fits of backward elimination from all common effects.
+    4. Where much is still unexplained: plates that soften until something stops them.  Left out where `least_worth` is
+       given.
+
+    Where a prediction is slow the constants alone are the only other start, tried if 1 does not explain the recording.
+    From the best end the search goes on by exchanging effects, with the best models of the other ends in its pool.
 
     Parameters
     ----------
-    least_worth : the search ends with the first end where that is worth less (`worth_of`).
+    least_worth : the search ends after the first start where its end is worth less (:func:`worth_of`).
     """
     known = search.begun if search.begun.values else search.assumed
     beginning = _Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)
@@ -49,16 +53,16 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
 
 
 def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
-    """The choice of effects from the constants alone and from what was found before, with no other beginning."""
+    """The choice of effects that a search from the constants alone and from what was found before finds."""
     known = search.begun if search.begun.values else search.assumed
     return choose(_from_known(_Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)).explored, search)
 
 
 def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
-    """Where searches from several beginnings end; the first alone where that is worth less than `least_worth`.
+    """The ends of the searches from all starts; the first alone where that is worth less than `least_worth`.
 
-    Both sides are searched from at once, one worker each, but where the second may be left out for what the first is
-    worth.
+    Small loads and all common effects are searched from side by side, one worker each, unless `least_worth` may make
+    the second needless.
     """
     calibrated, _, search, _ = beginning
     if calibrated.reduced <= calibrated.model.settings.gross:
@@ -83,29 +87,31 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
 
 
 def beside(others: Sequence[Fit], pool: Pool) -> None:
-    """Put the best models of other ends beside those of a pool, fitted under its noise: what is as probable stands."""
+    """Add the best models of `others` to a pool, refitted under its noise, so that they survive where they are as
+    probable."""
     for other in others:
         pool.add(fit(replace(other.model, noise=pool.best.model.noise), other.p))
 
 
 class _Beginning(NamedTuple):
-    """What a search begins from."""
+    """What the search from every start has in common."""
 
     calibrated: Fit
+    """The constants alone."""
     known: Fit | None
-    """With what was found before, or is begun from instead; None where nothing is."""
+    """The model with the effects that were found before (`Search.begun`, else `Search.assumed`); None without any."""
     search: Search
     doubts: Doubts
 
 
 class _End(NamedTuple):
-    """Where a search has come to rest."""
+    """Where the search from one start has come to rest."""
 
     explored: Explored
     explains: bool
-    """Whether what was found leaves no more than noise does."""
+    """Whether the chosen model leaves nothing that noise does not explain."""
     begun: Fit | None
-    """The fit that it began from, beside what was known before."""
+    """The fit that it started from, beside the constants and what was known before; None without one."""
 
     @property
     def best(self) -> Fit:
@@ -113,12 +119,13 @@ class _End(NamedTuple):
         return self.explored.pool.survivors()[0].fitted
 
     def worth(self, search: Search) -> float:
-        """What that is worth."""
+        """What the most probable model is worth (:func:`worth_of`)."""
         return worth_of(self.best, self.explored.level.level, search)
 
 
 def _plain(end: _End | None) -> bool:
-    """Whether an end explains the recording with so few effects that no other side is asked."""
+    """Whether an end explains the recording with fewer than `Settings.several_effects`, so that no other start is
+    needed."""
     if end is None or not end.explains:
         return False
     return len(end.best.model.hypotheses) < end.best.model.settings.several_effects
@@ -130,7 +137,7 @@ def _from_side(task: tuple[Callable[[_Beginning], _End | None], _Beginning]) -> 
 
 
 def _from_known(beginning: _Beginning, *begun: Fit | None) -> _End:
-    """The end of a search from the constants alone, from what was found before, and from what was `begun`."""
+    """The end of a search from the constants alone, from what was found before, and from the fits `begun`."""
     calibrated, known, search, doubts = beginning
     pool = Pool(search, calibrated.model.settings, [calibrated, known, *begun])
     explored = explore_until_settled(pool, search, doubts)
@@ -138,12 +145,13 @@ def _from_known(beginning: _Beginning, *begun: Fit | None) -> _End:
 
 
 def _from_small_loads(beginning: _Beginning) -> _End:
-    """The end of a search from what explains small loads."""
+    """The end of a search from the model that explains the small loads."""
     return _from_known(beginning, from_small_loads(beginning.calibrated, beginning.search, beginning.doubts))
 
 
 def _from_full_side(beginning: _Beginning) -> _End | None:
-    """The end of a search from all common effects at once; None where they leave most of what constants leave."""
+    """The end of a search from all common effects at once; None where they leave most of the chi-square of constants
+    alone (`Settings.saturated_leaves`).  Without such a fit the search is from the constants alone."""
     calibrated = beginning.calibrated
     full = saturated(calibrated, beginning.search, beginning.doubts)
     if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
@@ -152,9 +160,9 @@ def _from_full_side(beginning: _Beginning) -> _End | None:
 
 
 def lead(model: Fit, other: Fit, search: Search) -> float:
-    """By how much a model is more probable than another, ln of the odds.
+    """ln of the posterior odds of a model against another.
 
-    Each was found under a noise of its own: the mean under both, with both fitted under each.
+    Each was found under a noise of its own: both are fitted under each of the two, and the mean of the ln odds counts.
     """
     total, rivals = 0.0, (model, other)
     for noise in [rival.model.noise for rival in rivals]:

@@ -1,4 +1,8 @@
-"""Which effects explain several recordings together: sets found on each alone are starts, then all are in view."""
+"""Which effects explain several recordings together.
+
+Joint models are searched for from the sets of effects that each recording shows alone.  The survivors then say of every
+single recording what the others tell of the parameters that the rigs share.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,13 +36,13 @@ from prb3r.diagnosis.search.selection import Choice, simplest
 
 
 class Alone(NamedTuple):
-    """A recording by itself."""
+    """What is known of one recording."""
 
     choice: Choice
-    """What stands of it."""
+    """The chosen effects; where they do not explain the recording, those that stand all the same (`coarser`)."""
     search: Search
     best: Fit
-    """Its most probable model, explained or not."""
+    """The most probable model, whether it explains the recording or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,17 +50,20 @@ class Together:
     """What several recordings tell together."""
 
     alone: tuple[Alone, ...]
+    """Every recording by itself."""
     groups: Groups
+    """Which rigs share material and friction."""
     search: JointSearch
     fitted: JointFit
-    """The smallest joint model that is not much less probable than the best that contains it."""
+    """The chosen joint model: the smallest part of the most probable one that is not much less probable."""
     joined: tuple[Alone, ...]
-    """Every recording with what the others say of what they share."""
+    """Every recording with what the others say of the parameters that they share."""
     survivors: tuple[Survivor, ...]
-    """Joint models, most probable first; their `fitted` are joint fits."""
+    """Surviving joint models, most probable first; their `fitted` are joint fits."""
 
     def shared_probability(self, effect: str, constant: str) -> float:
-        """Probability that an effect by name, or if that is empty a constant, is the same on all its rigs."""
+        """Probability that one value holds on all rigs that share it: of the effect called `effect` or, where that is
+        empty, of `constant`."""
 
         def holds(hypotheses: frozenset[Any]) -> bool:
             if effect:
@@ -67,15 +74,18 @@ class Together:
 
 
 class _Explored(NamedTuple):
-    """Joint models under the noise that the best of them leaves."""
+    """A joint search that has come to an end, under the noise that its best model leaves."""
 
     pool: JointPool
     noise: tuple[tuple[Doubts, EstimatedLevel], ...]
-    """Of every recording."""
+    """Of every recording: what is not believed, with the noise level of the pool, and the level that was estimated."""
 
 
 def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
-    """The joint models that survive, under the noise that the best of them leaves."""
+    """Search for joint models; the chosen one, the survivors, and what they say of every recording.
+
+    Where they do not explain some recordings, those effects are chosen that stand under a coarser likelihood of these.
+    """
     settings = alone[0].choice.fitted.model.settings
     rigs = tuple(replace(part.choice.fitted.model, hypotheses=()) for part in alone)
     model = JointModel(rigs, shared_constants(rigs, groups))
@@ -92,7 +102,12 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
 
 
 def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> _Explored:
-    """Search from what each recording shows alone; `alone` with the libraries of the joint search."""
+    """Search from what each recording shows alone, and estimate the noise anew until both no longer change.
+
+    Parameters
+    ----------
+    alone : the recordings, each with the hypotheses of the joint search in its library (:func:`_own_search`).
+    """
     settings = model.settings
     wide: Any = replace(settings, most_effects=settings.most_effects * len(alone))
     pool = JointPool(search, wide, search.apply(fit_joint, _starts(model, search, alone)))  # type: ignore[arg-type]
@@ -118,7 +133,12 @@ def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> 
 def _on_each(
     alone: Sequence[Alone], explored: _Explored, fitted: JointFit, survivors: Sequence[Survivor]
 ) -> tuple[Alone, ...]:
-    """Every recording, in their order, with what the others say of the parameters that they share."""
+    """Every recording, in their order, with what the others say of the parameters that they share.
+
+    Parameters
+    ----------
+    fitted, survivors : the chosen joint model, and all that survive.
+    """
     out = []
     for rig, (single, noise) in enumerate(zip(alone, explored.noise, strict=True)):
         search = _knowing(single.search, fitted.model.members[rig].hypotheses)
@@ -128,7 +148,10 @@ def _on_each(
 
 
 def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
-    """The same search with every chosen effect as it was fitted: in common, or with the bounds of one rig alone."""
+    """A copy of a search whose library holds the `chosen` hypotheses in the place of those of the same kind and place.
+
+    The two differ in their bounds: an effect in common has the widest of all its rigs.
+    """
     by_place = {(hypothesis.kind, hypothesis.place): hypothesis for hypothesis in chosen}
     return replace(
         search,
@@ -137,7 +160,8 @@ def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
 
 
 def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
-    """What stands where some recordings are not explained, under a coarser likelihood of these; as in `coarser`."""
+    """The joint model that stands, and all that survive, under a coarser likelihood of the recordings that are not
+    explained (as in :mod:`coarser`); the model is fitted under the exact one."""
     settings, noises = fitted.model.settings, []
     for rig, single in enumerate(joined):
         part, doubts = fitted.part(rig), single.choice.doubts
@@ -156,7 +180,10 @@ def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tup
 
 
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
-    """Where joint fits begin: without effects, and from what each recording shows alone."""
+    """Joint models and their start parameters (P,): without effects, and from what each recording shows alone.
+
+    Shared values are taken from each rig in turn, or every rig keeps its own of constants, of shared kinds or of both.
+    """
     plain = [single.choice.calibrated for single in alone]
     starts, sets = (
         [start_set(model, (), plain, first=0)],
@@ -182,14 +209,15 @@ def _with_others(
     joint: tuple[JointFit, Sequence[Survivor]],
     noise: tuple[Doubts, EstimatedLevel],
 ) -> Choice:
-    """A recording with what the others say: the chosen joint model and all that survive, as they are on one rig.
+    """The choice on one recording with what the others say: the chosen joint model and the survivors as rig `rig` has
+    them; joint models that are alike on that rig are one survivor.
 
     Parameters
     ----------
-    plain : its constants alone.
-    search : among what is searched on it.
+    plain : the fit of the constants alone.
+    search : of this recording.
     joint : the chosen joint model, and all that survive.
-    noise : its doubts and noise level.
+    noise : what of the recording is not believed, and the noise level that was estimated.
     """
     fitted, survivors = joint
     doubts, level = noise
@@ -226,10 +254,10 @@ def _with_others(
 
 
 def at_minimum(fitted: JointFit, rig: int) -> Fit:
-    """One recording's model with what the others say, at its minimum.
+    """The model of one recording with what the others say of shared parameters, fitted.
 
-    That is where the joint fit ended, but for a constant that parts from the shared one, of which the others say
-    nothing.
+    Its minimum is where the joint fit ended, so that nothing is fitted anew.  Only a rig with a constant of its own in
+    the place of a shared one is refitted, as the others say nothing of that constant.
     """
     part = fitted.believed(rig)
     parted = any(hypothesis.parted == rig for hypothesis in fitted.model.hypotheses)
@@ -237,7 +265,7 @@ def at_minimum(fitted: JointFit, rig: int) -> Fit:
 
 
 def _own_search(search: Search, rig: int, joint: JointSearch) -> Search:
-    """What is searched on one rig: what is in common with the bounds that it has there."""
+    """A copy of the search of one rig in which effects that may be in common have the bounds of the joint search."""
     common = [
         part for hypothesis in joint.library if len(hypothesis.rigs) > 1 and (part := hypothesis.parts[rig]) is not None
     ]

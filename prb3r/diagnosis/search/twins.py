@@ -1,9 +1,9 @@
-"""What is alike, or nearly so, under another name: one segment softer than stated, or the others stiffer with a lower
-Young's modulus; plates that soften beyond a knee, or whose material follows a plateau; plates that dissipate, or that
-soften and give back less than they took, which takes two effects.
+"""Twins: models that predict nearly the same as a fitted one by another effect.
 
-A search that adds and exchanges one effect at a time stays on the side that it found first, since every other constant
-and effect has settled there; which side a rig is on decides what another design does.
+Three pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
+soften beyond a knee, or whose material follows a plateau; plates that dissipate, or that soften and give back less than
+they took (two effects).  A search that adds and exchanges one effect at a time stays with the twin that it found first,
+since all other constants and effects have settled beside it.  Which twin is right decides what another design does.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,13 +21,13 @@ OF_KNEES = "nonlinear_plate"
 
 
 def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """All models that are alike, or nearly so, fitted from where this one is."""
+    """All twins of a fitted model, each fitted from parameters at which it predicts nearly the same."""
     for twins in (of_other_segments, of_plateaus, of_flags):
         yield from twins(fitted, library)
 
 
 def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """The fitted model with the stiffness of another segment in the place of one, Young's modulus making up for it."""
+    """Twins with the stiffness of another segment in the place of one, Young's modulus making up for it."""
     model = fitted.model
     if "log_stiffness" not in model.varied:
         return
@@ -45,7 +45,7 @@ def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fi
 
 
 def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """The fitted model with plates that follow a plateau in the place of plates that soften beyond a knee in strain."""
+    """Twins with superelastic plates (a stress plateau) in the place of plates that soften beyond a knee in strain."""
     model = fitted.model
     present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
     plateau = next((suspected for suspected in library if suspected.kind == OF_PLATEAUS), None)
@@ -63,8 +63,8 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
 
 
 def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """The fitted model with plates that soften and go through flags in the place of plates that dissipate: the best fit
-    of every law that softens all plates alike."""
+    """Twins with two effects in the place of hysteretic plates: a law that softens all plates alike and flag-shaped
+    loops (`flag_hysteresis`); of every such law the best fit."""
     model, friction = fitted.model, fitted.model.friction(fitted.p)
     present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
     flag = next((suspected for suspected in library if suspected.kind == OF_FLAGS), None)
@@ -84,7 +84,8 @@ def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
 
 
 def _softening_as(law: Hypothesis, effect: HystereticPlate, knee_of_plateau: float) -> np.ndarray | None:
-    """Where a fit of a law begins that softens where plates begin to slip, to what does not; None of another one."""
+    """Start (k,) of a softening law: its knee or plateau is where hysteretic plates begin to slip, its stiffness beyond
+    is their share that does not slip.  None for a law that does not soften all plates alike."""
     begins = effect.yield_per_m if effect.yield_strain is None else effect.yield_strain
     if begins is None or {name for name, _ in law.place} - {"law", "sections"}:
         return None

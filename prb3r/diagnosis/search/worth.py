@@ -1,12 +1,12 @@
-r"""What a choice of effects is worth, whatever the noise: for choices that do not share the scale of it.
+r"""What a model is worth irrespective of the noise level: compares models that were fitted under different levels.
 
-With the mean square :math:`S` that the chosen model leaves, in units of the stated noise, and :math:`V` its prior odds
-and volumes (Occam's factor), the worth is
+With the mean square :math:`S` that the model leaves, in units of the stated variance, and :math:`V` the logarithm of
+its prior odds and of Occam's factor (the volumes), the worth is
 
 .. math:: V - \tfrac12 m \ln S
 
-with what handbooks say of E and friction as a prior of the constants; `m` counts photographs, not readings: what no
-model explains is common to a photograph.
+less half the squared distance of E and friction from their nominal values, in the spread of handbook values.  The
+number `m` counts photographs (steps that were read), not readings: what no model explains is common to a photograph.
 """
 
 import numpy as np
@@ -19,19 +19,22 @@ from prb3r.diagnosis.search.selection import Choice
 
 
 def worth(choice: Choice, search: Search) -> float:
-    """Log evidence of the chosen model, the scale of the noise being open and a photograph counting as one number."""
+    """What the chosen model of a search is worth."""
     return worth_of(choice.fitted, choice.level.level, search)
 
 
 def photographs_of(fitted: Fit) -> int:
-    """Number of the steps whose readings a fit is of."""
+    """Number of the steps that have readings in the recording of a fit."""
     return len(np.unique(fitted.model.predict.recording.readings.step))
 
 
 def worth_of(fitted: Fit, level: NoiseLevel, search: Search, photographs: int | None = None) -> float:
-    """The same of any fit under a level of the noise.
+    """What a fit is worth: its ln evidence with the scale of the noise open, a photograph counting as one number.
 
-    `photographs`: how many to count; absent: its own. Of two fits to be compared one may have lost some.
+    Parameters
+    ----------
+    level : of the noise under which it was fitted.
+    photographs : number to count, the same for fits that are compared, as one may have lost some; absent: its own.
     """
     photographs = photographs or photographs_of(fitted)
     settings, constants = fitted.model.settings, fitted.constants
@@ -41,5 +44,5 @@ def worth_of(fitted: Fit, level: NoiseLevel, search: Search, photographs: int | 
 
 
 def mean_square(fitted: Fit, level: NoiseLevel) -> float:
-    """What a model leaves, per degree of freedom, in units of the stated variance."""
+    """Chi-square per degree of freedom in units of the stated variance, for a fit under a `level` of the noise."""
     return fitted.reduced * level.scale**2
