@@ -1,4 +1,4 @@
-"""Calibration under doubt: covariance, gross outliers and wrong weights settled before any physics is judged."""
+"""Calibration under doubt: gross outliers and weights noted wrongly are found before any physics is judged."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ from prb3r.diagnosis.settings import Settings
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
-    """A calibrated model with gross outliers weighed down, and how far."""
+    """The calibrated model refitted with gross outliers weighed down, and the factors on their standard deviations."""
     settings = rough.model.settings
     fitted, doubts = rough, Doubts(np.ones(rough.model.predict.recording.readings.count))
     for _ in range(settings.doubt_rounds):
@@ -29,7 +29,10 @@ def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
 
 
 def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[Fit, Doubts]:
-    """A calibrated model without belief in the weights that were noted wrongly, and these."""
+    """The calibrated model refitted without the weights that were noted wrongly, and `doubts` with these added.
+
+    At most `Settings.most_wrong_weights` are looked for, one after the other.
+    """
     settings = fitted.model.settings
     for _ in range(0 if settings.believe_all else settings.most_wrong_weights):
         wrong = wrong_weight(fitted, search, doubts.weights)
@@ -41,7 +44,15 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
 
 
 def wrong_weight(fitted: Fit, search: Search, known: Sequence[NotedWeight]) -> NotedWeight | None:
-    """The weight that explains more than any effect and any law could, if there is one; `known` are others."""
+    """The wrongly noted weight whose score is beyond chance and above that of any effect or moment law; else None.
+
+    On the step of the weight with the largest score, that weight counts of which another value explains the readings of
+    the step best (:func:`likeliest`).
+
+    Parameters
+    ----------
+    known : weights that are doubted already, whose steps are not looked at again.
+    """
     sensitivity = tension_response(fitted.model.predict, fitted.solved)
     doubted = {weight.step for weight in known}
     candidates = [weight for weight in weight_alternatives(fitted, sensitivity) if weight.subject.step not in doubted]
@@ -56,17 +67,18 @@ def wrong_weight(fitted: Fit, search: Search, known: Sequence[NotedWeight]) -> N
 
 
 class OtherWeight(NamedTuple):
-    """A weight that was another one than was noted."""
+    """A noted weight with another value tried in its place."""
 
     weight: NotedWeight
     misfit: float
-    """Squared, of its step's readings, in units of their own noise."""
+    """Sum of squared misfits of the readings of its step in units of their noise; infinite without equilibrium."""
     readings: np.ndarray
-    """(r,) predicted, m and rad."""
+    """(r,) all readings predicted with that value, m and rad."""
 
 
 def likeliest(predict: Predictor, noise: Noise, solved: Solution, step: int, settings: Settings) -> OtherWeight:
-    """Of all weights on a step, and what each may have been instead, what explains the step's readings best."""
+    """Of all weights on a step, each multiplied by the factors of `Settings.other_weights`, the one that explains the
+    readings of the step best."""
     loads, there = predict.recording.loads, predict.recording.readings.step == step
 
     def other(cable: int, factor: float) -> OtherWeight:

@@ -1,4 +1,4 @@
-"""Before and after on sequences, or recordings, that no fit has seen."""
+"""Judgement on held-out data: how well models predict sequences, or recordings, that no fit has seen."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -24,39 +24,42 @@ UNFELT_WEIGHT = 1e-9
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors of models on readings that were set aside."""
+    """Errors of two models on readings that were set aside: `calibrated`, the constants alone, and `explained`, with
+    effects."""
 
     sequences: tuple[str, ...]
+    """Names of the sequences that were set aside."""
     rmse_calibrated_m: float | None
     """Root mean square error of positions, gross outliers left out; None where no position was read."""
     rmse_explained_m: float | None
     noise_m: float | None
-    """What a perfect model would leave."""
+    """Root mean square error of positions that a perfect model would leave."""
     rmse_calibrated_rad: float | None
-    """Of angles and bends."""
+    """Root mean square error of angles and bends, as that of positions."""
     rmse_explained_rad: float | None
     noise_rad: float | None
     chi2_calibrated: float
-    """Squared whitened error."""
+    """Sum of squared whitened errors."""
     chi2_explained: float
     readings: int
-    """How many could be compared: where a model has no equilibrium there is no prediction."""
+    """Number of readings that both models predict; where a model has no equilibrium it predicts none."""
     lost: int = 0
-    """How many could not."""
+    """Number of the other readings."""
 
     @property
     def gain(self) -> float:
-        """Share of the excess squared error that the explanation removes; at most 1, 0 where there is no excess."""
+        """Share of the excess of `chi2_calibrated` over its expectation, the number of readings, that the explanation
+        removes: at most 1, negative where it makes errors larger, 0 where there is no excess."""
         excess = self.chi2_calibrated - self.readings
         return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
 
 
 class JudgedSequence(NamedTuple):
-    """A sequence that no fit has seen, as a model predicts it."""
+    """How well a model predicts a sequence that no fit has seen."""
 
     name: str
     p: float
-    """Chance of so large an error if the model was right; of several models the mean, by their probabilities."""
+    """Chance of an error this large if the model is right (see :meth:`Unseen.judged_by` for several models)."""
     error_sd: float
     """Root mean square of the whitened error."""
     lost: bool
@@ -64,44 +67,46 @@ class JudgedSequence(NamedTuple):
 
 
 class Foreseen(NamedTuple):
-    """Sequences that no fit has seen, as a fit foresees them on the rig as it was made."""
+    """What a fit predicts for the sequences set aside, on the rig as it was made."""
 
     readings: np.ndarray
-    """(r,) expected where the parts are as the other sequences tell them."""
+    """(r,) expected readings, with the tolerances of the parts as the fitted sequences tell them, m and rad."""
     noise: Noise
-    """Covariance of what is read less what is expected: of the readings, the fitted parameters and the parts."""
+    """Covariance of the readings about these: reading noise, tension scatter, uncertainty of parameters and parts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Sequences of a manipulator that no fit has seen, in the frame of those that were fitted.
+    """The sequences of a recording that no fit has seen, in the camera frame of those that were fitted.
 
-    Errors that are told are those of the files, whose parts are as drawn; chances and scores are of the rig as it was
-    made, as far as the sequences that were fitted tell it.
+    Errors (`judge`) are those of the manipulator files, whose parts are as drawn.  Chances and scores are those of the
+    rig as it was made, as far as the fitted sequences tell how its parts came out.
     """
 
     predict: Predictor
+    """Of the sequences set aside."""
     settings: Settings
     known: Doubts
     """What of the fitted sequences is not believed, and the level of the noise as they tell it."""
     doubted: tuple[NotedWeight, ...] = ()
-    """Weights that are not believed."""
+    """Weights of the sequences set aside that are not believed."""
     foreseen: dict[Fit, Foreseen] = field(default_factory=dict, repr=False)
-    """By fit, what was computed already."""
+    """Results of :meth:`foresee` by fit."""
 
     def solved(self, fitted: Fit) -> Solution:
         """States (s, n) and readings (r,) that `fitted` predicts for the sequences set aside."""
         return self.predict.solve(fitted.constants, fitted.effects)
 
     def noise(self, fitted: Fit) -> Noise:
-        """Covariance of what is read less what `fitted` predicts: of readings, parameters and parts as drawn."""
+        """Covariance of the readings about the prediction of `fitted`, parts as drawn: reading noise, tension scatter,
+        uncertainty of the fitted parameters, and tolerances of their stated size."""
         solved = self.solved(fitted)
         uncertain = replace(fitted.model, predict=self.predict).moved(fitted.p, solved) @ root_of(fitted.covariance)
         parts = tolerances(self.predict, solved).moved
         return self._covariance(solved, solved.readings, np.hstack([parts, uncertain]))
 
     def foresee(self, fitted: Fit) -> Foreseen:
-        """What `fitted` says of these sequences, with the parts as the others tell them."""
+        """The prediction of `fitted` for these sequences, with the parts of the rig as the fitted ones tell them."""
         if fitted not in self.foreseen:
             solved = self.solved(fitted)
             parts = tolerances(self.predict, solved)
@@ -114,8 +119,13 @@ class Unseen:
         return self.foreseen[fitted]
 
     def _covariance(self, solved: Solution, expected: np.ndarray, uncertain: np.ndarray) -> Noise:
-        """Of readings around what is `expected` (r,), where `uncertain` (r, k) are the other changes of one standard
-        deviation; readings missed grossly and alone are weighed down, as among those that were fitted."""
+        """Covariance of the readings about what is `expected` (r,); those missed grossly and alone are weighed down, as
+        among the fitted ones.
+
+        Parameters
+        ----------
+        uncertain : (r, k) changes by one standard deviation of all else that is uncertain.
+        """
         recording, sensitivity = self.predict.recording, tension_response(self.predict, solved)
 
         def under(inflation: np.ndarray) -> Noise:
@@ -130,12 +140,13 @@ class Unseen:
         return noise if np.array_equal(lone > 1, inflation > 1) else under(lone)
 
     def judge(self, calibrated: Fit, explained: Fit) -> HeldOut:
-        """Errors of two models on these sequences, under the noise that the second one finds."""
+        """Errors of two models on these sequences, whitened by the covariance about the `explained` one."""
         before, after = self.solved(calibrated), self.solved(explained)
         return compared(self.predict, self.noise(explained), before.readings, after.readings)
 
     def log_score(self, fitted: Fit) -> float | None:
-        """Mean log density of the whitened readings, up to a constant; None where a step has no equilibrium."""
+        """Log score a reading: minus half the mean squared whitened error, less the mean ln of the factor by which
+        tension scatter widens the reading noise; None where a step has no equilibrium."""
         readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
@@ -143,8 +154,8 @@ class Unseen:
         return float(np.mean(-(noise.whiten(misfit) ** 2) / 2)) - float(np.mean(np.log(noise.total_sd / noise.sd)))
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
-        """Every sequence set aside with the chance of a misfit that large, if `fitted` is right, in the order of the
-        recording."""
+        """Every sequence set aside, in the order of the recording, with the chance of an error this large if `fitted`
+        is right; the chance is 0 where a step has no equilibrium."""
         recording, (readings, noise) = self.predict.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
@@ -158,7 +169,7 @@ class Unseen:
         return tuple(judged)
 
     def missed_steps(self, fitted: Fit) -> list[int]:
-        """Rows of the steps whose readings `fitted` misses by more than chance allows."""
+        """Rows of the steps whose readings `fitted` misses by more than chance allows, of all steps at once."""
         readings, noise = self.foresee(fitted)
         step, misfit = self.predict.recording.readings.step, self.predict.misfit(readings)
         squares, counts = np.bincount(step, noise.whiten(np.nan_to_num(misfit)) ** 2), np.bincount(step)
@@ -170,15 +181,16 @@ class Unseen:
 
     @property
     def rate(self) -> float:
-        """Chance below which a sequence counts as not predicted, so that one of all does at the rate of names."""
+        """Chance below which a sequence counts as not predicted: `Settings.naming_rate` divided among the sequences."""
         return self.settings.naming_rate / len(self.predict.recording.sequences)
 
     def refutes(self, fitted: Fit) -> bool:
-        """Whether `fitted` does not predict a sequence."""
+        """Whether `fitted` fails to predict any sequence."""
         return any(sequence.p < self.rate for sequence in self.judged(fitted))
 
     def judged_by(self, fitted: Fit, others: Sequence[tuple[float, Fit]]) -> tuple[JudgedSequence, ...]:
-        """Every sequence, as `fitted` predicts it, or where it does not, as all surviving models do.
+        """Every sequence as `fitted` predicts it; where it fails to predict any, each with the mean chance of all
+        surviving models if that is larger.
 
         Parameters
         ----------
@@ -192,14 +204,15 @@ class Unseen:
         return tuple(sequence._replace(p=max(sequence.p, float(mean))) for sequence, mean in zip(first, p, strict=True))
 
     def doubting(self, fitted: Fit, others: Sequence[Fit] = ()) -> "Unseen":
-        """The same without belief in the weight that is wrong beyond chance, if with another one in its place all is as
-        `fitted` predicts; with it if one of the `others` predicts all as it is noted."""
+        """These sequences without the weight that seems wrong beyond chance, if `fitted` predicts all readings with
+        another in its place; unchanged if there is none, or if one of the `others` predicts all as it was noted."""
         without = self._doubting(fitted)
         if without is not self and any(self._doubting(other) is self and not self.refutes(other) for other in others):
             return self
         return without
 
     def _doubting(self, fitted: Fit) -> "Unseen":
+        """As :meth:`doubting`, for `fitted` alone; the object itself where no weight is doubted."""
         recording, solved = self.predict.recording, self.solved(fitted)
         readings, noise = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
@@ -215,7 +228,7 @@ class Unseen:
             return self
         other = likeliest(self.predict, noise, solved, int(steps[worst]), self.settings)
         left = noise.whiten(self.predict.misfit(readings + other.readings - solved.readings))
-        along = noise.whiten(response[:, other.weight.step, other.weight.cable])  # from there to the very best one
+        along = noise.whiten(response[:, other.weight.step, other.weight.cable])  # to the best between tried values
         left = left - along * (along @ left) / max(float(along @ along), UNFELT_WEIGHT)
         if not left @ left <= chi2_critical(self.settings.naming_rate, len(left)):
             return self
@@ -223,16 +236,16 @@ class Unseen:
 
 
 def chance_of_size(white: np.ndarray, known: np.ndarray, freedom: int, farthest: float) -> float:
-    """Chance of whitened errors as large as `white` (k,), if they scatter as those that were fitted, `known` (r,), do.
+    """Chance of whitened errors as large as `white` (k,) if they scatter like those of fitted readings, `known` (r,).
 
-    The level of the noise is known from the fitted readings alone, so that mean squares have the ratio of Fisher's F;
-    where squares scatter more than Gauss's, whose variance is 2, both have as many times fewer degrees of freedom (Box,
-    Biometrika 40 (1953) 318).
+    The noise level is known from the fitted readings alone, so that the ratio of the two mean squares follows Fisher's
+    F.  Where squared errors scatter more than those of a Gaussian, whose relative variance is 2, the degrees of freedom
+    of both are divided by that excess (Box, Biometrika 40 (1953) 318).
 
     Parameters
     ----------
-    freedom : degrees of freedom of those that were fitted.
-    farthest : standard deviations as which an error counts at most.
+    freedom : degrees of freedom of the fit.
+    farthest : largest size as which an error counts, in standard deviations.
     """
     squares, usual = (np.minimum(errors**2, farthest**2) for errors in (white, known))
     scatter = max(float(usual.var() / usual.mean() ** 2) / 2, 1.0)
@@ -242,26 +255,27 @@ def chance_of_size(white: np.ndarray, known: np.ndarray, freedom: int, farthest:
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
-    """(k, k) columns of one standard deviation each that scatter as a covariance says."""
+    """(k, k) root of a covariance: columns `a` with `a a^T` the covariance, each one standard deviation."""
     variance, axes = np.linalg.eigh(covariance)
     return axes * np.sqrt(np.maximum(variance, 0.0))
 
 
 def unseen(recording: Recording, aside: Sequence[int], settings: Settings, known: Doubts) -> Unseen | None:
-    """The sequences that were set aside, if any were, under what is `known` of the noise of the others."""
+    """The sequences that were set aside, with what is `known` of the noise of the others; None without any."""
     return Unseen(predictor(recording.only(aside), settings), settings, known) if aside else None
 
 
 def noise_under(
     predict: Predictor, solved: Solution, settings: Settings, doubted: tuple[NotedWeight, ...] = ()
 ) -> Noise:
-    """Covariance of predicted readings, without belief in gross outliers and `doubted` weights."""
+    """Covariance of readings about a solution at the stated noise level, without belief in gross outliers and `doubted`
+    weights."""
     doubts = Doubts(outlier_inflation(predict, solved.readings, settings), doubted)
     return doubts.noise(predict, solved, settings)
 
 
 def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
-    """Errors of two predictions (r,) of readings that were set aside."""
+    """Errors of two predictions (r,) of readings that were set aside, m and rad; NaN where there is no equilibrium."""
     recording = predict.recording
     known = np.isfinite(calibrated) & np.isfinite(explained)
     clean = noise.believed & known

@@ -1,4 +1,4 @@
-"""How much repeated sequences scatter: what the stated noise is held against."""
+"""How much sequences under the same loads scatter, compared with the stated noise."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -18,18 +18,18 @@ from prb3r.recording.recording import Recording
 
 
 class Scatter(NamedTuple):
-    """What repeated sequences show."""
+    """The scatter of sequences that repeat one another."""
 
     factor: float
-    """Scatter of repeated readings, gross outliers left out, over what the stated noise lets expect."""
+    """Scatter of repeated readings over that expected from stated noise and tension scatter; without gross outliers."""
     steps: int
-    """How many steps were repeated."""
+    """Number of steps that were repeated."""
     beyond_chance: bool
-    """Whether it is larger than stated; all readings of a step count as one."""
+    """Whether the scatter is larger than stated beyond chance; all readings of a step count as one number."""
 
 
 def scatter(recording: Recording, settings: Settings) -> Scatter | None:
-    """The scatter of sequences that repeat others; None where too few steps do.
+    """The scatter of sequences that repeat others; None with fewer than `Settings.fewest_repeats` repeated steps.
 
     Raises
     ------
@@ -57,9 +57,14 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
 def _changes(
     recording: Recording, matches: Sequence[tuple[int, Match]], believed: np.ndarray
 ) -> Iterator[Counter[int]]:
-    """From one matched step to the next, how the difference of two sequences changes: weights of readings by row.
+    """The changes of the difference of two sequences from one matched step to the next: weights by row of reading.
 
-    What sets whole sequences apart (a camera that was moved, plates that creep) is no noise, and cancels nearly.
+    The weighted sum of the readings is the change.  What sets whole sequences apart, such as a camera that was moved or
+    plates that creep, is no noise and nearly cancels in it.
+
+    Parameters
+    ----------
+    believed : (r,) whether a reading is no gross outlier.
     """
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True)) if believed[k]}

@@ -1,4 +1,4 @@
-"""Whether what the best model leaves looks like noise: chances of as much or more if the model is right."""
+"""Checks of the residuals: the chance, if the model is right, of as much misfit or structure as it leaves, or more."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,19 +12,26 @@ from prb3r.diagnosis.search.selection import Choice
 from prb3r.recording.recording import Recording
 
 ALONG_STEPS = "neighbours along steps"
-"""The check of what lasts from one step to the next."""
+"""Name of the check whether residuals are alike from one step to the next."""
 
 
 class ModelCheck(NamedTuple):
-    """One test of the best model."""
+    """The result of one test of a model."""
 
     name: str
     p: float
-    """Chance of as much or more if the model is right."""
+    """Chance of as large a result, or larger, if the model is right."""
 
 
 def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[ModelCheck, ...]:
-    """Size, structure and neighbourhood of the residuals, the noise that is needed, and sequences set aside."""
+    """Checks of the chosen model: chi-square, the needed noise, neighbouring residuals, and the sequences set aside.
+
+    The largest score and the smooth missing moments are those of the most probable model (`Choice`).
+
+    Parameters
+    ----------
+    judged : the sequences set aside, as they are predicted.
+    """
     fitted, settings = choice.fitted, choice.fitted.model.settings
     recording = fitted.model.predict.recording
     left = fitted.residual[: recording.readings.count]
@@ -40,11 +47,12 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
 
 
 def by_chance(factor: float, log_sd: float) -> float:
-    """Prior chance that what is stated is off by as much as `factor`, or more, either way."""
+    """Prior chance that a stated standard deviation is off by `factor` or more, either way; `log_sd` of its ln."""
     return float(2 * normal_tail(abs(np.log(factor)) / log_sd))
 
 
 def neighbours_alike(recording: Recording, left: np.ndarray, line: Line) -> float:
-    """Chance that whitened residuals `left` (r,) of neighbours along a line are so much alike, or more, by chance."""
+    """Chance that independent residuals are as much alike between neighbours along a line as `left` (r,), whitened, or
+    more."""
     first, second = neighbours(recording, line)
     return float(normal_tail(left[first] @ left[second] / max(np.sqrt(len(first)), 1.0)))

@@ -7,11 +7,16 @@ from prb3r.mechanics.chain import Loads
 
 
 def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
-    """Numbers of the sequences that are set aside: `held_out_share` of them, one at least; of fewer than
-    `fewest_sequences` none.
+    """Numbers of the sequences that are set aside, drawn at random: at most `Settings.held_out_share` of them, but one
+    at least; none of fewer than `Settings.fewest_sequences`.
 
-    What the others must show at least once, and twice if they can: every cable pulled in, let out and pulled hard,
-    every pair of cables pulled together, and every load on the tip or on a disk.
+    What the recording shows twice the others must show twice, and what it shows once, once: every cable drawn in, paid
+    out and pulled hard, every pair of cables pulled together, every load on the tip or on a disk.  Where none can be
+    set aside so, once is enough, and where still none can, nothing is asked.
+
+    Parameters
+    ----------
+    of_sequence : (s,) number of the sequence of each step.
     """
     count = int(of_sequence.max()) + 1
     if count < settings.fewest_sequences:

@@ -1,4 +1,4 @@
-"""Which tolerances of the rig a model leaves beside what was drawn."""
+"""How far off their drawing the parts of the rig probably are, under a fitted model."""
 
 import numpy as np
 
@@ -10,7 +10,10 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances, estimated, tolera
 
 
 def tolerances_told(fitted: Fit, doubts: Doubts) -> EstimatedTolerances:
-    """The tolerances that the recording tells something of under a fitted model, the most telling first."""
+    """Estimates of the tolerances that the recording tells under a fitted model, the best told first.
+
+    A tolerance is told if less than `Settings.told_share` of its prior standard deviation is left.
+    """
     model, solved = fitted.model, fitted.solved
     predict, settings = model.predict, model.settings
     known = tolerances(predict, solved)

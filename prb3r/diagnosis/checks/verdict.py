@@ -1,4 +1,4 @@
-"""What keeps an explanation from being one, and what to offer instead."""
+"""Why a recording counts as `unexplained`, and the empirical law that is offered instead."""
 
 from collections.abc import Sequence
 
@@ -21,9 +21,9 @@ def why_unexplained(
 
     Parameters
     ----------
-    failed : sequences set aside that the choice does not predict.
-    doubted : the cable of every weight not believed.
-    checks : of the best model; what lasts from step to step without an effect is told by them alone.
+    failed : sequences set aside that the chosen model does not predict.
+    doubted : for every weight that is not believed, the name of its cable.
+    checks : of these, only whether residuals are alike from step to step counts, and only where no effect is chosen.
     """
     settings, level = choice.fitted.model.settings, choice.level
     if not choice.fitted.balanced:
@@ -57,8 +57,15 @@ def why_unexplained(
 def empirical_law(
     fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int
 ) -> tuple[Closure | None, float | None]:
-    """The empirical law that describes the recording best, if better than what is named, and its gain on held-out
-    sequences, which must not fall."""
+    """The empirical law that describes the recording best, and its gain on held-out sequences (None without any).
+
+    None for both where no law costs less than the `explained` model, or where the law predicts held-out sequences worse
+    than the constants alone.  It is fitted beside the constants alone and beside the explained model.
+
+    Parameters
+    ----------
+    fresh : the sequences set aside; None without any.
+    """
     bases = [calibrated, explained] if explained.model.hypotheses else [calibrated]
     laws = [law for base in bases if (law := close(base, seed)) is not None and cost(law.fitted) < cost(explained)]
     if not laws:

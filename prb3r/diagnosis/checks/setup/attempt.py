@@ -1,4 +1,4 @@
-"""A recording, what could be wrong with it, and where that is tried: roughly first, then with constants refitted."""
+"""Trying remedies on a recording: roughly first, with a few fixed stiffnesses, then with constants refitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,23 +21,28 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A recording, and where what could be wrong with it is tried."""
+    """A recording as it is, with all that its remedies are compared with."""
 
     recording: Recording
     trying: Trier
+    """Computes the misfit of a recording with given or fitted constants."""
     here: Standing
-    """The recording as it is."""
+    """The recording as it is, with the constants that fit it best: fits of remedies are compared with this."""
     grid: tuple[Constants, ...]
     """(c,) constants with which a remedy is tried before any are fitted."""
     seen: Sight
-    """Of the recording as it is, at each of `grid`, as :func:`quick_predictor` has it."""
+    """What the camera reads of the recording as it is at each of `grid`, as :func:`quick_predictor` has it."""
     near: Standing
-    """The recording as it is, at the best of them; `here` where predictions are quick anyway."""
+    """The recording as it is, at the best of `grid`: rough trials are compared with this.  Equal to `here` where
+    predictions are quick."""
     costly: bool
     """Whether predictions are slow, as states follow the load path."""
 
     def rough(self, among: Sequence[Remedy]) -> list[Trial]:
-        """Each remedy at the best of the coarse constants, seen from where it fits best."""
+        """A trial of each remedy at the best constants of `grid`, with the camera frame fitted.
+
+        Equilibria are solved only where the remedy changes loads or manipulator.
+        """
         mended = [remedy.mend(self.recording) for remedy in among]
         predictors = [quick_predictor(each.recording, self.trying.settings) for each in mended]
         others = [k for k, each in enumerate(mended) if self._loads_alone_differ(each.recording)]
@@ -55,18 +60,22 @@ class Attempt:
         return out
 
     def _loads_alone_differ(self, changed: Recording) -> bool:
+        """Whether a recording has the same manipulator and other loads."""
         here = self.recording
         return changed.manipulator is here.manipulator and changed.loads is not here.loads
 
     def full(self, tried: Trial) -> Trial:
-        """The remedy with constants refitted from where it stands; as it is where those have no equilibrium."""
+        """The trial with constants refitted from those it has; unchanged where the fit fails."""
         mended = tried.mended
         standing = self.trying.fitted(mended.recording, mended.rows, tried.standing.constants)
         return tried if standing is None else best_trial(self.here, tried.remedy, mended, [standing])
 
 
 def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> list[list[Equilibria]]:
-    """States of the steps of every predictor, of one manipulator all, at all constants of a grid: solved at once."""
+    """(predictors, c) equilibria of the steps of every predictor at all constants of a grid.
+
+    All predictors are of one manipulator, so that their steps are solved together.
+    """
     if not predictors:
         return []
     recordings = [predict.recording for predict in predictors]
@@ -85,7 +94,7 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
 
 
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
-    """A recording as it is, with the constants that fit it best."""
+    """The attempt on a recording; constants are fitted from the first of `Settings.start_factors` that gives a fit."""
     trying = trier(recording, settings)
     quick, rows = quick_predictor(recording, settings), np.arange(recording.readings.count)
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]

@@ -12,11 +12,11 @@ from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
 
 SLIPS = "slip", "slip of a part"
-"""Kinds of blunders with the sign of declared slip: of all cables and sequences, and of one cable or one sequence."""
+"""Kinds of blunders with the sign of declared slip: in all cables and sequences, and in one cable or one sequence."""
 
 
 def cable_blunders(recording: Recording) -> Iterator[Remedy]:
-    """Every blunder with cables that a recording could hold."""
+    """The remedies of all blunders with cables that a recording could hold."""
     yield from _exchanges(recording)
     yield from _sides(recording)
     yield from _ends(recording.manipulator)
@@ -41,7 +41,13 @@ def _exchanges(recording: Recording) -> Iterator[Remedy]:
 
 
 def _parts(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
-    """Steps (a mask) that a blunder could be made in, the whole recording first, and the words that say so."""
+    """Steps (s,) in which a blunder could have been made, as masks, each with the words for it: all steps first, then
+    the steps of every sequence with steps that it would concern.
+
+    Parameters
+    ----------
+    concerned : (s,) whether the blunder would change a step.
+    """
     yield np.ones(len(concerned), bool), ""
     for number, name in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
         rows = recording.of_sequence == number
@@ -56,6 +62,7 @@ def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
 
 
 def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) -> Mended:
+    """A recording with tensions and slips of two cables, by name, exchanged in the steps `rows` (s,), a mask."""
     steps = recording.steps.copy()
     for form, absent in (("cable_{}_n", 0.0), ("cable_{}_kg", 0.0), ("slip_{}", -1.0)):
         names = [form.format(name) for name in pair]
@@ -68,7 +75,7 @@ def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) ->
 
 
 def _with_cables(recording: Recording, cables: dict[str, Cable]) -> Mended:
-    """A recording of a manipulator with other cables, by name."""
+    """A recording of a manipulator in which the `cables`, by name, replace those of the same name."""
     manipulator = recording.manipulator
     changed = [cables.get(cable.name, cable) for cable in manipulator.cable]
     return with_manipulator(recording, manipulator.model_copy(update={"cable": changed}))
@@ -96,12 +103,13 @@ def _pulled(recording: Recording) -> list[str]:
 
 
 def _turned(cable: Cable) -> Cable:
+    """A cable on the other side of the backbone: its offsets have the other sign."""
     offset = [-value for value in cable.offset_m] if isinstance(cable.offset_m, list) else -cable.offset_m
     return cable.model_copy(update={"offset_m": offset})
 
 
 def _ends(manipulator: Manipulator) -> Iterator[Remedy]:
-    """Cables that end at another segment: one, those that end together, or all in reverse order."""
+    """Cables that end at another segment: one, all that end at one segment, or those of two segments exchanged."""
     last = len(manipulator.segment)
     groups = {end: [cable for cable in manipulator.cable if cable.ends_at_segment == end] for end in range(1, last + 1)}
     changes = [
@@ -131,7 +139,7 @@ def _ends(manipulator: Manipulator) -> Iterator[Remedy]:
 
 
 def _ending(cable: Cable, end: int) -> Cable:
-    """A cable that ends at another segment, its last offset going on."""
+    """A cable that ends at segment `end`; where it becomes longer its last offset goes on."""
     offset = cable.offset_m
     if isinstance(offset, list):
         offset = [*offset[:end], *([offset[-1]] * (end - len(offset)))]

@@ -1,9 +1,10 @@
-"""Blunders of the set-up: each one that is known is undone, and the recording held against its manipulator again.
+"""Finding blunders of the set-up: the remedy of each known blunder is tried, and the misfit of the recording compared.
 
-What speaks for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`).  By
-chance one remedy exceeds :math:`\\ln(k / a)` in a share `a / k` of all right recordings: with `k` the number of kinds
-of blunders times that of the places where this kind could have been made, one of all does in a share `a`.  So what can
-be done in one way only, as kilograms in all columns of newtons, asks less than what can be done in a hundred.
+The evidence for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`).
+By chance one remedy exceeds :math:`\\ln(k / a)` in a share `a / k` of all right recordings.  With `k` the number of
+kinds of blunders times the number of places where this kind could have been made, any remedy does in a share `a`.  So a
+blunder that can be made in one way only, as kilograms in all columns of newtons, needs less evidence than one that can
+be made in a hundred ways.
 """
 
 from collections import Counter
@@ -30,21 +31,22 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Blunder:
-    """A blunder that explains what no constants can."""
+    """A blunder that explains a misfit which constants alone leave."""
 
     blunder: str
     """What was done, in words that follow "it looks as if"."""
     alike: tuple[str, ...]
     """Other blunders that would look the same."""
     file: File
-    """That has to be mended."""
+    """The file that has to be mended."""
     mended: Recording
+    """The recording without the blunder."""
     plain: bool
-    """Whether constants alone explain the mended recording; else effects that were left out could do as well."""
+    """Whether constants alone explain the mended recording; else effects that were left out could explain as much."""
     least: float
-    """Logarithm of the likelihood ratio that has to speak for it."""
+    """Logarithm of the likelihood ratio needed to say the blunder."""
     faint: bool = False
-    """Whether less speaks for it, constants alone being fitted: no more than a rival of effects that are found."""
+    """Whether the likelihood ratio, constants alone being fitted, stays below `least`: at most a rival of effects."""
 
     @property
     def statement(self) -> str:
@@ -60,9 +62,10 @@ def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
 
 
 def blunders_of(recording: Recording, settings: Settings, apply: Apply = serially) -> tuple[Blunder, ...]:
-    """The blunders that a recording could hold, each looked for with those before it mended; mostly none.
+    """The blunders that are found in a recording, each looked for once those before it are mended; mostly none.
 
-    Where the last is plain they are plain together: constants alone explain what is mended.  The last may be faint.
+    Where the last one is plain, constants alone explain the recording with all of them mended.  Only the last one may
+    be faint.
     """
     out: list[Blunder] = []
     while len(out) < settings.most_blunders and not (out and out[-1].faint):
@@ -85,10 +88,10 @@ def find_blunder(
 
     Parameters
     ----------
-    effects : taken to be there too: beside those that were found a blunder shows that they would hide.
+    effects : added to the manipulator, as a blunder may show only beside the effects that hide it.
     apply : tries many remedies, in workers for instance, where predictions are slow.
-    faint : where there is none, one that explains less, but `Settings.faint_blunder` at least.
-    exchanged : rows of the steps of which two may be.
+    faint : whether a blunder counts for which less speaks, `Settings.faint_blunder` at least, if there is no other.
+    exchanged : rows of steps of which two may be exchanged.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
@@ -100,12 +103,12 @@ def find_blunder(
     whispering = [t for t in better if t.gain >= settings.faint_blunder] if faint and not speaking else []
     if not speaking and not whispering:
         return None
-    # what speaks for each is of the readings that it concerns; of the misfit of all of them they are compared
+    # a gain is of the readings that the remedy concerns: remedies are compared by the misfit of all readings
     best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy])
     close = best.total + settings.close_fit / 2
     alike = tuple(t.remedy.blunder for t in tried if t is not best and t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
-    # photographs miss by noise that is not far off: there is no more to explain
+    # photographs miss by no more than noise that is not far off the stated one: nothing is left to explain
     plain = best.total < within_noise and not effects and bool(speaking)
     remedy = best.remedy
     mended = remedy.mend(recording).recording
@@ -113,15 +116,15 @@ def find_blunder(
 
 
 def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool = False) -> dict[Remedy, float]:
-    """Logarithm of the likelihood ratio to ask of each remedy, so that by chance one of all reaches its own in a share
-    `Settings.blunder_rate`: kinds share that evenly, and the remedies of a kind its part.
+    """Logarithm of the likelihood ratio that each remedy needs: by chance any of them reaches its own in a share
+    `Settings.blunder_rate`, which the kinds divide evenly, and the remedies of a kind its part.
 
-    What something else speaks for already is likely beforehand: steps are exchanged where weights of both do not go
-    with their readings, or they alone are not predicted.
+    `Settings.faint_blunder` suffices where something else speaks for the blunder already.  Steps are tried as exchanged
+    only where weights of both do not go with their readings, or where they alone are not predicted.
 
     Parameters
     ----------
-    contradicted : whether declared slip goes against the changes of tensions: a wrong sign of it is likely beforehand.
+    contradicted : whether declared slip goes against the changes of tensions, so that its sign is probably wrong.
     """
     places = Counter(remedy.kind for remedy in among)
     asked = {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
@@ -143,12 +146,13 @@ def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -
 
 
 def _in_full(task: tuple[Attempt, Trial]) -> Trial:
+    """:meth:`Attempt.full` of one task."""
     attempt, tried = task
     return attempt.full(tried)
 
 
 def _few_of_a_kind(tried: Sequence[Trial], most: int) -> list[Trial]:
-    """The first `most` of every kind of blunder, in their order."""
+    """The first `most` trials of every kind of blunder, in their order."""
     count, out = Counter[str](), []
     for candidate in tried:
         count[candidate.remedy.kind] += 1

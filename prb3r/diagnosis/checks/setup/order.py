@@ -9,11 +9,11 @@ from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels
 from prb3r.recording.recording import Recording
 
 EXCHANGED_STEPS = "steps exchanged"
-"""Kind of the remedy that undoes an exchange of two steps."""
+"""Kind of the remedies that undo an exchange of two steps."""
 
 
 def order_blunders(recording: Recording) -> Iterator[Remedy]:
-    """Every blunder with the order of steps and sequences that a recording could hold."""
+    """The remedies of all blunders with the order of steps and sequences that a recording could hold."""
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
     names = recording.sequences
     whole = np.arange(len(recording.of_sequence))
@@ -43,7 +43,10 @@ def order_blunders(recording: Recording) -> Iterator[Remedy]:
 
 
 def step_blunders(recording: Recording, among: Sequence[int]) -> Iterator[Remedy]:
-    """Two steps of one sequence that are exchanged, `among` these rows of steps: each label was the other's."""
+    """The remedies of an exchange of two steps of one sequence, for every two of the rows `among`.
+
+    The pictures of the two steps have each other's labels.
+    """
     whole, names = np.arange(len(recording.of_sequence)), recording.steps["step"]
     for first, second in combinations(sorted(among), 2):
         if recording.of_sequence[first] == recording.of_sequence[second]:
@@ -54,15 +57,14 @@ def step_blunders(recording: Recording, among: Sequence[int]) -> Iterator[Remedy
 
 
 def _moved(to: np.ndarray, steps: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Rows that the pictures of all steps belong to, some of them changed."""
+    """(s,) rows of steps that the pictures of all steps belong to: as in `to`, but `there` for those of `steps`."""
     out = to.copy()
     out[steps] = there
     return out
 
 
 def _together(parts, whole: np.ndarray) -> np.ndarray:
-    """What `whole` becomes with the changes of several `parts`, each of its shape; where several change it, the last
-    counts."""
+    """The rows `whole` (s,) with the changes of all `parts` (s,); where several change a row the last one counts."""
     out = whole.copy()
     for part in parts:
         out = np.where(part != whole, part, out)
@@ -70,7 +72,7 @@ def _together(parts, whole: np.ndarray) -> np.ndarray:
 
 
 def _reordered(kind: str, blunder: str, to: np.ndarray) -> Remedy:
-    """Pictures that belong to other rows of the steps; -1: to none."""
+    """The remedy that moves the pictures of every step to row `to` (s,) of the steps; with -1 they are left out."""
 
     def mend(recording: Recording) -> Mended:
         step = to[recording.readings.step]

@@ -12,7 +12,7 @@ from prb3r.recording.recording import Kind, Recording
 
 
 def picture_blunders(recording: Recording, settings: Settings) -> Iterator[Remedy]:
-    """Every blunder with readings that a recording could hold."""
+    """The remedies of all blunders with readings that a recording could hold."""
     yield from _views(recording, settings)
     yield from _counts(recording)
     yield from _exchanges(recording)
@@ -36,7 +36,7 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
 
 
 def _factor(kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
-    """The remedy that multiplies all readings of some kinds by a factor; by itself turns their signs."""
+    """The remedy that multiplies all readings of some kinds by a factor; the default changes their signs."""
 
     def mend(recording: Recording) -> Mended:
         readings = recording.readings
@@ -46,7 +46,7 @@ def _factor(kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0
 
 
 def _counts(recording: Recording) -> Iterator[Remedy]:
-    """Disks counted from the tip, or shifted by one where every number that is noted then has a disk."""
+    """Remedies of disks counted from the tip, or one off where every reading then still has a disk."""
     last = recording.manipulator.plates
     yield Remedy(
         "disks counted",
@@ -70,17 +70,21 @@ def _counts(recording: Recording) -> Iterator[Remedy]:
 
 
 def _shifted(recording: Recording, by: int) -> Mended:
+    """A recording with all numbers of disks changed by `by`."""
     return _relabelled(recording, recording.readings.disk + by)
 
 
 def _relabelled(recording: Recording, disk: np.ndarray) -> Mended:
-    """With other numbers of disks (r,); a bend is that of the plate ending at a disk, so that the base has none."""
+    """A recording with other numbers of disks (r,), without readings of disks that do not exist.
+
+    A bend is that of the plate ending at a disk, so that disk 0, the base, has none.
+    """
     first = np.where(recording.readings.kind == Kind.BEND, 1, 0)
     return with_labels(recording, disk=disk, known=(disk >= first) & (disk <= recording.manipulator.plates))
 
 
 def _exchanges(recording: Recording) -> Iterator[Remedy]:
-    """Two disks in each other's place, in all sequences, or neighbours in one."""
+    """Remedies of two disks exchanged: any two in all sequences, or neighbours in one sequence."""
     readings = recording.readings
     of_reading = recording.of_sequence[readings.step]
     disks = np.unique(readings.disk).tolist()
@@ -92,6 +96,7 @@ def _exchanges(recording: Recording) -> Iterator[Remedy]:
 
 
 def _disks_exchanged(pair: tuple[int, ...], rows: np.ndarray, where: str) -> Remedy:
+    """The remedy that exchanges two disks in the readings `rows` (r,), a mask; `where` in words, empty: everywhere."""
     first, second = pair
 
     def mend(recording: Recording) -> Mended:

@@ -1,4 +1,4 @@
-"""Predictions that are quick though friction follows the load path: of what may be wrong they show enough."""
+"""Quick predictions where friction follows the load path, near enough to show which blunders are promising."""
 
 from dataclasses import replace
 
@@ -11,10 +11,10 @@ from prb3r.recording.recording import Recording
 
 
 def quick_predictor(recording: Recording, settings: Settings) -> Predictor:
-    """What predicts a recording's readings, without history: near enough to see what may be wrong.
+    """A predictor of the recording's readings that follows no history.
 
-    Where friction follows the load path it is taken to have slipped as declared, or, where nothing is declared, in all
-    holes of a cable the way that its tension has changed.
+    Effects that follow the load path are left out.  Where the friction of the manipulator follows it, a cable is taken
+    to slip at all holes the way that its tension has changed; elsewhere slip is as declared.
     """
     predict, manipulator = predictor(recording, settings), recording.manipulator
     if not manipulator.follows_history:
@@ -27,12 +27,13 @@ def quick_predictor(recording: Recording, settings: Settings) -> Predictor:
 
 
 def slips_as_pulled(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:
-    """(s, m) slip of each cable: -1 drawn in where its tension has grown, +1 paid out where it fell, else as before.
+    """(s, m) slip of each cable: -1 drawn in where its tension has grown, +1 paid out where it fell, else as before; 0
+    until its tension first changes.
 
     Parameters
     ----------
     tension : (s, m) N.
-    begins : (s,) where a sequence begins, from rest.
+    begins : (s,) whether a sequence begins there, from rest.
     """
     slip = -np.sign(tension_changes(tension, begins))
     for s in range(1, len(slip)):

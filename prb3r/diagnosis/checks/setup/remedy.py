@@ -1,4 +1,4 @@
-"""A recording as it would be without one blunder of its set-up."""
+"""Remedies: what turns a recording into the one that it would be without a certain blunder of its set-up."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,11 +16,11 @@ File = Literal["manipulator", "steps", "markers"]
 
 
 class Mended(NamedTuple):
-    """A recording after its mending."""
+    """A mended recording."""
 
     recording: Recording
     rows: np.ndarray
-    """(r,) where each of its readings stood in the recording that was mended."""
+    """(r,) index that each of its readings has in the recording before."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,13 @@ class Remedy:
     """One blunder that could have been made, and its remedy."""
 
     kind: str
-    """That it shares with others, which differ from it in the place: the sequence, the cable, the disk."""
+    """Kind of the blunder; remedies of one kind differ in the place alone: the sequence, the cable, the disk."""
     blunder: str
     """What was done, in words that follow "it looks as if"."""
     file: File
-    """That has to be mended."""
+    """The file that has to be mended."""
     mend: Callable[[Recording], Mended]
+    """Returns a recording without the blunder."""
 
 
 def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFrame) -> Mended:
@@ -44,7 +45,7 @@ def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFram
 
 
 def with_manipulator(recording: Recording, manipulator: Manipulator) -> Mended:
-    """A recording of another nominal manipulator, its steps and readings as before."""
+    """The recording as one of another nominal manipulator, its steps and readings as before."""
     return rewritten(recording, manipulator, recording.steps)
 
 
@@ -60,12 +61,12 @@ def with_labels(
     disk: np.ndarray | None = None,
     known: np.ndarray | None = None,
 ) -> Mended:
-    """A recording whose readings belong to other steps or disks.
+    """A recording whose readings belong to other steps or disks; some may be left out.
 
     Parameters
     ----------
     step, disk : (r,) new labels; absent: as they were.
-    known : (r,) readings that still belong somewhere; absent: all.
+    known : (r,) whether a reading still belongs somewhere, else it is left out; absent: all do.
     """
     readings = recording.readings
     rows = np.arange(readings.count) if known is None else np.flatnonzero(known)
@@ -83,7 +84,7 @@ def with_values(recording: Recording, value: np.ndarray) -> Mended:
 def with_scaled(
     recording: Recording, columns: Sequence[str], factor: float, rows: np.ndarray | slice = slice(None)
 ) -> Mended:
-    """A recording with some columns of its steps multiplied, in some rows (a mask; absent: all)."""
+    """A recording with some columns of its steps multiplied by `factor`, in some rows (a mask; absent: all)."""
     steps = recording.steps
     out = steps.copy()
     for name in columns:

@@ -1,9 +1,9 @@
-r"""How well a recording goes with its manipulator, whatever else is wrong with it: a robust misfit by photograph.
+r"""The robust misfit between a recording and its manipulator, by which remedies of blunders are compared.
 
-Readings are taken to scatter as Cauchy's law has it, with the stated standard deviation as scale: the misfit of a
-reading is :math:`\ln(1 + r^2)`.  So neither gross outliers nor physics left out nor a noise that is stated wrongly
-decides, but by how many powers of ten readings miss.  All readings of a photograph count as one number, since what is
-wrong with one of them is mostly wrong with all.
+Readings are taken to follow a Cauchy distribution with the stated standard deviation as its scale: the misfit of a
+reading that is `r` standard deviations off is :math:`\ln(1 + r^2)`.  So it counts by how many powers of ten
+readings miss, and neither gross outliers nor missing physics nor a wrongly stated noise decide.  All readings of a
+photograph count as one number, since what is wrong with one of them is mostly wrong with all.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.recording.recording import Kind, Recording
 
 FIXED = 1e-12
-"""Standard deviation of a part of the frame that is known, m or rad."""
+"""Prior standard deviation of a coordinate of the camera frame that is known, m or rad."""
 HALF_OF_NORMAL = 0.6745
-"""Standard deviations within which half of what is normal is."""
+"""Standard deviations within which half of all draws of a normal distribution lie."""
 
 
 def expected_loss(scale: float) -> float:
@@ -40,25 +40,25 @@ def expected_loss(scale: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A recording held against its manipulator with some constants."""
+    """How well a recording agrees with its manipulator at given constants."""
 
     recording: Recording
     constants: Constants
     loss: np.ndarray
-    """(r,) robust misfit of every reading; what nothing predicts misses by the whole length or half a turn."""
+    """(r,) robust misfit of every reading; one without prediction counts as off by the whole length or half a turn."""
     improbable: float
-    """Minus the logarithm of the density of the constants."""
+    """Minus the logarithm of the prior density of the constants, up to a constant (:meth:`Trier.improbable`)."""
 
     @property
     def total(self) -> float:
-        """Robust misfit, a photograph counting as one, and improbability."""
+        """Sum over photographs of the mean robust misfit of their readings, and improbability of the constants."""
         step = self.recording.readings.step
         return float((self.loss / np.bincount(step)[step]).sum() + self.improbable)
 
 
 @dataclass(frozen=True, eq=False)
 class Trier:
-    """What is the same for a recording and all its remedies."""
+    """Computes standings, with what is the same for a recording and all its remedies."""
 
     sd: np.ndarray
     """(r,) standard deviation of every reading of the recording as it is, m or rad."""
@@ -67,8 +67,13 @@ class Trier:
     def standings(
         self, predict: Predictor, rows: np.ndarray, grid: Sequence[Constants], predicted: np.ndarray
     ) -> list[Standing]:
-        """A recording with each of some constants, its readings, of which (c, k) are predicted, standing in `rows` of
-        the recording as it is."""
+        """The standing of the recording of `predict` with each of the constants of a grid.
+
+        Parameters
+        ----------
+        rows : (k,) index that each of its readings has in the recording as it is.
+        predicted : (c, k) predicted readings, m and rad; NaN without equilibrium.
+        """
         recording, away = predict.recording, predict.misfit(predicted)
         lost = np.where(recording.readings.kind <= Kind.Y, predict.chain.length, np.pi)
         losses = np.log1p((np.where(np.isfinite(away), away, lost) / self.sd[rows]) ** 2)
@@ -78,7 +83,11 @@ class Trier:
         ]
 
     def improbable(self, recording: Recording, constants: Constants) -> float:
-        """Constants by what handbooks leave open, Gaussian; the frame by what is stated of it, robust as readings."""
+        """Minus the ln of the prior density of the constants, up to a constant.
+
+        That of stiffness and friction is Gaussian with the spread of handbook values; that of the camera frame has the
+        stated standard deviations and is robust, as that of readings.
+        """
         handbook = 0.5 * (constants.log_stiffness / self.settings.modulus_sd) ** 2
         handbook += 0.5 * (constants.log_friction / self.settings.friction_sd) ** 2
         measurement = recording.measurement
@@ -87,7 +96,16 @@ class Trier:
         return float(handbook + np.log1p(turned**2) + np.log1p(moved @ moved))
 
     def framed(self, predict: Predictor, rows: np.ndarray, grid: Sequence[Constants], seen: "Sight") -> list[Standing]:
-        """What is seen of a recording's steps with each of some constants, from where it fits best."""
+        """The standing of the recording of `predict` with each of the constants of a grid, the camera frame fitted.
+
+        The frame comes from least squares, reweighted `Settings.robust_rounds` times; readings are linear in its
+        change.
+
+        Parameters
+        ----------
+        rows : (r,) index that each of its readings has in the recording as it is.
+        seen : what the camera reads of all disks with each of the constants, before the frame is fitted.
+        """
         readings, measurement = predict.recording.readings, predict.recording.measurement
         of_readings = slice(None), readings.step, readings.disk, readings.kind
         away, columns = predict.misfit(seen.readings[of_readings]), seen.columns[of_readings]
@@ -108,14 +126,17 @@ class Trier:
         return self.standings(predict, rows, framed, readings.value - left)
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
-        """A recording with the constants of least robust misfit near `start`; None where that has no equilibrium."""
+        """The standing of a recording with the constants of least robust misfit near `start`; None where the fit fails.
+
+        `rows`: as of :meth:`standings`.
+        """
         predict, settings = predictor(recording, self.settings), self.settings
         model = Model(predict, independent(self.sd[rows]), settings=settings)
         p = np.array([getattr(start, name) for name in model.varied])
         missed = model.residuals(p, model.solve(p))[: len(rows)]
         half, widened = float(np.median(np.abs(missed))) / HALF_OF_NORMAL, settings.widened_from
         fits, standings = [(model, settings.robust_steps)], []
-        if half > widened:  # what misses by far has a say in where to go at first
+        if half > widened:  # with a wider noise readings far off count at first
             wide = replace(model, noise=independent(half * self.sd[rows]))
             fits.insert(0, (wide, settings.widened_steps))
         for near, most in fits:
@@ -129,24 +150,25 @@ class Trier:
 
 @dataclass(frozen=True, eq=False)
 class RobustModel:
-    """A model whose readings scatter as Cauchy's law has it: the sum of its squared residuals is the robust misfit."""
+    """A model whose readings follow a Cauchy distribution: their squared residuals are their robust misfits."""
 
     plain: Model
+    """The same model with Gaussian readings."""
 
     @property
     def settings(self) -> Settings:
         return self.plain.settings
 
     def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the plain model."""
+        """Bounds of the parameters, as in the plain model."""
         return self.plain.bounds(p)
 
     def solve(self, p: np.ndarray) -> Solution:
-        """As the plain model does."""
+        """States and readings for the parameters `p` (p,), as in the plain model."""
         return self.plain.solve(p)
 
     def residuals(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + p + k,) those of readings in such a way that their squares are their robust misfits."""
+        """(r + p + k,) as in the plain model, but the square of the residual of a reading is its robust misfit."""
         out, count = self.plain.residuals(p, solved), len(solved.readings)
         out[:count] = np.sign(out[:count]) * np.sqrt(np.log1p(out[:count] ** 2))
         return out
@@ -166,16 +188,16 @@ class RobustModel:
 
 
 class Sight(NamedTuple):
-    """What the camera reads of every disk at every step, with some constants."""
+    """What the camera reads of every disk at every step with each of the constants of a grid."""
 
     readings: np.ndarray
     """(c, s, n + 1, 4) by constants, step, disk and kind, m and rad."""
     columns: np.ndarray
-    """(c, s, n + 1, 4, 3) derivatives by the rotation and the shift of its frame."""
+    """(c, s, n + 1, 4, 3) derivatives with respect to rotation and shift in x and y of the camera frame."""
 
 
 def sight(predict: Predictor, grid: Sequence[Constants], states: Sequence[Equilibria]) -> Sight:
-    """What the camera reads of all disks of the states at each of some constants."""
+    """What the camera reads of the `states` that belong to each of the constants of a grid."""
     here = states[0]
     step = np.broadcast_to(np.arange(len(here.x))[:, None], here.x.shape)
     readings = np.zeros((len(grid), *here.x.shape, len(Kind)))
@@ -191,5 +213,5 @@ def sight(predict: Predictor, grid: Sequence[Constants], states: Sequence[Equili
 
 
 def trier(recording: Recording, settings: Settings) -> Trier:
-    """What a recording and all its remedies are judged by: standard deviations of its readings, and the settings."""
+    """The trier of a recording and its remedies, with the stated standard deviations of its readings."""
     return Trier(reading_sd(recording), settings)

@@ -1,4 +1,4 @@
-"""A remedy against the recording as it is: what speaks for it."""
+"""Trials of remedies: the evidence for each, from the misfits of the mended recording and of the recording as it is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,32 +12,35 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A remedy, and how the recording stands with its manipulator then."""
+    """A remedy, and how well the mended recording agrees with its manipulator."""
 
     remedy: Remedy
     mended: Mended
     standing: Standing
+    """Of the mended recording."""
     gain: float
-    """Logarithm of the likelihood ratio to the recording as it is."""
+    """Logarithm of the likelihood ratio against the recording as it is, of the readings that the remedy concerns."""
     total: float
-    """Robust misfit of all photographs and improbability of the constants."""
+    """Robust misfit of all photographs, a photograph counting as one number, and improbability of the constants."""
 
 
 def best_trial(here: Standing, remedy: Remedy, mended: Mended, standings: Sequence[Standing]) -> Trial:
-    """A remedy with the constants for which most speaks, against the recording as it is.
+    """The trial of a remedy at those constants of `standings` for which its gain is largest.
 
-    Of a photograph only what the blunder concerns counts, as one number, in units of how far off the rest of the
-    photograph is: where all is wrong, it is no evidence that some of it is less so with other labels.
+    Of a photograph only the readings that the remedy concerns count, as one number (of one that it does not concern,
+    all).  Their misfit is in units of how far off the rest of the photograph is: where everything is wrong, it is no
+    evidence that a part of it is less wrong with other labels.
 
     Parameters
     ----------
-    standings : of the mended recording with some constants each.
+    here : the recording as it is.
+    standings : the mended recording, at some constants each.
     """
     step, count = here.recording.readings.step, len(standings)
     photograph = np.arange(count)[:, None] * (step.max() + 1) + step  # each standing has photographs of its own
 
     def summed(values: np.ndarray) -> np.ndarray:
-        """(c, s) of each photograph of each standing, of (c, r) or (r,) for all alike."""
+        """(c, s) sums over each photograph for each standing, of values (c, r), or (r,) if all have the same."""
         values = np.broadcast_to(values, photograph.shape).ravel()
         return np.bincount(photograph.ravel(), values, count * (step.max() + 1)).reshape(count, -1)
 
@@ -62,14 +65,14 @@ def _log(values: np.ndarray) -> np.ndarray:
 
 
 def touched(recording: Recording, mended: Mended) -> np.ndarray:
-    """(r,) whether its mending concerns a reading of a recording: its loads, its label or its value, or all of them
-    where the manipulator is another one."""
+    """(r,) whether mending changes the loads, the label or the value of each reading of a recording, or leaves it out;
+    with another manipulator all readings are concerned."""
     changed, before = mended.recording, recording.readings.where(mended.rows)
     if changed.manipulator is not recording.manipulator:
         return np.ones(recording.readings.count, bool)
     loads = zip(changed.loads, recording.loads, strict=True)
     moved = np.any([(a != b).reshape(len(a), -1).any(1) for a, b in loads if a is not None], axis=0)
-    out = np.ones(recording.readings.count, bool)  # what belongs nowhere any more is concerned
+    out = np.ones(recording.readings.count, bool)  # readings that are left out are concerned
     out[mended.rows] = moved[before.step] | np.any(
         [a != b for a, b in zip(changed.readings, before, strict=True)], axis=0
     )

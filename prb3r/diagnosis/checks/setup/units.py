@@ -13,7 +13,7 @@ from prb3r.recording.recording import Recording
 
 
 def unit_blunders(recording: Recording) -> Iterator[Remedy]:
-    """Every blunder with the unit or the sign of loads that a recording could hold."""
+    """The remedies of all blunders with the unit or the sign of loads that a recording could hold."""
     steps, gravity = recording.steps, recording.manipulator.gravity_m_s2
     loaded = {name: numbers(steps[name]).to_numpy(float) != 0 for name in steps if name.endswith(("_n", "_kg"))}
     pulled = [name for name in cable_columns(recording.manipulator, steps) if loaded[name].any()]
@@ -40,4 +40,5 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
 def _scaled(
     kind: str, blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)
 ) -> Remedy:
+    """The remedy that multiplies some columns of the steps by a factor, in some rows (a mask; absent: all)."""
     return Remedy(kind, blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))

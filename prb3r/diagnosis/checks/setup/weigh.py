@@ -1,4 +1,5 @@
-"""A blunder against effects: which of the two explains a recording, when both may use the whole library."""
+"""A blunder weighed against effects: searches of the recording as it is and of the mended one, both with the whole
+library, are compared."""
 
 import numpy as np
 
@@ -11,11 +12,17 @@ from prb3r.diagnosis.search.worth import mean_square, photographs_of, worth_of
 from prb3r.recording.recording import Recording
 
 ALIKE_SD = 1e-6
-"""Deviations of a reading by which what moves nothing may differ, as rounding does."""
+"""Difference of two misfits, in standard deviations of the reading, up to which they are equal but for rounding."""
 
 
 def stands_beside(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> bool:
-    """Whether a blunder is a rival of the effects that are found: with it mended fewer explain the recording better."""
+    """Whether a blunder is a rival of the effects that are found: once it is mended, effects of fewer kinds explain the
+    recording, and are worth more by `Settings.better_exchanged`.
+
+    Parameters
+    ----------
+    mended, as_it_is : the choice on each recording, and its search.
+    """
     (after, _), (before, _) = mended, as_it_is
     fewer = len(after.kinds) < len(before.kinds) and not after.structured
     ahead, count = before.fitted.model.settings.better_exchanged, photographs_of(before.fitted)
@@ -23,15 +30,17 @@ def stands_beside(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]
 
 
 def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], least: float) -> bool:
-    """Whether a recording is so much better explained with a blunder mended that the blunder is to be said.
+    """Whether a recording is so much better explained with a blunder mended that the blunder is said.
 
-    Both were searched for effects.  What each explains is told by the best of all models that its search tried, since
-    its choice supposes a noise that the other's does not share.  A photograph that belongs nowhere once the blunder is
-    mended counts like the rest: to lose it is no gain.
+    Both recordings were searched for effects.  Each counts as what the best of all its tried models is worth
+    (:func:`worth_of`), irrespective of the noise that each search found.  If mending leaves photographs out, both count
+    with the number of the recording as it is, so that losing one is no gain.  Where effects do not explain the mended
+    recording, the mean square must fall by the factor `Settings.blunder_fall` too.
 
     Parameters
     ----------
-    least : logarithm of the likelihood ratio that is asked.
+    mended, as_it_is : the choice on each recording, and its search.
+    least : logarithm of the likelihood ratio that is needed.
     """
     count = photographs_of(as_it_is[0].fitted)
     (after, there), (before, here) = _best(*mended, count), _best(*as_it_is, count)
@@ -40,14 +49,15 @@ def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], l
 
 
 def _best(choice: Choice, search: Search, photographs: int) -> tuple[Fit, float]:
-    """The model that is worth most of those that a search tried, and what it is worth with so many photographs."""
+    """The model that is worth most of those that a search tried, and its worth with this number of photographs."""
     worth = {fitted: worth_of(fitted, choice.level.level, search, photographs) for fitted in choice.tried}
     best = max(worth, key=worth.__getitem__)
     return best, worth[best]
 
 
 def moves_nothing(as_noted: Recording, fitted: Fit) -> bool:
-    """Whether what was fitted to a mended recording leaves as much of each reading `as_noted`: nothing was mended."""
+    """Whether mending is without consequence: a model fitted to the mended recording misses each reading `as_noted` by
+    as much."""
     theirs = fitted.model.predict
     ours = predictor(as_noted, theirs.settings)
     if as_noted.readings.count != theirs.recording.readings.count:
