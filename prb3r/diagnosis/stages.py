@@ -153,7 +153,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     task, training = doubted.task, calibrated.model.predict.recording
     fresh = unseen(doubted.recording, doubted.aside, task.settings, choice.doubts)
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
-    others = [other for share, other in models if share >= task.settings.alike_rate and other is not choice.fitted]
+    likely = [survivor for survivor in choice.survivors if survivor.probability >= task.settings.alike_rate]
+    others = [survivor.fitted for survivor in likely if survivor.effects != choice.effects]
     fresh = fresh.doubting(choice.fitted, others) if fresh else None
     chosen, choice = choice.fitted, predicting(choice, fresh, doubted.search)
     judged = fresh.judged_by(choice.fitted, models) if fresh else ()

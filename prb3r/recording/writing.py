@@ -12,6 +12,9 @@ from prb3r.model.files.toml import toml_text
 from prb3r.recording.reading import RECORDING_FILE
 from prb3r.recording.recording import Kind, Recording, RecordingFile
 
+WRITTEN_AGAIN = RECORDING_FILE, "manipulator.toml", "steps.csv", "markers.csv"
+"""Names of the files of :func:`write_again`."""
+
 
 def write_recording(
     folder: str | Path,

@@ -77,13 +77,23 @@ def test_where_derivatives_have_no_squares_a_fit_ends_without_a_model():
     assert fit(Cliff(Settings(), edge=-0.9), np.array([-1.0, 5.0]), most=1) is None  # where it ends
 
 
-def test_a_model_with_a_constant_that_no_reading_feels_has_no_evidence():
+def test_evidence_of_a_constant_that_no_reading_feels_is_that_of_a_flat_prior_within_its_bounds():
+    """Beside an effect whose column is hardly apart from that of the constant, the constant is known to its bounds."""
+    farthest = Settings().farthest
     model = SimpleNamespace(
-        varied=("log_stiffness",), hypotheses=(), deviations=np.ones(1), bounds=lambda p: (-np.ones(1), np.ones(1))
+        varied=("log_stiffness",),
+        hypotheses=(),
+        deviations=np.array([np.inf, 2.0]),
+        bounds=lambda p: (-np.ones(2), np.ones(2)),
+        settings=Settings(),
     )
-    felt, unfelt = (
-        SimpleNamespace(model=model, jacobian=np.array([[slope], [0.0]]), chi2=2.0, p=np.zeros(1))
-        for slope in (1.0, 0.0)
-    )
-    assert log_evidence(felt, {}) == pytest.approx(-1.0)
-    assert log_evidence(unfelt, {}) == -np.inf
+
+    def evidence(of_constant):
+        jacobian = np.array([[of_constant, 1.0], [0.0, 1 / 2.0]])
+        return log_evidence(SimpleNamespace(model=model, jacobian=jacobian, chi2=2.0, p=np.zeros(2)), {})
+
+    assert evidence(0.0) == pytest.approx(-1.0 - np.log(1 + 1 / 4) / 2 - np.log(2.0))
+    slope = 3.0
+    normal = np.array([[slope**2 + 1 / farthest**2, slope], [slope, 1 + 1 / 4]])
+    volume = np.log(np.linalg.det(normal) / normal[0, 0]) + 2 * np.log(2.0)
+    assert evidence(slope) == pytest.approx(-1.0 - volume / 2)

@@ -14,6 +14,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.joint import JointHypothesis, alone_on
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel, excludes
 from prb3r.recording.recording import Tolerance
@@ -95,9 +96,19 @@ def test_tolerances_are_those_of_the_solution_that_is_asked_for(calibrated, othe
 
 def test_hypotheses_exclude_each_other_in_the_linearised_model_as_they_say(library):
     columns = [Column(each, np.zeros((3, 1)), start, log_odds=0.0) for each in library for start in each.starts(0.3)]
-    rivals = LinearModel(columns, np.zeros(3)).rivals
+    barred = LinearModel(columns, np.zeros(3)).barred
     said = [
-        [j != k and excludes(a.hypothesis, b.hypothesis) for k, b in enumerate(columns)] for j, a in enumerate(columns)
+        [j == k or excludes(a.hypothesis, b.hypothesis) for k, b in enumerate(columns)] for j, a in enumerate(columns)
     ]
-    assert (rivals == np.array(said)).all()
-    assert 0 < rivals.mean() < 0.5
+    assert (barred == np.array(said)).all()
+    assert 0 < barred.mean() < 0.5
+
+
+def test_joint_hypotheses_exclude_each_other_on_the_same_rig_alone(library):
+    """Whichever of a kind come first: a law of bending on one rig bars another law there, and none on another rig."""
+    laws = [each for each in library if each.kind in ("nonlinear_plate", "superelastic_plate", "gravity")]
+    of_rigs = [(*(alone_on(rig, each, 2) for rig in (0, 1)), JointHypothesis(each.kind, (each, each))) for each in laws]
+    mixed = [joint for rigs in zip(*of_rigs, strict=True) for joint in rigs]
+    for joint in (mixed, mixed[::-1]):
+        barred = LinearModel([Column(each, np.zeros((3, 1)), np.zeros(1)) for each in joint], np.zeros(3)).barred
+        assert (barred == [[a is b or a.excludes(b) for b in joint] for a in joint]).all()

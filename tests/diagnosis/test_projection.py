@@ -24,13 +24,17 @@ import prb3r
 from prb3r import load_manipulator, solve
 from prb3r.diagnosis.checks.verdict import why_unexplained
 from prb3r.diagnosis.evidence.outliers import NotedWeight
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.named import separations
+from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
+from prb3r.diagnosis.result.tables import residual_table
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments
 from prb3r.diagnosis.search.rivals import Rival
@@ -162,6 +166,36 @@ def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(tmp_path
     assert fitted["residual_explained"].std() < 0.6 * fitted["residual_calibrated"].std()
     np.testing.assert_array_equal(fitted["weighed_down"], found.doubts.inflation > 1)
     assert (table["sd"] > 0).all()
+
+
+def test_a_held_out_step_that_is_lost_leaves_the_other_residuals():
+    found = investigated()
+    models = {"calibrated": found.calibrated, "explained": found.explained}
+    states = {
+        name: predictor(found.recording).equilibria(each.constants, each.effects) for name, each in models.items()
+    }
+    whole = residual_table(found, models, states)
+    (step,) = np.flatnonzero(found.recording.steps["sequence"] == found.heldout.sequences[0])[:1]
+    for each in states.values():
+        each.x[step], each.y[step], each.angle[step] = np.nan, np.nan, np.nan
+    lost = residual_table(found, models, states)
+    gone = lost["residual_explained"].isna()
+    key = found.recording.steps.iloc[step]
+    assert (lost[gone]["sequence"] == key["sequence"]).all()
+    assert (lost[gone]["step"] == key["step"]).all()
+    assert gone.sum() == (whole["sequence"].eq(key["sequence"]) & whole["step"].eq(key["step"])).sum()
+
+
+def test_the_model_that_is_named_is_marked_though_it_was_fitted_again():
+    choice = investigated().choice
+    again = fit(choice.fitted.model, choice.fitted.p)
+    choice = replace(choice, fitted=again)
+    marked = [model.named for model in posterior_of(choice).models]
+    assert marked == [survivor.effects == choice.effects for survivor in choice.survivors]
+    assert sum(marked) == 1
+    assert choice.refuted_by(lambda fitted: fitted is not again) == tuple(
+        survivor for survivor in choice.survivors if survivor.effects != choice.effects
+    )
 
 
 def test_tables_say_their_units(folder):

@@ -1,18 +1,21 @@
 """Score tests: standard normal where nothing is missing, the threshold kept, directions free of calibration."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 from scipy.stats import halfnorm, kstest
 
+from prb3r.diagnosis.evidence.detectable import detectable
 from prb3r.diagnosis.evidence.outliers import surprise
 from prb3r.diagnosis.evidence.score_test import alternatives, largest_by_chance, scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind
@@ -70,6 +73,13 @@ def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
     shift = np.zeros(len(fitted.residual))
     shift[: len(there)] = fitted.model.noise.whiten(there - fitted.solved.readings)
     assert one.z(shift) == pytest.approx(5.2, rel=0.1)
+
+
+def test_an_efficiency_of_one_is_detectable_by_what_it_falls():
+    free = Free("efficiency", 1.0, 0.2, 1.0, log=True)
+    loss = SimpleNamespace(subject=Hypothesis("pulley_friction", (), (free,)), size=5.0)
+    (seen,) = detectable(SimpleNamespace(alternatives=[loss]), Settings())
+    assert seen.size == pytest.approx(1 - np.exp(-Settings().detectable / 5.0))
 
 
 def test_gross_outliers_are_told_from_a_large_effect():

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis.planted import PLANTED, other_cables
-from diagnosis.simulated import Case, recorded
+from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
-from prb3r.diagnosis.checks.setup.remedy import with_manipulator
+from prb3r.diagnosis.checks.setup.remedy import with_manipulator, with_steps
 from prb3r.diagnosis.checks.setup.robust import expected_loss
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
@@ -22,6 +23,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
+from prb3r.recording.writing import write_again
 
 
 @cache
@@ -133,6 +135,23 @@ def test_a_blunder_is_said_first_and_mended_beside_the_report(tmp_path):
     np.testing.assert_allclose(again.loads.tension, right.loads.tension)
     np.testing.assert_allclose(again.readings.value, right.readings.value)
     assert find_blunder(again, Settings()) is None
+    (tmp_path / "mended" / "notes.txt").write_text("mine")
+    write_record(diagnosed(), tmp_path)
+    assert [path.name for path in (tmp_path / "mended").iterdir()] == ["notes.txt"], (
+        "a mended recording of another time"
+    )
+
+
+def test_cables_in_two_units_are_exchanged_as_a_table_that_reads_again(tmp_path):
+    right = recorded(Case(hidden=()))
+    steps = right.steps.rename(columns={"cable_4_n": "cable_4_kg"})
+    steps["cable_4_kg"] /= right.manipulator.gravity_m_s2
+    noted = with_steps(right, steps).recording
+    (way,) = [way for way in cable_blunders(noted) if way.blunder == "cables 1 and 4 are exchanged"]
+    write_again(way.mend(noted).recording, tmp_path)
+    again = load_recording(tmp_path)
+    np.testing.assert_allclose(again.loads.tension, right.loads.tension[:, [3, 1, 2, 0]])
+    np.testing.assert_array_equal(again.loads.slip, right.loads.slip[:, [3, 1, 2, 0]])
 
 
 @pytest.mark.parametrize(

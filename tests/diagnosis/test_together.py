@@ -29,6 +29,7 @@ from prb3r.diagnosis.result.common import Common, SharedParameter, write_common
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.run import joint_diagnosis_of
 from prb3r.diagnosis.search.joint_pool import shared_constants
+from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.together import diagnose_together
 from prb3r.errors import SpecError
 from prb3r.front.diagnoses import DiagnosisReport, JointReport
@@ -261,6 +262,16 @@ def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     assert count == 3
     assert "Diagnosed together: short, thick" in index.read_text()
     assert "1 diagnosis of several recordings" in index.read_text()
+
+
+def test_a_recording_that_tells_a_shared_parameter_nothing_says_so_in_plain_numbers(tmp_path):
+    """As if each needed a standard deviation of nothing to tell one."""
+    rigs, settings = (recorded_sister("short"), recorded_sister("thick")), Settings(untold_share=0.0)
+    common = diagnose_together([Task(recording, settings=settings) for recording in rigs]).common
+    untold = [estimate for each in common.shared if each.effect for estimate in each.alone]
+    assert untold
+    assert all(np.isfinite(estimate.value) and estimate.low is None for estimate in untold)
+    assert json.loads(write_common(common, tmp_path).read_text())["shared"]
 
 
 def test_what_is_not_told_is_not_drawn_and_nothing_shared_is_no_figure():

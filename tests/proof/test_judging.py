@@ -83,6 +83,7 @@ def test_harm_is_a_name_that_predicts_another_design_worse_than_constants_do():
     assert not does_no_harm(judged("explained", 10.0))
     assert does_no_harm(judged("unexplained", 10.0))
     assert does_no_harm(judged("ambiguous", 0.9, calibrated=0.5))  # both within the noise
+    assert not does_no_harm(judged("failed", np.inf, calibrated=np.inf))
     (goal,) = [goal for goal in GOALS if goal.short == "outside, no harm"]
     cases = [
         judged("explained", 8.0),

@@ -26,7 +26,7 @@ from prb3r.proof.judging.forecast import Forecast
 from prb3r.proof.judging.intervals import share_of
 from prb3r.proof.judging.missed import miss_of
 from prb3r.proof.judging.opened import OpenedCase
-from prb3r.proof.judging.real_scores import REAL_GOALS, REFUSED, listed_set, named_of, whole_set
+from prb3r.proof.judging.real_scores import REAL_GOALS, REFUSED, is_hit, listed_set, named_of, whole_set
 from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.settings import SETTINGS
 
@@ -238,6 +238,10 @@ def test_names_count_by_kind_and_place():
     assert named_of(case(right, gravity)) == [True, True]
     assert named_of(case(beside)) == [False, False]
     assert named_of(case(among)) == [True, False]
+    worn = {"kind": "worn_hole", "disk": 3, "cables": ("1",)}
+    other_cable = Claim("worn_hole", {"disk": 2, "cables": ("2",)}, sets={"disk": (2, 3)})
+    assert is_hit(Claim("worn_hole", {"disk": 2, "cables": ("1",)}, sets={"disk": (2, 3)}), worn)
+    assert not is_hit(other_cable, worn), "the disk is among those not told apart, and the cable is another one"
     assert whole_set(case(right, gravity))
     assert not whole_set(case(right, gravity, Claim("dead_cable", {"cable": "1"})))
     assert listed_set(case(right, models=(("weakened_plate (plate 3)", "gravity"),)))

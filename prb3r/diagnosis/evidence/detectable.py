@@ -34,7 +34,9 @@ def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
                 best[hypothesis.kind] = Detectable(hypothesis, None, shown)
             continue
         free, u = hypothesis.free[0], settings.detectable / candidate.size
-        size = abs(free.null * np.expm1(min(u, LARGEST_EXPONENT))) if free.log else abs(free.value(u) - free.null)
+        way = -1.0 if free.null == free.high else 1.0  # an efficiency of 1 can only fall
+        exponent = way * min(u, LARGEST_EXPONENT)
+        size = abs(free.null * np.expm1(exponent)) if free.log else abs(free.value(way * u) - free.null)
         if known is None or known.size is None or size < known.size:
             best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
     return tuple(best.values())

@@ -47,11 +47,13 @@ def cost(fitted: Fit) -> float:
 def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     """ln of the marginal likelihood by Laplace's method, prior odds of the effects included, up to a constant.
 
-    The integral over the constants is common to all models but for what effects can do as well.  -inf where the
-    readings do not feel a constant, as where hardly a step has an equilibrium.
+    The integral over the constants is common to all models but for what effects can do as well.  A constant with a flat
+    prior that hardly a reading feels is as uncertain as its bounds allow.
     """
     model, constants = fitted.model, len(fitted.model.varied)
     normal = fitted.jacobian.T @ fitted.jacobian
+    flat = np.flatnonzero(np.isinf(model.deviations[:constants]))
+    normal[flat, flat] += 1 / model.settings.farthest**2
     of_constants = np.linalg.slogdet(normal[:constants, :constants])[1]
     if not np.isfinite(of_constants):
         return -np.inf

@@ -176,7 +176,8 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
     file_name = CONSTANT_FILES.get(compared.name, compared.name)
 
     def estimate(told: Told) -> Estimate:
-        ends = [told.u + side * NORMAL_REACH * told.sd for side in (0.0, -1.0, 1.0)]
+        reach = NORMAL_REACH * told.sd if np.isfinite(told.sd) else 0.0
+        ends = [told.u, told.u - reach, told.u + reach]
         if compared.free is None:
             nominal = together.fitted.model.rigs[compared.rigs[0]].predict.recording.manipulator
             value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
@@ -185,7 +186,7 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
             values = [compared.free.value(end) for end in ends]
         low, high = sorted(values[1:])
         open_ends = compared.free.open_ends(low, high) if compared.free else (False, False)
-        return Estimate(values[0], low, high, open_ends) if np.isfinite(told.sd) else Estimate(values[0])
+        return Estimate(values[0], low, high, open_ends) if reach else Estimate(values[0])
 
     return SharedParameter(
         effect=compared.effect,

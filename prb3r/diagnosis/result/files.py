@@ -14,7 +14,7 @@ from prb3r.diagnosis.result.tables import QUANTITIES
 from prb3r.model.files.table import csv_text
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.writing import write_again
+from prb3r.recording.writing import WRITTEN_AGAIN, write_again
 from prb3r.runs.files import ensure_writable, write_json, write_whole
 from prb3r.runs.store import arrow_table, write_arrow
 
@@ -46,6 +46,8 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
         if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
             old.unlink()  # of an earlier diagnosis
+    if not diagnosis.setup:
+        _clear(folder / MENDED)
     files = [write_json(folder / "diagnosis.json", as_json(diagnosis))]
     files += [write_whole(folder / name, text.encode()) for name, text in texts.items()]
     made = {"recording": diagnosis.name, "seed": diagnosis.seed, "verdict": diagnosis.verdict}
@@ -57,6 +59,14 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
         write_again(diagnosis.setup[-1].mended, folder / MENDED)
         files += sorted((folder / MENDED).iterdir())
     return files
+
+
+def _clear(mended: Path) -> None:
+    """Remove the mended recording of an earlier diagnosis; whatever else stands in its folder stays."""
+    for name in WRITTEN_AGAIN:
+        (mended / name).unlink(missing_ok=True)
+    if mended.is_dir() and not any(mended.iterdir()):
+        mended.rmdir()
 
 
 def _proposed(diagnosis: Diagnosis) -> Iterator[tuple[str, pd.DataFrame]]:

@@ -194,7 +194,7 @@ def posterior_of(choice: Choice) -> Posterior:
     """The posterior of the surviving models of a choice."""
     recording = choice.fitted.model.predict.recording
     models = [
-        _model_posterior(survivor, choice.doubts, named=survivor.fitted is choice.fitted)
+        _model_posterior(survivor, choice.doubts, named=survivor.effects == choice.effects)
         for survivor in choice.survivors
     ]
     bending = bending_of(recording.manipulator, choice.fitted.solved.states.angle)

@@ -91,7 +91,8 @@ def residual_table(
     if fresh is not None:
         noise = fresh.noise(investigation.explained)
         for name in models:
-            white[name][~seen] = noise.whiten(fresh.predict.misfit(predicted[name][~seen]))
+            misfit = fresh.predict.misfit(predicted[name][~seen])
+            white[name][~seen] = np.where(np.isnan(misfit), np.nan, noise.whiten(np.nan_to_num(misfit)))
         sd[~seen], believed[~seen] = noise.total_sd, noise.believed
     return pd.DataFrame(
         {

@@ -86,12 +86,13 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
 
 
 def log_bayes_factor(together: Together) -> float:
-    """ln of the Bayes factor of sharing: evidence of the chosen joint model over the product of the evidences of the
-    best model of each recording by itself.
+    """ln of the Bayes factor of sharing: evidence of the best joint model over the product of the evidences of the best
+    model of each recording by itself.
 
     Each side counts one set of effects, as if there were no other.
     """
-    joint = whole_evidence(together.fitted, together.search.log_odds)
+    models = [together.fitted, *(survivor.fitted for survivor in together.survivors)]
+    joint = max(whole_evidence(fitted, together.search.log_odds) for fitted in models)
     apart = 0.0
     for alone, joined in zip(together.alone, together.joined, strict=True):
         odds = {**joined.search.log_odds, **alone.search.log_odds}

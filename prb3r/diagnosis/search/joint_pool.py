@@ -70,9 +70,10 @@ def joint_search(
             odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + (parting / rigs if rigs else 0.0)
     for name, sharing in shared.items():
         sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
-        for rig in sharing if len(sharing) > 2 else sharing[1:]:  # of two rigs either may be the one that parts
+        could_part = sharing if len(sharing) > 2 else sharing[1:]  # of two rigs either may be the one that parts
+        for rig in could_part:
             apart = Free(name, 0.0, -settings.farthest, settings.farthest, sd=sd)
-            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(sharing) - 1)
+            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(could_part))
     return JointSearch(tuple(odds), odds, alone[0].apply)
 
 

@@ -196,11 +196,13 @@ class LinearModel:
         that occurs once, kinds in the place of each other."""
         hypotheses = [column.hypothesis for column in self.columns]
         of_kind: dict[str, list[int]] = {}
+        of_rigs: dict[tuple[str, tuple[int, ...]], list[int]] = {}
         for number, hypothesis in enumerate(hypotheses):
             of_kind.setdefault(hypothesis.kind, []).append(number)
+            of_rigs.setdefault((hypothesis.kind, getattr(hypothesis, "rigs", ())), []).append(number)
         out = np.eye(len(hypotheses), dtype=bool)
-        for numbers, others in product(of_kind.values(), repeat=2):
-            if numbers is not others:  # their kinds alone decide
+        for ((kind, _), numbers), ((other, _), others) in product(of_rigs.items(), repeat=2):
+            if kind != other:  # kinds, and of joint hypotheses their rigs, alone decide
                 out[np.ix_(numbers, others)] = excludes(hypotheses[numbers[0]], hypotheses[others[0]])
         for numbers in of_kind.values():
             for j, k in permutations(numbers, 2):

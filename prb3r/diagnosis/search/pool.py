@@ -80,9 +80,10 @@ class Pool:
         return self.fits[self.ranked[0]]
 
     def polished_best(self) -> Fit:
-        """The fit with the largest evidence, begun again until it converges, as the noise is estimated from it; a new
-        fit counts only where its evidence is larger."""
-        self.add(polished(self.best))
+        """The fit with the largest evidence, begun again until it converges, as the noise is estimated from it."""
+        effects = self.ranked[0]
+        self.fits[effects] = polished(self.fits[effects])
+        self.evidence[effects] = log_evidence(self.fits[effects], self.search.log_odds)
         return self.best
 
     def explore(self, most: int) -> None:
@@ -104,7 +105,8 @@ class Pool:
 
     def near(self, effects: Effects) -> bool:
         """Whether the ln evidence of a fitted model is within `Settings.expansion_reach` of the best."""
-        return self.evidence[effects] >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
+        worth = self.evidence.get(effects, -np.inf)
+        return worth >= self.evidence[self.ranked[0]] - self.settings.expansion_reach
 
     def expand(self, effects: Effects, keeping: Effects = frozenset()) -> None:
         """Fit in full the new sets of effects that the linearised model around the fit of `effects` ranks highest.

@@ -85,6 +85,11 @@ class Choice:
         return frozenset(hypothesis.kind for hypothesis in self.fitted.model.hypotheses)
 
     @property
+    def effects(self) -> Effects:
+        """The hypotheses of the chosen model, in no order."""
+        return frozenset(self.fitted.model.hypotheses)
+
+    @property
     def presence(self) -> Mapping[str, float]:
         """Probability that each kind of effect is present, summed over surviving models and places."""
         return presence_of(self.survivors)
@@ -98,7 +103,7 @@ class Choice:
         """
         if refutes(self.fitted):
             return ()
-        return tuple(s for s in self.survivors if s.fitted is not self.fitted and refutes(s.fitted))
+        return tuple(s for s in self.survivors if s.effects != self.effects and refutes(s.fitted))
 
     def without(self, refuted: Sequence[Survivor]) -> "Choice":
         """The choice without the `refuted` survivors; the probabilities of the others sum to 1 again."""

@@ -24,9 +24,10 @@ def is_hit(claim: Claim, true: Mapping[str, Any]) -> bool:
     """Whether a claim is of a true effect's kind, at its place or with its place among those not told apart."""
     if claim.kind != true["kind"]:
         return False
-    names = RECORDS[claim.kind].places
-    best = all(places_agree(claim.place.get(name), true.get(name)) for name in names)
-    return best or any(places_agree(value, true.get(name)) for name in names for value in claim.sets.get(name, ()))
+    return all(
+        any(places_agree(value, true.get(name)) for value in (claim.place.get(name), *claim.sets.get(name, ())))
+        for name in RECORDS[claim.kind].places
+    )
 
 
 def named_of(case: OpenedCase) -> list[bool]:

@@ -87,7 +87,9 @@ def does_no_harm(case: OpenedCase) -> bool:
     noise."""
     there = [missed for missed in case.missed if missed.name == OTHER_DESIGN]
     within = SETTINGS.real.excess**2
-    return case.verdict.verdict == "unexplained" or all(m.explained <= max(m.calibrated, within) for m in there)
+    if case.verdict.verdict in ("unexplained", "failed"):
+        return case.verdict.verdict == "unexplained"
+    return all(m.explained <= max(m.calibrated, within) for m in there)
 
 
 def _flagged(case: OpenedCase) -> bool:

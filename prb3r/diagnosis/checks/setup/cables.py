@@ -64,6 +64,11 @@ def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
 def _exchanged(recording: Recording, pair: tuple[str, ...], rows: np.ndarray) -> Mended:
     """A recording with tensions and slips of two cables, by name, exchanged in the steps `rows` (s,), a mask."""
     steps = recording.steps.copy()
+    kilograms = [f"cable_{name}_kg" for name in pair if f"cable_{name}_kg" in steps]
+    if len(kilograms) == 1 and any(f"cable_{name}_n" in steps for name in pair):  # noted in two units: newtons for both
+        newtons = kilograms[0].removesuffix("_kg") + "_n"
+        steps = steps.rename(columns={kilograms[0]: newtons})
+        steps[newtons] *= recording.manipulator.gravity_m_s2
     for form, absent in (("cable_{}_n", 0.0), ("cable_{}_kg", 0.0), ("slip_{}", -1.0)):
         names = [form.format(name) for name in pair]
         if not any(name in steps for name in names):

@@ -107,7 +107,7 @@ def find_blunder(
     best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy])
     close = best.total + settings.close_fit / 2
     alike = tuple(t.remedy.blunder for t in tried if t is not best and t.total < close)
-    within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(recording.of_sequence)
+    within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(np.unique(recording.readings.step))
     # photographs miss by no more than noise that is not far off the stated one: nothing is left to explain
     plain = best.total < within_noise and not effects and bool(speaking)
     remedy = best.remedy
