@@ -1,15 +1,15 @@
-"""What a set of columns can explain."""
+"""Orthonormal bases of columns such as Jacobians, and projections by them."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 INDEPENDENT = 1e-8
-"""Singular value, of columns of length 1, up to which a combination of them repeats others but for rounding."""
+"""Singular value, of columns scaled to length 1, up to which a direction is nothing but rounding."""
 
 
 def basis_of(jacobian: np.ndarray) -> np.ndarray:
-    """Orthonormal basis of the columns, without those that are nothing or repeat others."""
+    """(r, b) orthonormal basis of the space of the columns of `jacobian` (r, p)."""
     size = np.linalg.norm(jacobian, axis=0)
     columns = jacobian[:, size > 0] / size[size > 0]
     if not columns.size:
@@ -19,16 +19,16 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
 
 
 def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """What constants cannot imitate of how effects move the readings.
+    """The part of changes of the readings that parameters fitted already cannot imitate.
 
     Parameters
     ----------
-    values : (r, k) whitened readings, without the rows of priors, where effects move nothing.
-    basis : (r + c, c) orthonormal, of what the constants do to readings and priors.
+    values : (r, k) changes of the whitened readings; those of the rows of priors are 0.
+    basis : (r + c, b) orthonormal basis of what these parameters do to readings and rows of priors.
 
     Returns
     -------
-    (r + c, k) orthogonal to `basis`; taken off twice, against rounding.
+    (r + c, k) orthogonal to `basis`; projected twice, against rounding.
     """
     whole = np.vstack([values, np.zeros((len(basis) - len(values), values.shape[1]))])
     whole -= basis @ (basis.T @ whole)
@@ -36,8 +36,7 @@ def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 def all_at_once(function: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """What a linear `function` of columns makes of each of `parts` (r, k each), of all at once, as that takes less
-    time."""
+    """A linear `function` of columns applied to each of `parts` (r, k each), in one call, which takes less time."""
     if not parts:
         return []
     return np.split(function(np.hstack(parts)), np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)

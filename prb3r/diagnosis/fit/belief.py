@@ -1,4 +1,4 @@
-"""What other recordings say of parameters of a model: a normal distribution, added to its least squares as rows."""
+"""What other recordings say of the parameters of a model: a normal distribution, added to the least squares as rows."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,31 +6,32 @@ from typing import NamedTuple
 import numpy as np
 
 NOTHING_TOLD = 1e-10
-"""Share of the largest information below which a direction is not told."""
+"""Eigenvalue of the precision, as a share of the largest, up to which nothing counts as told along its direction."""
 
 
 class Rows(NamedTuple):
-    """Residuals root p - target of the parameters p."""
+    """Residuals target - root p of a model with the parameters p."""
 
     root: np.ndarray
-    """(k, p) derivatives of the residuals."""
+    """(k, p) derivatives of the residuals, with the other sign."""
     target: np.ndarray
-    """(k,) what the residuals are without the parameters, with the other sign."""
+    """(k,) residuals of parameters that are all 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """A normal distribution by its information; directions that are not told have none."""
+    """A normal distribution of k parameters, held as its precision, which is 0 along directions that nothing is known
+    of."""
 
     names: tuple[object, ...]
-    """(k,) parameters, in any terms that tell them apart."""
+    """(k,) keys of the parameters: any values that tell them apart, as of `Parametrisation.names`."""
     precision: np.ndarray
     """(k, k) inverse covariance."""
     vector: np.ndarray
     """(k,) precision times mean."""
 
     def of(self, names: tuple[object, ...]) -> "Belief":
-        """What is believed of some of the parameters, whatever the others are."""
+        """The marginal distribution of those parameters that are among `names`."""
         kept = np.array([name in names for name in self.names], bool)
         precision, vector = self.precision[np.ix_(kept, kept)], self.vector[kept]
         if not kept.all():
@@ -42,7 +43,7 @@ class Belief:
         return Belief(tuple(name for name, keep in zip(self.names, kept, strict=True) if keep), precision, vector)
 
     def rows(self, names: tuple[object, ...]) -> Rows:
-        """The belief as rows of the least squares of a model with parameters `names` (p,)."""
+        """The distribution as rows of the least squares of a model whose parameters are `names` (p,)."""
         known = self.of(names)
         if not known.names:
             return Rows(np.zeros((0, len(names))), np.zeros(0))

@@ -1,4 +1,4 @@
-"""Calibration: constants and frame alone, from the nominal ones."""
+"""Calibration: a fit of the constants and the frame alone, begun at the nominal manipulator."""
 
 import numpy as np
 
@@ -12,18 +12,19 @@ from prb3r.diagnosis.settings import Settings
 
 
 def nominal_noise(predict: Predictor) -> Noise:
-    """The covariance of the readings as the nominal manipulator has it."""
+    """The covariance of the readings around the nominal manipulator, for noise as stated and without tolerances."""
     return noise_of(predict.recording, tension_response(predict, predict.solve(Constants())))
 
 
 class OutOfBalance(ValueError):
-    """Nothing near the nominal manipulator is in balance under the recorded loads."""
+    """No stiffness near the nominal one gives any recorded step an equilibrium."""
 
 
 def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
-    """Fit the constants alone, from the nominal ones, or from other stiffnesses where these leave steps out of balance.
+    """The constants, fitted without effects: the first fit in which every step has an equilibrium.
 
-    `noise`: absent, that of :func:`nominal_noise`.
+    Fits begin at the nominal constants, then at other stiffnesses, `Settings.start_factors` times the nominal one.
+    Where none balances every step, the fit of least chi-square is returned.  `noise`: absent, :func:`nominal_noise`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Chains of one rig with constants and effects, of which most differ by little from the one made before."""
+"""The chains of one rig for given constants and effects, made from the chain before as far as both agree."""
 
 from collections.abc import Sequence
 from operator import attrgetter
@@ -11,18 +11,18 @@ from prb3r.model.effects.base import CachedHost, Effect, Host
 
 
 class Chains:
-    """Makes chains of a rig; what the last one has in common with the next, effects in their order, is not made again.
+    """Makes chains of a rig, and reuses the last one up to the first effect that differs.
 
-    Derivatives ask for a chain on either side of every parameter, and a parameter changes one effect.
+    Derivatives ask for a chain on either side of every parameter, and most parameters change one effect only.
     """
 
     def __init__(self, plain: Chain, manipulator: Host) -> None:
         self._plain, self._host = plain, CachedHost(manipulator)
         self._scales: tuple[float, float] | None = None
-        self._made: list[tuple[Effect | None, Chain]] = []  # the last one: without effects, with the first, and so on
+        self._made: list[tuple[Effect | None, Chain]] = []  # the last chain: without effects, with the first, and so on
 
     def chain(self, constants: Constants, effects: Sequence[Effect] = ()) -> Chain:
-        """The mechanical problem with adjusted constants, the nominal effects and `effects`."""
+        """The chain with adjusted constants, the nominal effects and `effects`."""
         scales = constants.log_stiffness, constants.log_friction
         if scales != self._scales:
             stiffness, friction = np.exp(scales)

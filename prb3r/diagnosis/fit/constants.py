@@ -13,28 +13,29 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind, Recording
 
 FRAME = ("rotation", "x", "y")
-"""Constants that change what is seen, not what is."""
+"""Constants of the camera's frame: they change the readings, not the states."""
 RUBBING = "cable_friction"
+"""Kind of the effect that replaces the friction coefficient of all cables or of some."""
 WITHIN = np.array([1 + 1e-9, 1 - 1e-9])
-"""Bounds of a modulus are passed by no rounding of its logarithm."""
+"""Factors on the bounds of Young's modulus: drawn in by 1e-9, so that rounding of the ln does not pass them."""
 
 
 class Constants(NamedTuple):
-    """What calibration adjusts."""
+    """The constants that calibration adjusts: factors on the nominal ones, and the frame of the camera."""
 
     log_stiffness: float = 0.0
     """ln of the factor on every plate's bending stiffness."""
     log_friction: float = 0.0
     """ln of the factor on the nominal friction coefficient."""
     rotation: float = 0.0
-    """Of the camera's frame, rad."""
+    """Rotation of the camera's frame, anticlockwise as seen by the camera, rad."""
     x: float = 0.0
-    """Shift of the camera's frame, m; so `y`."""
+    """Shift of what the camera sees, m; likewise `y`."""
     y: float = 0.0
 
 
 def varied_constants(recording: Recording) -> tuple[str, ...]:
-    """Names of the constants that are not fixed, in the order in which they are fitted."""
+    """Names of the constants that a recording leaves free, in the order in which they are fitted."""
     measurement, kind = recording.measurement, recording.readings.kind
     turned, moved = measurement.frame_rotation_sd_rad > 0, measurement.frame_position_sd_m > 0
     positions, angles = bool((kind <= Kind.Y).any()), bool((kind == Kind.ANGLE).any())
@@ -65,7 +66,10 @@ def prior_deviations(recording: Recording, settings: Settings) -> Mapping[str, f
 
 
 def widest_factors(manipulator: Manipulator, settings: Settings) -> Mapping[str, tuple[float, float]]:
-    """Ends of the logarithms of the factors on constants: within `Settings.widest_factor`, as rigs have them."""
+    """Lowest and highest ln of the factors on stiffness and friction, by name of the constant.
+
+    Factors stay within `Settings.widest_factor`, and the constants within those of real materials.
+    """
     far = settings.farthest
     soft, stiff = np.log(np.array(MODULI) * WITHIN / manipulator.youngs_modulus_pa).tolist()
     rough = float(np.log(STRONGEST_FRICTION / (manipulator.friction.coefficient or STRONGEST_FRICTION)))
@@ -78,7 +82,7 @@ def friction_beside(manipulator: Manipulator, scale: float, pairs: Iterable[tupl
     Parameters
     ----------
     scale : factor on the nominal coefficient.
-    pairs : hypotheses, each with its free parameters.
+    pairs : hypotheses, each with its free parameters `u`.
     """
     coefficient = manipulator.friction.coefficient * scale
     for effect in manipulator.effect:

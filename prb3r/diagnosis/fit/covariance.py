@@ -1,15 +1,15 @@
-r"""How readings scatter together, and the whitening that makes them comparable.
+r"""The covariance of the readings of a recording, and the whitening by its inverse root.
 
-The readings scatter as :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`: reading noise of stated variances
-`D`, `s` times as large as stated, with a correlation `P` between the disks of one photograph, or between photographs
-that follow one another where what was pulled again tells so; the scatter `S` of the
-applied tensions, `t` times as large as stated, carried to the readings of a sequence by their sensitivities `J`, a
-share of it lasting through the sequence; and the tolerances `T` of the geometry of the rig by theirs, `G`, which all
-sequences share.
+The covariance is :math:`C = s^2 D^{1/2} P D^{1/2} + t^2 J S J^T + G T G^T`.  Its first term is reading noise of stated
+variances `D`, with `s` times the stated standard deviations and a correlation `P` between the disks of one photograph
+and, where repeated sequences show it, between photographs that follow one another.  The second is the scatter `S` of
+the applied tensions, `t` times as large as stated and in part lasting through a sequence, carried to the readings by
+their sensitivities `J`.  The third are the tolerances `T` of the rig's geometry with their sensitivities `G`; all
+sequences share them.
 
-With :math:`P = L L^T` and the columns :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} t J S^{1/2}` the symmetric root of what
-the first two leave is :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, and the tolerances, whitened by it, are treated
-alike.
+With :math:`P = L L^T` and :math:`U \Sigma V^T = (s D^{1/2} L)^{-1} t J S^{1/2}`, readings whitened by the reading noise
+are whitened against the tensions by the symmetric root :math:`I - U (1 - (1 + \Sigma^2)^{-1/2}) U^T`, one sequence
+after the other.  The tolerances, whitened by both, are then treated in the same way.
 """
 
 from collections.abc import Callable
@@ -23,34 +23,35 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
 FELT = 1e-9
-"""Standard deviation, in units of reading noise, below which a direction of common scatter is none."""
+"""Standard deviation, in units of the noise whitened so far, up to which a direction of scatter is dropped."""
 
 
 class NoiseLevel(NamedTuple):
-    """What is believed of the noise beside the stated standard deviations."""
+    """Factors on the stated standard deviations of readings and tensions, and the correlations of both."""
 
     scale: float = 1.0
-    """Factor on those of the readings."""
+    """Factor on the standard deviations of the readings."""
     common: float = 0.0
-    """Share of the variance that the disks of a photograph have in common."""
+    """Share of the variance of the reading noise that the disks of a photograph have in common."""
     reach: float = np.inf
-    """Disks over which it is common: correlated as exp(-distance / reach)."""
+    """Correlation length of the common share, in disks: exp(-distance / reach)."""
     tension: float = 1.0
-    """Factor on that of the tensions."""
+    """Factor on the standard deviation of the tensions."""
     lasting: float = 0.0
-    """Share of the variance of a cable's tensions that lasts through a sequence: a gain that the next one has not."""
+    """Share of the variance of a cable's tensions that is one error throughout a sequence, and another in the next."""
     serial: float = 0.0
-    """Share of the variance that readings of a disk have in common along a sequence, which the next one has not."""
+    """Share of the variance of the reading noise that the readings of a disk have in common along one sequence."""
     span: float = np.inf
-    """Steps over which: correlated as exp(-distance / span)."""
+    """Correlation length of the serial share, in steps: exp(-distance / span)."""
 
     @property
     def correlations(self) -> tuple[float, ...]:
-        """What correlates, without the factors on the scales: `common`, `reach`, `lasting`, `serial`, `span`."""
+        """The fields that describe correlation: `common`, `reach`, `lasting`, `serial`, `span`."""
         return self.common, self.reach, self.lasting, self.serial, self.span
 
     def near(self, other: "NoiseLevel", settings: Settings) -> bool:
-        """Whether both have the same correlations, and scales within `same_scale` and `same_scatter`."""
+        """Whether both have the same correlations, and factors whose ln differ by less than `Settings.same_scale` and
+        `Settings.same_scatter`."""
         return (
             abs(np.log(self.scale / other.scale)) < settings.same_scale
             and abs(np.log(self.tension / other.tension)) < settings.same_scatter
@@ -59,23 +60,24 @@ class NoiseLevel(NamedTuple):
 
 
 AS_STATED = NoiseLevel()
-"""Independent noise of the stated size."""
+"""Noise of the stated standard deviations without correlations."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Readings that scatter together in a few directions."""
+    """One step of the whitening: some readings, and the few directions in which they scatter together."""
 
     rows: np.ndarray
-    """(b,) readings."""
+    """(b,) numbers of the readings."""
     basis: np.ndarray
-    """(b, k) orthonormal directions of common scatter, in units of what was whitened before."""
+    """(b, k) orthonormal directions of common scatter, in the units that earlier steps have whitened to."""
     shrink: np.ndarray
-    """(k,) 1 - 1 / standard deviation along them."""
+    """(k,) 1 - 1 / sd, with the standard deviation sd along each direction: the share that whitening takes off."""
 
 
 def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
-    """The block of `columns` (b, k), each one standard deviation of one common scatter, in whitened units."""
+    """The block of the readings numbered `rows` (b,); each of the `columns` (b, k) is their change by one standard
+    deviation of one common cause, in units whitened so far."""
     basis, size, _ = np.linalg.svd(columns, full_matrices=False)
     kept = size > FELT
     return Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2))
@@ -83,22 +85,23 @@ def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """The covariance of all readings of a recording."""
+    """The covariance of all readings of a recording, held as the steps that whiten them."""
 
     sd: np.ndarray
-    """(r,) reading noise as it is believed, m or rad."""
+    """(r,) believed standard deviation of the reading noise alone, m or rad; larger where a reading is weighed down."""
     root: csr_array
-    """(r, r) turns deviations into independent ones of unit variance, as far as reading noise goes."""
+    """(r, r) makes deviations independent and of unit variance, as far as the reading noise goes."""
     blocks: tuple[Block, ...]
-    """In the order in which they are whitened."""
+    """The scatter of the tensions of each sequence, then the tolerances, in the order in which they are whitened."""
     believed: np.ndarray
-    """(r,) whether a reading is not weighed down."""
+    """(r,) whether a reading counts fully; False where it is weighed down."""
     total_sd: np.ndarray
     """(r,) standard deviation of every reading, tension scatter included but not tolerances, m or rad."""
     level: NoiseLevel = AS_STATED
+    """The level that the covariance was made for."""
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
-        """(r, ...) deviations in units of the noise, made independent of each other."""
+        """(r, ...) deviations `values` of the readings, made independent and of unit variance."""
         out = self.root @ values
         for block in self.blocks:
             out[block.rows] = _shrunk(block, out[block.rows])
@@ -106,18 +109,19 @@ class Noise:
 
 
 def independent(sd: np.ndarray) -> Noise:
-    """Noise of standard deviations `sd` (r,), m or rad, that no two readings have in common."""
+    """Independent noise of standard deviations `sd` (r,), m or rad, without tension scatter and tolerances."""
     return Noise(sd, csr_array(diags_array(1 / sd)), (), np.ones(len(sd), bool), sd)
 
 
 def _shrunk(block: Block, part: np.ndarray) -> np.ndarray:
+    """The values `part` (b, ...) of a block's readings, of unit variance along its directions too."""
     across = block.basis.T @ part
     across *= block.shrink if part.ndim == 1 else block.shrink[:, None]
     return part - block.basis @ across
 
 
 def reading_sd(recording: Recording) -> np.ndarray:
-    """(r,) stated standard deviation of each reading, m or rad."""
+    """(r,) stated standard deviation of each reading, m or rad; NaN where none is stated for its kind."""
     measurement = recording.measurement
     position, angle = measurement.position_sd_m or np.nan, measurement.angle_sd_rad or np.nan
     return np.asarray([position, position, angle, angle])[recording.readings.kind]
@@ -130,12 +134,12 @@ def noise_of(
     level: NoiseLevel = AS_STATED,
     tolerances: np.ndarray | None = None,
 ) -> Noise:
-    """The covariance of a recording's readings.
+    """The covariance of the readings of a recording: reading noise, scatter of the tensions and tolerances.
 
     Parameters
     ----------
     sensitivity : (r, s, m) of :func:`prb3r.diagnosis.fit.response.tension_response`.
-    inflation : (r,) factor on the standard deviation of each reading; absent: 1.
+    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down; absent: 1.
     tolerances : (r, t) change of every reading by one standard deviation of each tolerance; absent: exact geometry.
     """
     believed = np.ones(recording.readings.count) if inflation is None else inflation
@@ -159,19 +163,24 @@ def noise_of(
 
 
 def lasting_scatter(change: np.ndarray, share: float) -> np.ndarray:
-    """(r, s, m) changes of readings by one standard deviation each of what the tensions of a sequence scatter by.
+    """(r, s, m) change of the readings by one standard deviation of each independent part of the tension scatter of a
+    sequence of s steps and m cables.
 
     Parameters
     ----------
-    change : (r, s, m) by one standard deviation of the tension of every step and cable.
-    share : of its variance that lasts: times the symmetric root of (1 - share) I + share 1 1^T over the steps.
+    change : (r, s, m) change of the readings by one standard deviation of the tension of every step and cable.
+    share : share of the tensions' variance that lasts through the sequence.  What comes back is `change` times the
+        symmetric root of (1 - share) I + share 1 1^T over the steps.
     """
     passing, all_steps = np.sqrt(1 - share), np.sqrt(1 - share + share * change.shape[1])
     return passing * change + (all_steps - passing) * change.mean(1, keepdims=True)
 
 
 def correlation_root(recording: Recording, sd: np.ndarray, level: NoiseLevel) -> csr_array:
-    """(r, r) inverse root of the reading noise of standard deviations `sd` (r,), triangular in the order of a block."""
+    """(r, r) inverse root of the covariance of the reading noise with standard deviations `sd` (r,).
+
+    Within a correlated group of readings, in the order of :func:`_blocks`, the root is lower triangular.
+    """
     return _of_blocks(recording, level, lambda block: np.linalg.inv(np.linalg.cholesky(block))) @ diags_array(1 / sd)
 
 
@@ -181,7 +190,7 @@ def noise_correlation(recording: Recording, level: NoiseLevel) -> csr_array:
 
 
 def _of_blocks(recording: Recording, level: NoiseLevel, form: Callable[[np.ndarray], np.ndarray]) -> csr_array:
-    """(r, r) a `form` of every block of the correlation."""
+    """(r, r) block-diagonal matrix with `form` of each block of the correlation; identity where nothing correlates."""
     if not level.common and not level.serial:
         return csr_array(eye_array(recording.readings.count))
     at, to, entries, known = [], [], [], dict[int, np.ndarray]()
@@ -196,8 +205,11 @@ def _of_blocks(recording: Recording, level: NoiseLevel, form: Callable[[np.ndarr
 
 
 def _blocks(recording: Recording, level: NoiseLevel) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Readings that have noise in common, (b,) rows, and their correlation, (b, b): of a photograph and a kind, or of a
-    sequence and a kind where noise goes on from one photograph to the next.  Each reading is in one."""
+    """Groups of readings with correlated noise: their numbers (b,) and correlation (b, b).
+
+    A group is one kind in one photograph or, where noise lasts from one photograph to the next, one kind in one
+    sequence.  Each reading is in one group; equal correlations are one and the same array.
+    """
     step, disk, kind, _ = recording.readings
     together = recording.of_sequence[step] if level.serial else step
     order = np.lexsort((disk, step, kind, together))

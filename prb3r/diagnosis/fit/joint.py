@@ -1,8 +1,8 @@
-r"""Several recordings fitted together: their parameters, of which some are shared, and one least-squares problem.
+r"""Several recordings fitted together: one least-squares problem with parameters that some rigs share.
 
-The parameters of the model of rig `i` are :math:`A_i P` with the joint ones `P`: a shared one stands in several rigs,
-and a constant that parts from the shared one is their sum.  Residuals of the rigs stand one below the other, priors
-once.
+The model of rig `i` has the parameters :math:`A_i P`, with the joint parameters `P`.  A shared parameter has entries in
+several :math:`A_i`.  Where a rig's constant parts from the shared one, it is the sum of that and of an offset.  The
+residuals are the misfits of all rigs, one below the other, then one row for the prior of each joint parameter.
 """
 
 from collections.abc import Mapping
@@ -19,22 +19,25 @@ from prb3r.diagnosis.library.joint import JointHypothesis
 from prb3r.diagnosis.settings import Settings
 
 Constant = tuple[str, tuple[int, ...]]
-"""A constant and the rigs that have it."""
+"""Name of a constant, and numbers of the rigs that have it in common."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointModel:
-    """The models of several recordings, and what is fitted to all of them."""
+    """The models of several recordings with joint parameters, in the form that `least_squares.fit` minimises.
+
+    Below, R is the number of readings of all recordings and P that of joint parameters.
+    """
 
     rigs: tuple[Model, ...]
-    """Each without effects."""
+    """The model of each recording, without effects."""
     shared: Mapping[str, tuple[int, ...]]
-    """Constants that rigs share, and which of them do."""
+    """For every shared constant, by name, the numbers of the rigs that share it."""
     hypotheses: tuple[JointHypothesis, ...] = ()
 
     @property
     def settings(self) -> Settings:
-        """The settings of the first recording: all have the same."""
+        """The settings of the first recording; all recordings have the same."""
         return self.rigs[0].settings
 
     @cached_property
@@ -50,7 +53,7 @@ class JointModel:
 
     @cached_property
     def varied(self) -> tuple[Constant, ...]:
-        """The constants: the shared ones, then those of each rig."""
+        """The joint constants: the shared ones, then those that each rig has for itself."""
         shared = [(name, rigs) for name, rigs in self.shared.items()]
         unshared = [
             (name, (k,)) for k, rig in enumerate(self.rigs) for name in rig.varied if k not in self.shared.get(name, ())
@@ -64,13 +67,13 @@ class JointModel:
 
     @cached_property
     def spans(self) -> tuple[slice, ...]:
-        """Where the parameters of every effect stand among all (P,), in the order of `hypotheses`."""
+        """Where the parameters of each joint hypothesis stand among all (P,), in the order of `hypotheses`."""
         ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
         return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
 
     @cached_property
     def maps(self) -> tuple[np.ndarray, ...]:
-        """(p_i, P) of every rig: its own parameters from the joint ones."""
+        """(p_i, P) for every rig: the matrix that gives its parameters from the joint ones."""
         out = []
         for k, member in enumerate(self.members):
             whole = np.zeros((member.count, self.count))
@@ -89,19 +92,22 @@ class JointModel:
 
     @cached_property
     def priors(self) -> np.ndarray:
-        """(c,) standard deviations of the constants; of one that is shared the narrowest that a recording states."""
+        """(c,) prior standard deviations of the joint constants; of a shared one the narrowest of its recordings."""
         return np.array(
             [min(self.rigs[k].priors[self.rigs[k].varied.index(name)] for k in rigs) for name, rigs in self.varied]
         )
 
     @cached_property
     def deviations(self) -> np.ndarray:
-        """(P,) prior standard deviations of all parameters, each once; infinite: flat."""
+        """(P,) prior standard deviations of the joint parameters; infinite: flat."""
         free = [free.prior_sd for hypothesis in self.hypotheses for free in hypothesis.free]
         return np.concatenate([self.priors, free])
 
     def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest value of every parameter: what all rigs that have it allow."""
+        """(P,) lowest and highest value of every joint parameter that all rigs which have it allow.
+
+        Where a constant parts from the shared one, the rig's bounds limit the shared one, and its offset has its own.
+        """
         low, high = np.full(self.count, -np.inf), np.full(self.count, np.inf)
         for member, whole in zip(self.members, self.maps, strict=True):
             for row, ends in enumerate(zip(*member.bounds(whole @ p), strict=True)):
@@ -113,11 +119,11 @@ class JointModel:
         return low, high
 
     def solve(self, p: np.ndarray) -> tuple[Solution, ...]:
-        """States and readings of every recording, in their order, for the joint parameters `p` (P,)."""
+        """The solution of every recording, in their order, for the joint parameters `p` (P,)."""
         return tuple(member.solve(whole @ p) for member, whole in zip(self.members, self.maps, strict=True))
 
     def residuals(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
-        """(R + P,) whitened misfits of all recordings, then the priors."""
+        """(R + P,) whitened misfits of all recordings, then one row for each prior."""
         parts = [
             member.residuals(whole @ p, solution)[: member.predict.recording.readings.count]
             for member, whole, solution in zip(self.members, self.maps, solved, strict=True)
@@ -125,7 +131,7 @@ class JointModel:
         return np.concatenate([*parts, -p / self.deviations])
 
     def jacobian(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
-        """(R + P, P) derivatives of the residuals."""
+        """(R + P, P) derivatives of the residuals by the joint parameters."""
         parts = [
             -member.noise.whiten(member.moved(whole @ p, solution)) @ whole
             for member, whole, solution in zip(self.members, self.maps, solved, strict=True)
@@ -135,7 +141,7 @@ class JointModel:
     def fitted(
         self, p: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, solved: tuple[Solution, ...], done: bool
     ) -> "JointFit":
-        """The fit that ended at `p`; `done`: whether it has converged."""
+        """The finished fit with the joint parameters `p`; `done`: whether the minimiser has converged."""
         return JointFit(self, p, residual, jacobian, solved, done)
 
 
@@ -145,13 +151,15 @@ class JointFit:
 
     model: JointModel
     p: np.ndarray
-    """(P,) parameters."""
+    """(P,) joint parameters."""
     residual: np.ndarray
-    """(R + P,) whitened, with prior rows."""
+    """(R + P,) whitened misfits, then rows of the priors."""
     jacobian: np.ndarray
-    """(R + P, P) of the residuals."""
+    """(R + P, P) derivatives of the residuals."""
     solved: tuple[Solution, ...]
+    """Of each recording, in their order."""
     converged: bool = True
+    """As of `Fit.converged`."""
 
     @property
     def chi2(self) -> float:
@@ -160,47 +168,53 @@ class JointFit:
 
     @property
     def balanced(self) -> bool:
-        """Whether every step of every recording has an equilibrium, so that all readings are predicted as numbers."""
+        """Whether every step of every recording has an equilibrium, so that no predicted reading is NaN."""
         return all(np.isfinite(solved.readings).all() for solved in self.solved)
 
     @property
     def costly(self) -> bool:
-        """Whether a prediction is slow, as states follow the load path."""
+        """Whether a prediction is slow: on some rig, friction makes the state of a step depend on those before it."""
         return any(solved.chain.presliding > 0 for solved in self.solved)
 
     @property
     def covariance(self) -> np.ndarray:
-        """(P, P) covariance of the joint parameters, linearised: the inverse of the normal equations."""
+        """(P, P) linearised covariance of the joint parameters: the pseudo-inverse of the normal matrix."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
     @cached_property
     def rows(self) -> tuple[slice, ...]:
-        """Where the readings of every recording stand among the residuals."""
+        """Where the readings of each recording stand among the residuals."""
         ends = np.cumsum([0, *(rig.predict.recording.readings.count for rig in self.model.rigs)])
         return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
 
     def part(self, rig: int) -> Fit:
-        """One recording's model where the joint fit ended, as if it stood alone."""
+        """The model of one recording at the joint minimum, as if nothing were known from the other recordings."""
         return self._at(self.model.members[rig], rig)
 
     def believed(self, rig: int) -> Fit:
-        """The same with what the other recordings say of its parameters, so that it is at its own minimum."""
+        """The model of one recording at the joint minimum, with what the other recordings say of its parameters.
+
+        The joint minimum is its own too, unless a constant of it parts from the shared one, or another recording states
+        a narrower prior of a shared constant: that prior is in no row.
+        """
         return self._at(replace(self.model.members[rig], belief=self._belief(rig)), rig)
 
     def _at(self, member: Model, rig: int) -> Fit:
+        """The `member` model of a rig with the parameters and states of the joint fit."""
         p, solved = self.model.maps[rig] @ self.p, self.solved[rig]
         return Fit(member, p, member.residuals(p, solved), member.jacobian(p, solved), solved, self.converged)
 
     def _belief(self, rig: int) -> Belief | None:
-        """What the others say of the parameters of one rig, whatever their own are, around the minimum.
+        """What the other recordings say of the parameters of one rig, linearised around the minimum; None: nothing.
 
-        Of a constant that parts from the shared one they say nothing.
+        The parameters that the rig does not have are marginalised.  Priors of its own parameters are left out, as its
+        model has them already.  Of a constant that parts from the shared one the others say nothing.
         """
         whole, names = self.model.maps[rig], self.model.members[rig].names
         parted = whole.sum(1) > 1
         of_rig = np.zeros(len(self.residual), bool)
         of_rig[self.rows[rig]] = True
-        of_rig[self.rows[-1].stop + np.flatnonzero(whole.any(0))] = True  # its priors
+        of_rig[self.rows[-1].stop + np.flatnonzero(whole.any(0))] = True  # priors of its parameters
         others, left = self.jacobian[~of_rig], self.residual[~of_rig]
         kept = whole[~parted].any(0) & others.any(0)
         if not kept.any():

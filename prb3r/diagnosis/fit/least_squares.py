@@ -2,7 +2,7 @@
 
 `scipy.optimize.least_squares` minimises the same (a test holds both against each other), but does not serve here: its
 bounds cannot move with a parameter, as those of a worn hole do with the friction of the others; its iterates stay off
-the bounds, where an effect that is none must be able to end; and it takes no secants between exact derivatives, which
+the bounds, where an absent effect must be able to end; and it takes no secants between exact derivatives, which
 save a third of all load paths.
 """
 
@@ -19,7 +19,10 @@ F_co = TypeVar("F_co", covariant=True)
 
 
 class Fittable(Protocol[S, F_co]):
-    """What is fitted: a model of one recording, or of several together."""
+    """A model that can be fitted: of one recording, or of several together.
+
+    `solve` returns what `residuals` and `jacobian` are computed from; `fitted` makes the finished fit.
+    """
 
     @property
     def settings(self) -> Settings: ...
@@ -36,18 +39,20 @@ class Fittable(Protocol[S, F_co]):
 
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e8
-"""Of the normal equations, relative to their diagonal: at first, nearly undamped as starts are near; and where a step
-is as good as undamped or nothing."""
+"""Damping of the normal equations, relative to their diagonal: of the first step, nearly undamped as starts are near
+the minimum, and the limits at which a step is as good as undamped or as good as none."""
 RIDGE = 1e-12
-"""What the diagonal of the normal equations has in addition, so that a parameter that no reading feels stays."""
+"""Added to the diagonal of the normal equations, so that a parameter that no reading feels stays where it is."""
 HARDER, EASIER = 4.0, 10.0
-"""Times by which the damping grows after a step that leads uphill, doubled with every further one, and shrinks after
-one that leads downhill: by ten as Marquardt's (J. SIAM 11 (1963) 431), doubled as Nielsen's (IMM-REP-1999-05)."""
+"""Factors by which the damping grows after a step uphill and shrinks after a step downhill.
+
+It shrinks by ten as Marquardt's (J. SIAM 11 (1963) 431).  The factor of growth doubles with every further step uphill,
+as Nielsen's (IMM-REP-1999-05)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Point(Generic[S]):
-    """A model at some parameters."""
+    """Parameters `p` (p,) of a model, with its solution and its residuals there."""
 
     p: np.ndarray
     solved: S
@@ -67,16 +72,17 @@ def fit(
     useful: float = np.inf,
     most: int | None = None,
 ) -> F_co | None:
-    """The model with the parameters of least chi-square, from `start`; None where that or its slope is not finite.
+    """The fit of least chi-square reached from `start`; None where chi-square or its derivatives are not finite.
 
-    A step uphill is taken back and shortened.  Derivatives are exact at the start, at the end and wherever secants in
-    their stead lead no further.  Where exact ones lead no further either, though they promise it, the fit is at a kink.
+    A step uphill is taken back and shortened.  Derivatives are exact at the start and at the end.  In between secant
+    updates stand for them until these lead no further.  Where exact derivatives lead no further either, though they
+    promise a fall of chi-square, the fit is at a kink (:func:`_past_a_kink`).
 
     Parameters
     ----------
-    fixed : numbers of parameters that stay.
-    useful : None is returned too where chi-square is not below it after `Settings.patience` steps.
-    most : steps at most; absent: `Settings.most_steps`.
+    fixed : numbers of parameters that keep their value.
+    useful : None is returned too where chi-square is above this after `Settings.patience` steps.
+    most : largest number of steps; absent: `Settings.most_steps`.
     """
     settings = model.settings
 
@@ -129,14 +135,17 @@ def fit(
 
 
 def _is_finite(jacobian: np.ndarray) -> bool:
-    """Whether squares of derivatives are numbers; not where a slack cable is paid out over holes that rub as none do,
-    and its tension beyond them grows with its own as e to the power of hundreds."""
+    """Whether the squares of all derivatives are finite.
+
+    They are not where a cable is paid out over holes of an absurd friction coefficient: the tension beyond the holes
+    grows as e to the power of hundreds.
+    """
     with np.errstate(over="ignore"):
         return bool(np.isfinite((jacobian**2).sum()))
 
 
 class Fitted(Protocol):
-    """Where a fit ended."""
+    """A finished fit, as `Fittable.fitted` makes it."""
 
     @property
     def model(self) -> Any: ...
@@ -155,9 +164,10 @@ F = TypeVar("F", bound=Fitted)
 
 
 def polished(fitted: F) -> F:
-    """The fit begun again where it ended, until it converges or beginning again brings nothing that counts.
+    """The fit restarted from where it ended, until it converges or a restart brings no fall of chi-square that counts.
 
-    At a kink, as where disks just touch, steps may promise for ever what they do not bring.
+    A restart that brings less than `Settings.idle_gain` counts as convergence: at a kink, as where disks just touch,
+    derivatives may promise for ever a fall that no step brings.
     """
     settings = fitted.model.settings
     for _ in range(settings.most_restarts):
@@ -172,42 +182,41 @@ def polished(fitted: F) -> F:
 
 
 class Downhill(NamedTuple):
-    """Which way chi-square falls from a point, as derivatives foresee."""
+    """The normal equations of a point, and the steps that they lead to within bounds."""
 
     here: Point
     normal: np.ndarray
-    """(p, p) of the normal equations."""
+    """(p, p) normal matrix: the Jacobian's transpose times the Jacobian."""
     gradient: np.ndarray
-    """(p,) half of chi-square's."""
+    """(p,) half the gradient of chi-square."""
     held: np.ndarray
-    """(p,) which parameters stay: those that are fixed, or at a bound beyond which chi-square would fall on."""
+    """(p,) which parameters stay: those that are fixed, or on a bound beyond which chi-square would fall further."""
     bounds: tuple[np.ndarray, np.ndarray]
 
     @classmethod
     def at(
         cls, here: Point, jacobian: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], fixed: Sequence[int]
     ) -> "Downhill":
-        """From the derivatives of the residuals, (r, p)."""
+        """The normal equations at `here`, where the residuals have the derivatives `jacobian` (r, p)."""
         gradient, (low, high) = jacobian.T @ here.residual, bounds
         held = ((here.p <= low) & (gradient > 0)) | ((here.p >= high) & (gradient < 0))
         held[list(fixed)] = True
         return cls(here, jacobian.T @ jacobian, gradient, held, bounds)
 
     def change(self, damping: float) -> np.ndarray:
-        """(p,) the step of the damped normal equations (Marquardt), 0 for parameters that are fixed or press on a
-        bound."""
+        """(p,) step of the damped normal equations (Marquardt); 0 for parameters that are held."""
         system = self.normal + np.diag(damping * np.diag(self.normal) + RIDGE)
         system[self.held], system[:, self.held] = 0.0, 0.0
         system[self.held, self.held] = 1.0
         return -np.linalg.solve(system, np.where(self.held, 0.0, self.gradient))
 
     def step(self, damping: float) -> np.ndarray:
-        """(p,) the parameters that :meth:`change` leads to, cut off at their bounds."""
+        """(p,) parameters after the step :meth:`change`, cut off at their bounds."""
         return np.clip(self.here.p + self.change(damping), *self.bounds)
 
     @property
     def promise(self) -> float:
-        """By how much chi-square falls if the derivatives hold all the way."""
+        """Fall of chi-square by the undamped step if the residuals were linear."""
         return float(-self.gradient @ self.change(LEAST_DAMPING))
 
 
@@ -218,10 +227,10 @@ def _past_a_kink(
     jacobian: np.ndarray,
     fixed: Sequence[int],
 ) -> Point[S] | None:
-    """A point that is better by what counts, None where none is found: derivatives learn from the steps uphill.
+    """A point whose chi-square is lower by `Settings.idle_gain` or more; None where none is found.
 
-    Where plates begin to yield or disks touch, derivatives of one side promise what the other does not keep; secants
-    across turn the step along the kink.
+    Where plates begin to yield or disks touch, the derivatives of one side promise a fall that the other side does not
+    bring.  Secant updates of the Jacobian from these failed steps turn the next one along the kink.
     """
     for _ in range(model.settings.kink_trials):
         there = at(Downhill.at(here, jacobian, model.bounds(here.p), fixed).step(FIRST_DAMPING))
@@ -235,7 +244,10 @@ def _past_a_kink(
 
 
 def _secant(jacobian: np.ndarray, here: Point, there: Point) -> np.ndarray:
-    """Broyden's update, each parameter in its own scale; not from steps whose effect drowns in noise."""
+    """The Jacobian after Broyden's update by the step from `here` to `there`, each parameter in its own scale.
+
+    The same array comes back where the foreseen change of the residuals is below the noise (a norm of 1).
+    """
     moved = there.p - here.p
     foreseen = jacobian @ moved
     if foreseen @ foreseen < 1:

@@ -1,7 +1,7 @@
-r"""A recording, its noise and what is fitted: residuals and their exact derivatives.
+r"""A model of one recording, its residuals with their derivatives, and the finished fit.
 
-Residuals are whitened with the full covariance and followed by one row for each prior, so that the sum of their
-squares is minus twice the logarithm of the posterior density, up to a constant.
+Residuals are whitened with the full covariance of the readings and followed by one row for each prior, so that the sum
+of their squares is minus twice the logarithm of the posterior density, up to a constant.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,26 @@ from prb3r.model.effects.base import Effect
 
 @dataclass(frozen=True, eq=False)
 class Model(Parametrisation):
-    """What is fitted to a recording, with the residuals and their derivatives."""
+    """A parametrised model of one recording, in the form that :func:`prb3r.diagnosis.fit.least_squares.fit` minimises.
+
+    Below, r is the number of readings, p that of parameters, k that of rows from other recordings (`believed`).
+    """
 
     def solve(self, p: np.ndarray) -> Solution:
-        """States and readings (r,) for the parameters `p` (p,); not a number where a step has no equilibrium."""
+        """States of all steps and predicted readings for the parameters `p`; NaN where a step has no equilibrium."""
         return self.predict.solve(self.constants(p), self.effects(p))
 
     def readings(self, solved: Solution) -> np.ndarray:
-        """(r,) of a solution; steps that are not in balance held where the last one was."""
+        """(r,) predicted readings, none NaN: a step without equilibrium is read as `Predictor.lost` holds it."""
         lost = self.predict.lost(solved)
         return solved.readings if lost is None else lost.readings
 
     def residuals(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + p + k,) whitened misfit of predicted readings, then the priors, then what other recordings say.
+        """(r + p + k,) whitened misfits of the readings, then one row for each prior, then those from other recordings.
 
-        A step without equilibrium counts as held where the last one was, and dearer the less of it was followed.
+        A step without equilibrium is held in the last balanced state before it (`Predictor.lost`).  Its residuals are
+        multiplied by a factor that grows with the part of the step that was not followed, and moved away from zero by
+        `Settings.out_of_balance_sd`, so that chi-square draws a fit to where more of the step has an equilibrium.
         """
         lost = self.predict.lost(solved)
         if lost is None:
@@ -48,7 +53,10 @@ class Model(Parametrisation):
         return np.concatenate([white, -p / self.deviations, others.target - others.root @ p])
 
     def moved(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r, p) derivatives of the readings; 0 where a step has no equilibrium."""
+        """(r, p) derivatives of the predicted readings by the parameters; 0 where a step has no equilibrium.
+
+        What leaves the states alone (the frame, effects of the camera) is differenced in the reading of the states.
+        """
         (low, high), friction = self.bounds(p), self.friction(p)
         mechanical = [name not in FRAME for name in self.varied]
         mechanical += [hypothesis.mechanical for hypothesis in self.hypotheses for _ in hypothesis.free]
@@ -74,54 +82,56 @@ class Model(Parametrisation):
         return np.nan_to_num(out)
 
     def jacobian(self, p: np.ndarray, solved: Solution) -> np.ndarray:
-        """(r + p + k, p) derivatives of the residuals."""
+        """(r + p + k, p) derivatives of the residuals by the parameters."""
         white = self.noise.whiten(self.moved(p, solved))
         return -np.vstack([white, np.diag(1 / self.deviations), self.believed.root])
 
     def fitted(self, p: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, solved: Solution, done: bool) -> "Fit":
-        """The fit that ended at `p`; `done`: whether it has converged."""
+        """The finished fit with the parameters `p`; `done`: whether the minimiser has converged."""
         return Fit(self, p, residual, jacobian, solved, done)
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A model fitted to a recording."""
+    """A model fitted to a recording: its parameters at the minimum, with the residuals and derivatives there."""
 
     model: Model
     p: np.ndarray
-    """(p,) parameters; those of effects in their own scale."""
+    """(p,) parameters: the constants, then those of the effects in their own scale (`u` of `Free`)."""
     residual: np.ndarray
-    """(r + p + k,) whitened, with prior rows and those of other recordings."""
+    """(r + p + k,) whitened misfits, rows of the priors, rows from other recordings; see `Model.residuals`."""
     jacobian: np.ndarray
-    """(r + p + k, p) of the residuals."""
+    """(r + p + k, p) derivatives of the residuals by the parameters."""
     solved: Solution
+    """States and predicted readings for `p`."""
     converged: bool = True
-    """Whether no step promises, or begun again brings, a fall of chi-square that counts."""
+    """Whether the next step promises no fall of chi-square that counts, or a restart from here brought none."""
 
     @property
     def chi2(self) -> float:
-        """Sum of squared residuals, priors and what other recordings say included."""
+        """Sum of squared residuals, including the rows of priors and those from other recordings."""
         return float(self.residual @ self.residual)
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom that are left: readings and what is known of constants less parameters."""
+        """Degrees of freedom: readings, priors of constants that are not flat and rows from other recordings, less all
+        parameters.  Priors of effects are not counted, though `chi2` includes their rows."""
         known = np.isfinite(self.model.priors).sum() + len(self.model.believed.target)
         return int(self.model.predict.recording.readings.count + known - len(self.p))
 
     @property
     def costly(self) -> bool:
-        """Whether a prediction is slow, as states follow the load path where else each stands alone."""
+        """Whether a prediction is slow: with presliding friction the state of a step depends on those before it."""
         return self.solved.chain.presliding > 0
 
     @property
     def balanced(self) -> bool:
-        """Whether every step has an equilibrium, so that all readings are predicted as numbers."""
+        """Whether every step has an equilibrium, so that no predicted reading is NaN."""
         return bool(np.isfinite(self.solved.readings).all())
 
     @property
     def reduced(self) -> float:
-        """Chi-square per degree of freedom: 1 on the average where model and noise are right."""
+        """Chi-square per degree of freedom: about 1 where model and noise are right."""
         return self.chi2 / max(self.freedom, 1)
 
     @property
@@ -134,13 +144,15 @@ class Fit:
 
     @property
     def covariance(self) -> np.ndarray:
-        """(p, p) covariance of the parameters, linearised: the inverse of the normal equations, effects in their own
-        scale."""
+        """(p, p) linearised covariance of the parameters, effects in their own scale: the pseudo-inverse of the normal
+        matrix."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
 
     def apart(self, other: "Fit") -> np.ndarray:
-        """(r + p + k,) residuals of this fit less those of another one, 0 at priors of effects, which need not be the
-        same."""
+        """(r + p + k,) residuals of this fit less those of another one of the same recording.
+
+        Rows of effects' priors and from other recordings are 0, as the two fits need not have the same.
+        """
         shared = self.model.predict.recording.readings.count + len(self.model.varied)
         out = np.zeros(len(self.residual))
         out[:shared] = self.residual[:shared] - other.residual[:shared]
@@ -148,5 +160,5 @@ class Fit:
 
     @cached_property
     def basis(self) -> np.ndarray:
-        """(r + p + k, b) orthonormal basis of what the parameters can explain."""
+        """(r + p + k, b) orthonormal basis of the columns of the Jacobian: what the parameters can explain."""
         return basis_of(self.jacobian)

@@ -1,6 +1,6 @@
-"""What is fitted to a recording: its parameters, what they are called and within which bounds they stand.
+"""The parameters of a model of one recording: their order, names, priors and bounds.
 
-Parameters are those of the varied constants, then those of every effect in its own scale.
+The parameters are the varied constants, then the free parameters `u` of every effect, each in its own scale.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,31 +28,32 @@ from prb3r.model.effects.base import Effect
 
 @dataclass(frozen=True, eq=False)
 class Parametrisation:
-    """A recording, its noise, and which effects are fitted beside the constants."""
+    """A recording with its noise and the effects that are fitted to it beside the constants."""
 
     predict: Predictor
     noise: Noise
     hypotheses: tuple[Hypothesis, ...] = ()
+    """The effects that are fitted."""
     settings: Settings = field(default_factory=Settings)
     belief: Belief | None = None
-    """What other recordings say of its parameters, by `names`."""
+    """What other recordings say of the parameters, keyed by `names`; None: nothing."""
 
     def adding(self, *more: Hypothesis) -> Self:
-        """The same with more effects, behind those that it has."""
+        """This model with more effects, behind those that it has."""
         return replace(self, hypotheses=(*self.hypotheses, *more))
 
     def without(self, number: int) -> Self:
-        """The same without the effect at `number`, counted from 0."""
+        """This model without the effect at `number`, counted from 0."""
         return replace(self, hypotheses=self.hypotheses[:number] + self.hypotheses[number + 1 :])
 
     @cached_property
     def varied(self) -> tuple[str, ...]:
-        """Names of the calibrated constants that are not fixed."""
+        """Names of the constants that are fitted."""
         return varied_constants(self.predict.recording)
 
     @cached_property
     def priors(self) -> np.ndarray:
-        """(c,) standard deviations of the varied constants; infinite: flat."""
+        """(c,) prior standard deviations of the varied constants; infinite: flat."""
         sd = prior_deviations(self.predict.recording, self.settings)
         return np.array([sd[name] for name in self.varied])
 
@@ -66,13 +67,14 @@ class Parametrisation:
         return Constants(**dict(zip(self.varied, p, strict=False)))
 
     def friction(self, p: np.ndarray) -> float:
-        """Friction coefficient of all holes that no effect singles out: calibrated, or that of `cable_friction`."""
+        """Friction coefficient of all holes that no effect singles out: the calibrated one, or that of an effect
+        `cable_friction` on all cables."""
         manipulator, scale = self.predict.recording.manipulator, float(np.exp(self.constants(p).log_friction))
         return friction_beside(manipulator, scale, zip(self.hypotheses, self.shares(p), strict=True))
 
     @cached_property
     def spans(self) -> tuple[slice, ...]:
-        """Where the parameters of every effect stand among all (p,), in the order of `hypotheses`."""
+        """Where the parameters of each effect stand among all (p,), in the order of `hypotheses`."""
         ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
         return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
 
@@ -81,19 +83,22 @@ class Parametrisation:
         return [p[span] for span in self.spans]
 
     def without_share(self, p: np.ndarray, number: int) -> np.ndarray:
-        """The parameters `p` without those of one effect."""
+        """The parameters `p` without those of the effect at `number`."""
         shares = self.shares(p)
         return np.concatenate([p[: len(self.varied)], *shares[:number], *shares[number + 1 :]])
 
     def effects(self, p: np.ndarray) -> list[Effect]:
-        """The effects with the parameters `p` (p,), each in its own scale there and in SI units in what comes back."""
+        """The effects for the parameters `p` (p,), with their values in SI units."""
         friction = self.friction(p)
         pairs = zip(self.hypotheses, self.shares(p), strict=True)
         return [hypothesis.effect(share, friction) for hypothesis, share in pairs]
 
     def effects_near(self, p: np.ndarray, changed: int, at: Sequence[Effect], around: float) -> Sequence[Effect]:
-        """The effects with the parameters `p`, of which one is `changed` from where they are `at`, with the friction
-        coefficient that is `around`."""
+        """The effects for the parameters `p`, which differ from those of the effects `at` in number `changed` only.
+
+        Effects that stay the same are the objects of `at`, which `Chains` does not apply again.  `around`: friction
+        coefficient that `at` were made with; where that changes all are made anew, as some depend on it.
+        """
         friction = self.friction(p)
         if friction != around:
             return self.effects(p)
@@ -104,7 +109,7 @@ class Parametrisation:
         ]
 
     def bounds(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest value of every parameter; some move with the friction in `p`."""
+        """(p,) lowest and highest value of every parameter; some depend on the friction coefficient that `p` gives."""
         friction = self.friction(p)
         of_constants = [self.widest.get(name, (-np.inf, np.inf)) for name in self.varied]
         of_effects = [free.bounds(friction) for hypothesis in self.hypotheses for free in hypothesis.free]
@@ -113,22 +118,22 @@ class Parametrisation:
 
     @cached_property
     def widest(self) -> Mapping[str, tuple[float, float]]:
-        """Ends of the logarithms of the factors on constants, by name."""
+        """Lowest and highest ln of the factor on each constant that is one, by name."""
         return widest_factors(self.predict.recording.manipulator, self.settings)
 
     @cached_property
     def deviations(self) -> np.ndarray:
-        """(p,) prior standard deviations of all parameters, in their own scale; infinite: flat."""
+        """(p,) prior standard deviations of all parameters, each in its own scale; infinite: flat."""
         free = [free.prior_sd for hypothesis in self.hypotheses for free in hypothesis.free]
         return np.concatenate([self.priors, free])
 
     @property
     def names(self) -> tuple[object, ...]:
-        """(p,) constants by their names, parameters of effects by hypothesis and name."""
+        """(p,) keys of the parameters: the name of a constant, the hypothesis and parameter name of an effect."""
         of_effects = [(hypothesis, free.name) for hypothesis in self.hypotheses for free in hypothesis.free]
         return (*self.varied, *of_effects)
 
     @cached_property
     def believed(self) -> Rows:
-        """What other recordings say, as rows; none where there are none."""
+        """`belief` as rows of the least squares; no rows without one."""
         return (self.belief or Belief((), np.zeros((0, 0)), np.zeros(0))).rows(self.names)

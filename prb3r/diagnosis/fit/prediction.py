@@ -1,4 +1,4 @@
-"""What a manipulator with given constants and effects would have read: from physics to readings."""
+"""The readings that a manipulator with given constants and effects would have given: from physics to readings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from prb3r.recording.recording import Kind, Recording
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The states of all steps of a recording for given constants and effects, and what the camera reads of them."""
+    """The states of all steps of a recording for given constants and effects, and the predicted readings."""
 
     constants: Constants
     effects: tuple[Effect, ...]
@@ -29,18 +29,18 @@ class Solution:
     loads: Loads
     states: Equilibria
     path: SolvedPath | None
-    """What derivatives are taken along; None where moments follow the state."""
+    """The path that derivatives are taken along; None where moments follow the state (`Chain.closure`)."""
     readings: np.ndarray
-    """(r,) m and rad; NaN where there is no equilibrium."""
+    """(r,) predicted, m and rad; NaN where there is no equilibrium."""
 
 
 class Lost(NamedTuple):
-    """A solution that lacks some steps, these held where the last one in balance was."""
+    """The readings of a solution in which steps without equilibrium are held in the last balanced state before them."""
 
     readings: np.ndarray
     """(r,) m and rad."""
     missing: np.ndarray
-    """(r,) part of the reading's step that has no equilibrium; 0 for steps in balance."""
+    """(r,) share of the reading's load step that could not be followed; 0 for steps in balance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +49,21 @@ class Predictor:
 
     recording: Recording
     chain: Chain
-    """Without effects."""
+    """Nominal, without effects."""
     settings: Settings = Settings()
 
     @cached_property
     def number(self) -> np.ndarray:
-        """(s,) of each step within its sequence, as recorded."""
+        """(s,) number of each step within its sequence, as recorded."""
         return self.recording.steps["step"].to_numpy(float)
 
     @cached_property
     def chains(self) -> Chains:
-        """Of the nominal manipulator."""
+        """Makes the chains of the nominal manipulator."""
         return Chains(self.chain, self.recording.manipulator)
 
     def chain_of(self, constants: Constants, effects: Sequence[Effect] = ()) -> Chain:
-        """The mechanical problem with adjusted constants, the nominal effects and `effects`."""
+        """The chain with adjusted constants, the nominal effects and `effects`."""
         return self.chains.chain(constants, effects)
 
     def equilibria(
@@ -101,7 +101,7 @@ class Predictor:
     def seen(
         self, points: np.ndarray, step: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()
     ) -> np.ndarray:
-        """(..., 2) where the camera has `points` (..., 2) of the manipulator's own frame at each `step` (...), m."""
+        """(..., 2) where the camera sees `points` (..., 2) of the manipulator's own frame at each `step` (...), m."""
         cos, sin = np.cos(constants.rotation), np.sin(constants.rotation)
         x, y = points[..., 0], points[..., 1]
         framed = np.stack([cos * x - sin * y + constants.x, sin * x + cos * y + constants.y], -1)
@@ -109,12 +109,12 @@ class Predictor:
         return observed(framed, effects, self.recording.image_centre_m, elapsed)
 
     def turned(self, step: np.ndarray, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
-        """(...) by how much the camera has angles larger than they are at each `step` (...), rad."""
+        """(...) angle that the camera adds to every absolute angle at each `step` (...), rad."""
         elapsed = self.recording.loads.elapsed[step, 0]
         return constants.rotation + turned([*self.recording.manipulator.effect, *effects], elapsed)
 
     def read(self, states: Equilibria, constants: Constants, effects: Sequence[Effect] = ()) -> np.ndarray:
-        """(r,) what the camera reads of `states`; NaN where there is no equilibrium."""
+        """(r,) readings that the camera would give of `states`, m and rad; NaN where there is no equilibrium."""
         step, disk, kind, _ = self.recording.readings
         seen = self.seen(np.stack([states.x[step, disk], states.y[step, disk]], -1), step, constants, effects)
         angle = states.angle[step, disk]
@@ -122,7 +122,10 @@ class Predictor:
         return np.choose(kind, [seen[:, 0], seen[:, 1], angle + self.turned(step, constants, effects), bend])
 
     def lost(self, solved: Solution) -> Lost | None:
-        """The readings with steps that are not in balance held at the last that was, or at rest; None if all are."""
+        """The readings with steps without equilibrium held in the last balanced state of their sequence, or at rest.
+
+        None if every step has an equilibrium.
+        """
         states = solved.states
         good = np.isfinite(states.angle[:, -1])
         if good.all():
@@ -142,7 +145,7 @@ class Predictor:
         return Lost(readings, np.maximum(missing, least)[self.recording.readings.step])
 
     def misfit(self, predicted: np.ndarray) -> np.ndarray:
-        """(..., r) readings less `predicted`; angles by the shorter way round."""
+        """(..., r) readings less `predicted` (..., r), m and rad; absolute angles by the shorter way round."""
         away = self.recording.readings.value - predicted
         turned = self.recording.readings.kind == Kind.ANGLE
         away[..., turned] -= 2 * np.pi * np.round(away[..., turned] / (2 * np.pi))
@@ -150,9 +153,9 @@ class Predictor:
 
 
 def predictor(recording: Recording, settings: Settings | None = None) -> Predictor:
-    """What predicts a recording's readings: its nominal manipulator on the elastica, without effects.
+    """The predictor of a recording: its nominal manipulator on the elastica plate model, whatever model its file names.
 
-    `settings`: absent, as they are.
+    `settings`: absent, the defaults.
     """
     manipulator = recording.manipulator.model_copy(update={"model": "elastica"})
     return Predictor(recording, manipulator.plain_chain(), settings or Settings())

@@ -1,4 +1,4 @@
-"""How far a parameter may move before the fit, all others refitted, becomes too poor: intervals by profile."""
+"""95 % intervals of one parameter: by the profile of chi-square, all others refitted, or linearised."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 
 LEAST_SD = 1e-12
-"""Standard deviation of a parameter at least, in its own scale: against division by zero."""
+"""Least standard deviation of a parameter, in its own scale, against division by zero."""
 
 
 @dataclass(frozen=True)
@@ -19,15 +19,20 @@ class Profile:
     u: np.ndarray
     """Values of the parameter in its own scale, ascending."""
     rise: np.ndarray
-    """Chi-square above its minimum."""
+    """Chi-square above that of the fit, at each of these values."""
     low: float
-    """End of the 95 % interval; the bound where the interval reaches it."""
+    """Lower end of the 95 % interval, in the same scale; the bound where the interval reaches it."""
     high: float
+    """Upper end, likewise."""
 
 
 def profile(fitted: Fit, number: int) -> Profile:
-    """Profile of parameter `number`: refits from the ends of the linearised interval on, inward or outward, until
-    chi-square has risen by that of a 95 % interval, at most `Settings.profile_trials` on either side."""
+    """The profile of parameter `number`.
+
+    On either side, trials with all other parameters refitted begin at the end of the linearised interval.  They move
+    inward or outward until chi-square has risen by that of a 95 % interval (`INTERVAL_RISE`).  If that is not met by
+    `Settings.profile_trials` trials, the end is extrapolated from the last one.
+    """
     settings, middle = fitted.model.settings, fitted.p[number]
     sd = float(np.sqrt(max(fitted.covariance[number, number], LEAST_SD**2)))
     low, high = (bound[number] for bound in fitted.model.bounds(fitted.p))
@@ -61,11 +66,12 @@ def profile(fitted: Fit, number: int) -> Profile:
 
 
 def linear_interval(fitted: Fit, number: int) -> tuple[float, float] | None:
-    """Ends of the linearised 95 % interval of parameter `number`, in its own scale and within its bounds.
+    """Ends of the linearised 95 % interval of parameter `number`, in its own scale and within its bounds, or None.
 
-    None where chi-square, the others moved along as they are where all is linear, has not risen there as it should: the
-    interval would be wrong by a factor of more than `Settings.linear_interval_factor`, as where the readings feel a
-    parameter to one side alone.  Two predictions are made.
+    Chi-square is evaluated at both ends, with the other parameters moved as the covariance says, by two predictions.
+    None comes back where the rise shows the length of the interval off by more than a factor of
+    `Settings.linear_interval_factor`, as where the readings feel the parameter to one side alone, and where the
+    parameter is on one of its bounds.
     """
     within = fitted.model.settings.linear_interval_factor
     sd = float(np.sqrt(fitted.covariance[number, number]))

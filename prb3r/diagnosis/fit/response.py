@@ -1,9 +1,8 @@
-r"""How readings answer to small changes: exact derivatives along the load path that was solved.
+r"""Derivatives of the readings by changes of the chain or the loads, along the load path that was solved.
 
-A change of the problem (chain or loads) moves the states by implicit differentiation,
-`prb3r.mechanics.derivatives.sensitivity`; a change of states moves the readings by the gradient of what the camera
-sees.  No path is solved for a derivative.  Only elementary functions are differenced: unbalanced moments with
-the shape held, and the camera.
+The derivatives of the states come from implicit differentiation, `prb3r.mechanics.derivatives.sensitivity`; those of
+the readings by the states from the gradient of the camera.  No path is solved for a derivative.  Only elementary
+functions are differenced: unbalanced moments with the shape held, and the camera.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,32 +16,34 @@ from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.recording.recording import Kind
 
 CHANGE = 1e-5
-"""Of a parameter in its own scale, for differences of elementary functions: exact to 1e-10 on both sides of a value, to
-1e-5 where a bound leaves only one."""
+"""Step of a parameter, in its own scale, by which elementary functions are differenced: exact to 1e-10 with steps to
+both sides, to 1e-5 where a bound leaves only one side."""
 NEAR, AT_A_BOUND = 1e-3, 1e-9
-"""Share of the distance of a bound that a change does not exceed, as where a compliance vanishes its stiffness does
-not; and the distance at which a value is taken to be on its bound."""
+"""Largest step as a share of the distance to a bound, since a function may be singular there, as the stiffness is where
+a compliance vanishes; and the distance up to which a value counts as on its bound."""
 PIXEL = 1e-6
-"""Change of a position for the gradient of the camera, m."""
+"""Step of a position, to either side, by which the camera is differenced, m."""
 
 
 def interval(value: float, low: float = -np.inf, high: float = np.inf) -> tuple[float, float]:
-    """Ends of a small interval around `value`, small against the distance of its bounds too; one-sided at a bound."""
+    """Ends of an interval around `value` to difference over, small against the distance to its bounds too; one-sided at
+    a bound."""
     near = [distance for distance in (value - low, high - value) if distance > AT_A_BOUND]
     change = min([CHANGE, *(NEAR * distance for distance in near)])
     return max(value - change, low), min(value + change, high)
 
 
 def across(problem: Callable[[float], tuple[Chain, Loads]], ends: tuple[float, float]) -> Direction:
-    """The direction of a parameter of which `problem` is a function, from one end of an interval to the other."""
+    """The direction of a parameter that `problem` is a function of, differenced over the interval with these `ends`."""
     low, high = ends
     return Direction(problem(high), problem(low), high - low)
 
 
 def without_slack(chain: Chain, loads: Loads, begins: np.ndarray) -> tuple[Chain, Loads]:
-    """The same problem with no tension below zero: what slack cables would feel on one side of a kink is left out.
+    """The same problem with the tensions that arrive as its loads, cut off at zero: slack cables pull nothing.
 
-    `begins` (s,) are the steps that follow on rest instead of on the step before.
+    The gain, play and drift of the load cells are in these tensions, and neutral in the chain that comes back.
+    `begins`: (s,) whether a step follows on rest instead of on the step before.
     """
     constant = chain.constant or no_loads(chain)
     always = np.maximum(constant.tension, 0.0)
@@ -54,11 +55,12 @@ def without_slack(chain: Chain, loads: Loads, begins: np.ndarray) -> tuple[Chain
 
 
 def response(predict: Predictor, solved: Solution, directions: Sequence[Direction]) -> np.ndarray:
-    """(r, p) derivatives of all readings; 0 where a step has no equilibrium.
+    """(r, p) derivatives of all readings along `directions` (p of them); 0 where a step has no equilibrium.
 
     Parameters
     ----------
-    directions : changes of the problem; of numbers alone, see `prb3r.mechanics.derivatives.sensitivity.derivatives`.
+    directions : changes of the numbers in a problem, not of its structure, as
+        `prb3r.mechanics.derivatives.sensitivity.derivatives` takes them.
     """
     count = predict.recording.readings.count
     if not directions:
@@ -74,7 +76,7 @@ def response(predict: Predictor, solved: Solution, directions: Sequence[Directio
 
 
 def seen_change(predict: Predictor, solved: Solution, sensitivities: Sensitivities) -> np.ndarray:
-    """(r, p) change of the readings as the states change."""
+    """(r, p) derivatives of the readings, given those of the states; the camera itself stays as it is."""
     step, disk, kind, _ = predict.recording.readings
     states = solved.states
     points = np.stack([states.x[step, disk], states.y[step, disk]], -1)
@@ -94,10 +96,11 @@ def seen_change(predict: Predictor, solved: Solution, sensitivities: Sensitiviti
 
 
 def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
-    """(r, s, m) change of every reading by the relative change of every tension of every step.
+    """(r, s, m) derivative of every reading by the relative change of the tension of every step and cable, m or rad.
 
-    Under a declared slip direction a step's tension moves that step alone; where states depend on those before it
-    moves all later steps of its sequence too, so steps of equal place in their sequences are changed together.
+    With declared slip the tension of a step moves the readings of that step alone, so all steps are changed at once.
+    Where states depend on those before, it moves the later steps of its sequence too; then only steps of equal place in
+    different sequences are changed at once.
     """
     recording, tension = predict.recording, solved.loads.tension
     begins, step = recording.begins, recording.readings.step
@@ -124,9 +127,10 @@ def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
 
 
 def moment_response(predict: Predictor, solved: Solution, size: float) -> np.ndarray:
-    """(r, n) change of every reading by a moment on each plate at its step, 1/(N m).
+    """(r, n) derivative of every reading by a moment on each plate at the reading's own step, m or rad per N m.
 
-    `size`: a moment that bends a plate, N m, of which a small share is taken for the difference.
+    The moment acts at every step.  `size`: typical moment of the recording, N m, of which a small share is the step of
+    the difference.
     """
 
     def direction(plate: int) -> Direction:

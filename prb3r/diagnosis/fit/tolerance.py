@@ -1,7 +1,8 @@
-"""Tolerances of the rig's own geometry: what nobody measured, each with a standard deviation and a derivative.
+"""Tolerances of the rig's geometry: small unmeasured errors, each with a standard deviation and a derivative.
 
-They are no effects.  The covariance holds them (`covariance`), so that a plate that is a per cent too thick is no
-surprise; how far off they probably are follows from what the best model leaves.
+They are nuisance parameters, not effects.  The covariance of the readings includes them (`covariance`), so that a
+plate that is a per cent too thick does not count as a misfit.  How far off they probably are follows from what the best
+model leaves.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,39 +22,39 @@ from prb3r.recording.recording import Kind, Tolerance
 THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
 SMALL = 0.01
-"""Part of a standard deviation over which elementary functions are differenced."""
+"""Step, in standard deviations to either side, by which elementary functions are differenced."""
 FLAT = 1e-9
-"""Information on a parameter that its prior has, as a share of that of the readings: next to none, and enough for a
-matrix that can be inverted."""
+"""Information on a parameter of the model that its prior adds, as a share of what the readings have: enough to make the
+matrix invertible, and next to none."""
 SOLUTIONS_KEPT = 4
-"""Solutions of which it is kept how tolerances move their readings: the same is asked for the noise around a fit, for
-the rig as it was made and for what is foreseen.  For memory: of six small diagnoses 4 serve 84 of 220 times, 16 serve
-109 times."""
+"""Solutions for which :func:`tolerances` is cached: it is asked for the noise around a fit, for the rig as it was made
+and for predictions.  Few, for memory: in six small diagnoses 4 serve 84 of 220 calls, 16 serve 109."""
 UNFELT = 1e-12
-"""Size, in units of the noise, of the change by a parameter at least, so that its prior holds some information."""
+"""Least norm, in units of the noise, that the change of the readings by a parameter is taken to have, so that the prior
+of one that no reading feels is not 0."""
 
 
 class Tolerances(NamedTuple):
-    """Everything about a rig that may be a little off."""
+    """All tolerances of a rig, with what each does to the readings."""
 
     names: tuple[str, ...]
-    """Such as `segment.1.length_m` or `cable.2.offset_m`; of single plates, holes and markers in words."""
+    """(t,) such as `segment.1.length_m` or `cable.2.offset_m`; in words for single plates, holes and markers."""
     sd: np.ndarray
-    """(t,) standard deviations, in the unit of the name or relative."""
+    """(t,) standard deviations, m; relative for stiffnesses."""
     moved: np.ndarray
     """(r, t) change of every reading by one standard deviation of each, m or rad."""
 
 
 class EstimatedTolerances(NamedTuple):
-    """Where tolerances probably are, given what a model leaves."""
+    """Posterior of the tolerances, given what a model leaves."""
 
     names: tuple[str, ...]
     value: np.ndarray
-    """(t,) in the unit of the name, or relative."""
+    """(t,) posterior means, m; relative for stiffnesses."""
     sd: np.ndarray
-    """(t,) what is left of uncertainty."""
+    """(t,) posterior standard deviations, in the same units."""
     prior_sd: np.ndarray
-    """(t,) standard deviation before the recording."""
+    """(t,) prior standard deviations, in the same units."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,14 @@ class MechanicalTolerance:
 
     name: str
     sd: float
+    """In m; of the ln of a stiffness."""
     change: Callable[[Chain, float], Chain]
-    """The chain with it off by so much, in the unit of the name, or in the logarithm of a stiffness."""
+    """The chain with the tolerance off by a number, in the unit of `sd`."""
 
 
 @lru_cache(maxsize=SOLUTIONS_KEPT)
 def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
-    """All tolerances of a recording, differentiated along a solved path; kept for those asked for last."""
+    """All tolerances of a recording, with the readings differentiated along the path of `solved`; cached."""
     acting = mechanical_tolerances_of(predict, solved)
 
     def problem_of(tolerance: MechanicalTolerance) -> Callable[[float], tuple[Chain, Loads]]:
@@ -86,7 +88,7 @@ def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
 
 
 def mechanical_tolerances_of(predict: Predictor, solved: Solution) -> list[MechanicalTolerance]:
-    """Those that a recording could feel: of all plates, and of the cables that it pulls."""
+    """The tolerances that move the states of a recording: of all plates, and of the cables that it pulls."""
     recording = predict.recording
     pulled = np.asarray((recording.loads.tension > 0).any(0))
     return list(mechanical_tolerances(recording.manipulator, recording.tolerance, solved.chain, pulled))
@@ -95,13 +97,16 @@ def mechanical_tolerances_of(predict: Predictor, solved: Solution) -> list[Mecha
 def mechanical_tolerances(
     manipulator: Manipulator, known: Tolerance, chain: Chain, pulled: np.ndarray
 ) -> Iterator[MechanicalTolerance]:
-    """Of all plates of a segment together and each alone, of all holes of a cable and each alone.
+    """The tolerances of stiffness and length, of a segment as a whole and of each plate, then of the offsets of cables.
+
+    An offset is off along the whole cable and at each plate.  The stiffness of an only segment is left out, as it is
+    Young's modulus.
 
     Parameters
     ----------
-    known : their standard deviations.
-    chain : of the manipulator, with effects.
-    pulled : (m,) whether a cable matters.
+    known : the standard deviations.
+    chain : chain of the manipulator, with effects.
+    pulled : (m,) cables whose offsets count.
     """
     plates = np.arange(chain.plates)
     stiffness = THICKNESS_TO_STIFFNESS * known.thickness_relative
@@ -124,7 +129,7 @@ def mechanical_tolerances(
 
 
 def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
-    """A change of the chain by a number: the natural logarithm of a factor on the stiffness of the plates at `rows`."""
+    """A function that changes a chain by a number: the ln of a factor on the stiffness of the plates at `rows`."""
 
     def change(chain: Chain, by: float) -> Chain:
         stiffness = chain.stiffness.copy()
@@ -135,7 +140,7 @@ def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
 
 
 def _longer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
-    """Plates with longer arcs of the same section, m."""
+    """A function that changes a chain by a number, m: plates at `rows` with longer arcs of the same section."""
 
     def change(chain: Chain, by: float) -> Chain:
         arc, stiffness = chain.arc.copy(), chain.stiffness.copy()
@@ -147,7 +152,7 @@ def _longer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
 
 
 def _shifted(rows: np.ndarray, cable: int) -> Callable[[Chain, float], Chain]:
-    """A cable farther off over some plates, m."""
+    """A function that changes a chain by a number, m, added to the offset of a cable over the plates at `rows`."""
 
     def change(chain: Chain, by: float) -> Chain:
         offset = chain.offset.copy()
@@ -158,7 +163,10 @@ def _shifted(rows: np.ndarray, cable: int) -> Callable[[Chain, float], Chain]:
 
 
 def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float, np.ndarray]]:
-    """Name, standard deviation and change (r,) of the readings by it, of every marker's place in its disk's frame."""
+    """Name, standard deviation (m) and change (r,) of the readings by one of these, of every marker's place.
+
+    In its disk's frame, a marker is off along the axis of the arm there ("along") or perpendicular to it ("across").
+    """
     recording, states = predict.recording, solved.states
     step, disk, kind, _ = recording.readings
     sd = recording.tolerance.marker(recording.manipulator.segment)
@@ -180,7 +188,8 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
 def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.ndarray) -> EstimatedTolerances:
     """The tolerances given the misfit (r,) of a model whose parameters move the readings by `moved` (r, p).
 
-    `plain`: the covariance of the readings without tolerances.
+    The parameters of the model are fitted too, with next to no prior.  `plain`: the covariance of the readings without
+    tolerances.
     """
     whole, count = plain.whiten(np.hstack([known.moved, moved])), len(known.sd)
     scale = np.maximum(np.linalg.norm(whole, axis=0), UNFELT)
