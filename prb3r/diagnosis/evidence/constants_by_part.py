@@ -1,4 +1,4 @@
-"""Constants that drift betray structure: E and mu as each part of a recording alone would have them."""
+"""Stiffness and friction as each part of a recording alone would have them: differences betray missing physics."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,29 +9,32 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
 SINGULAR = 1e8
-"""Condition number of normal equations beyond which they are not solved, as a part does not tell its constants apart:
-it is the square of that of the derivatives, 1e4."""
+"""Condition number of a normal matrix beyond which a part does not tell its constants apart: the square of that of the
+derivatives, 1e4."""
 
 
 @dataclass(frozen=True)
 class Clue:
-    """The constants of one part of the readings, one Gauss-Newton step from the calibrated ones, the frame held."""
+    """The constants that one part of the readings asks for: one Gauss-Newton step from the calibrated ones, with the
+    frame held and without priors."""
 
     by: str
-    """What the readings were parted by: direction, segment, amplitude, sequence."""
+    """What the readings were divided by: direction, segment, amplitude, sequence."""
     part: str
+    """Which part it is, in words."""
     stiffness: float
     """Factor on the calibrated stiffness."""
     stiffness_sd: float
+    """Of that factor."""
     friction: float | None
     """Factor on the calibrated friction; None where friction is not calibrated."""
     friction_sd: float | None
 
 
 def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Parts of a recording: by what it is parted, which part it is, and which readings are in it, a mask (r,).
+    """Parts of a recording: what it is divided by, the name of the part, and a mask (r,) of the readings in it.
 
-    `most_segments`: how many segments, from the base, are parts.
+    `most_segments`: largest number of segments, from the base, that are parts.
     """
     tension, step, disk = recording.loads.tension, recording.readings.step, recording.readings.disk
     change = np.diff(tension.sum(1), prepend=0.0)
@@ -53,7 +56,7 @@ def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, 
 
 
 def clues(calibrated: Fit) -> list[Clue]:
-    """The constants of every part that tells them, in the order of :func:`parts`."""
+    """The constants of every part that tells them well enough, in the order of :func:`parts`."""
     settings, varied = calibrated.model.settings, calibrated.model.varied
     factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
     count = calibrated.model.predict.recording.readings.count

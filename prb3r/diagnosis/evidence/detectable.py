@@ -1,4 +1,4 @@
-"""What a recording would have shown."""
+"""The smallest effects that a recording would have shown."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,17 @@ class Detectable:
 
     hypothesis: Hypothesis
     size: float | None
-    """Change of the first free parameter; None for an effect without degrees."""
+    """Change of the first free parameter, in its unit; None for an effect that does not come by degrees."""
     shown: bool
-    """Whether an effect without degrees would have shown."""
+    """Whether the effect would have shown; always so where it comes by degrees, with the change `size`."""
 
 
 def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
-    """The smallest effect of each kind that the recording would have shown, at the place where it shows best."""
+    """For each kind of effect, the smallest that the recording would have shown, at the place where it shows best.
+
+    It shows where it moves the whitened readings by `Settings.detectable` or more.  Where an effect has several free
+    parameters, `Alternative.size` is that of the one felt least.
+    """
     best: dict[str, Detectable] = {}
     for candidate in judged.alternatives:
         hypothesis = candidate.subject

@@ -1,8 +1,9 @@
-"""How hypotheses would move the readings of a fitted model.
+"""How hypotheses would move the readings of a fitted model, linearised around the fit.
 
 Effects that come by degrees are differentiated exactly along the load path of the fit, all of them together.  Three
-sorts cannot be, and are solved for themselves: an effect that adds nodes to the plates is differentiated along a path
-of its own, one that has no small size (a dead cable, another rule of friction, a knee) is compared as a whole.
+sorts are treated one by one: an effect of the camera is differenced in the reading of the states, one that changes the
+structure of the chain is differentiated along a path of its own, and one without a small size (a dead cable, another
+rule of friction, a knee) is compared as a whole.
 """
 
 from collections.abc import Sequence
@@ -20,15 +21,16 @@ from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.model.effects.base import Effect
 
 POINTS_KEPT = 4
-"""Parameter points at which it is kept what is known: of a small diagnosis with one effect 2 serve as well as 32."""
+"""Parameter points whose changes of readings are cached: in a small diagnosis with one effect 2 serve as well as 32."""
 Probe = tuple[Hypothesis, np.ndarray]
-"""A hypothesis and its free parameters (k,)."""
+"""A hypothesis, and the values (k,) of its free parameters `u` around which it is tried."""
 
 
 def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
-    """(r, k) of each probe: change of the readings per unit of each free parameter, or by the whole effect.
+    """(r, k) for each probe: change of the readings per unit of each free parameter, or (r, 1) by the whole effect.
 
-    Toward lower values where a parameter is at its upper bound.  0 where the effect leads out of equilibrium.
+    Where a parameter is on its upper bound, the change is toward lower values.  It is 0 at steps without equilibrium,
+    and everywhere where a whole effect leads out of equilibrium.  Results are cached.
     """
     model = fitted.model
     known = _known_at(model.predict, fitted.constants, model.hypotheses, fitted.p.tobytes())
@@ -43,15 +45,15 @@ def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 def _known_at(
     predict: Predictor, constants: Constants, hypotheses: tuple[Hypothesis, ...], p: bytes
 ) -> dict[tuple[Hypothesis, bytes], np.ndarray]:
-    """What is known already of a model with the parameters `p`, by hypothesis and where it begins.
+    """Cache of the changes around a model with the parameters `p`, by hypothesis and probe; empty at first.
 
-    No noise has a say in it: under another one the same is asked once more.
+    The noise is no key, as the changes do not depend on it, and are asked for again under another one.
     """
     return {}
 
 
 def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
-    """The same, of probes of which nothing is known yet."""
+    """(r, k) for each probe, as of :func:`moved_readings`, without the cache."""
     out: dict[int, np.ndarray] = {}
     along: dict[int, list[Direction]] = {}
     for number, (hypothesis, start) in enumerate(probes):
@@ -73,7 +75,7 @@ def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 
 
 def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarray | float:
-    """(k,) 1 or -1: which way the free parameters can go from `start`."""
+    """(k,) signs: -1 for a free parameter that is on its upper bound at `start`, else 1."""
     if hypothesis.kinked or not hypothesis.by_degrees:
         return 1.0
     highest = [free.bounds(friction)[1] for free in hypothesis.free]
@@ -81,16 +83,18 @@ def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarr
 
 
 def _effects(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> list[Effect]:
+    """The effects of the fit, and that of a hypothesis with the free parameters `u`."""
     return [*fitted.effects, hypothesis.effect(u, fitted.model.friction(fitted.p))]
 
 
 def _problem(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> tuple[Chain, Loads]:
+    """Chain and loads of the fit with that effect added."""
     chain = fitted.model.predict.chain_of(fitted.constants, _effects(fitted, hypothesis, u))
     return chain, fitted.solved.loads
 
 
 def _directions(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> list[Direction]:
-    """One a free parameter; of a kinked effect in the direction of `start`, per unit of its size."""
+    """A direction for each free parameter; for a kinked effect one from nothing to the side of `start`, per unit."""
     if hypothesis.kinked:
         begins = fitted.model.predict.recording.begins
         at_rest = without_slack(*_problem(fitted, hypothesis, 0 * start), begins)
@@ -109,6 +113,7 @@ def _directions(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> list[
 
 
 def _along_own_path(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
+    """(r, k) change of the readings per unit of each free parameter, along the path solved with the effect."""
     predict = fitted.model.predict
     solved = predict.solve(fitted.constants, _effects(fitted, hypothesis, start))
     return response(predict, solved, _directions(fitted, hypothesis, start))
@@ -128,6 +133,6 @@ def _seen(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
 
 
 def _whole(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> np.ndarray:
-    """(r, 1) change of the readings by all of an effect that has no small size; 0 where a step loses balance."""
+    """(r, 1) change of the readings by all of an effect without a small size; all 0 if any step has no equilibrium."""
     moved = fitted.model.predict(fitted.constants, _effects(fitted, hypothesis, start)) - fitted.solved.readings
     return moved[:, None] if np.isfinite(moved).all() else np.zeros((len(moved), 1))

@@ -1,7 +1,7 @@
-"""What is left, without a mechanism: missing moments on the plates, and what they depend on.
+"""What a fit leaves, told without a mechanism: missing moments on the plates, and what they depend on.
 
-One sensitivity a plate, of the readings to a moment on it, serves every law of bend, tension, wrap, direction,
-position and time.
+The sensitivities of the readings to a moment on each plate serve every law of bend, tension, wrap, direction, position
+and time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,29 +23,29 @@ class MomentPattern:
     """A pattern of missing moments, or of shifted readings, that a recording can be tested for."""
 
     of: str
-    """What it depends on: bend, tension, wrap, direction, position, time, constant, sequence, frame."""
+    """What it depends on: constant, position, bend, bend_cubed, tension, wrap, direction, time, sequence, frame."""
     place: str
     """Where: the whole arm, a plate, a sequence."""
     values: np.ndarray
-    """(s, n) moment for a unit coefficient, N m; or (r,) shift of the readings."""
+    """(s, n) moments on the plates for a coefficient of 1; or (r,) shift of the readings."""
     plate: int | None = None
-    """The plate, where it is one."""
+    """Number of the plate, counted from 1, where the pattern is of one plate."""
 
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """The fitted states that laws are made of."""
+    """What laws of missing moments are made of, around a fit."""
 
     moment: np.ndarray
-    """(r, n) change of every reading by a moment on each plate at its step, 1/(N m)."""
+    """(r, n) derivative of every reading by a moment on each plate at the reading's step, m or rad per N m."""
     pull: np.ndarray
     """(s, n) moment of the cables over each plate, N m."""
     influences: Mapping[str, np.ndarray]
-    """(s, n) what a moment may follow, by name."""
+    """(s, n) of each quantity that a moment may follow, by its name; 0 where a step has no equilibrium."""
 
 
 def mechanism(fitted: Fit) -> Mechanism:
-    """Moments, bends and moment sensitivities of a fitted model."""
+    """The moment sensitivities of a fitted model, and the quantities that a missing moment may follow."""
     predict, solved = fitted.model.predict, fitted.solved
     time = time_within(predict.recording.begins, predict.number)
     known = influences(solved.chain, solved.loads, solved.states, time)
@@ -55,7 +55,7 @@ def mechanism(fitted: Fit) -> Mechanism:
 
 
 def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
-    """The dictionary: laws of the whole arm, of each plate, of each sequence, and frames that moved."""
+    """The dictionary of patterns: of the whole arm, of each plate, of each sequence, and frames that moved."""
     recording = fitted.model.predict.recording
     patterns = [MomentPattern(of, WHOLE, values) for of, values in mechanics.influences.items()]
     n = mechanics.pull.shape[1]
@@ -76,8 +76,7 @@ def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
 
 
 def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
-    """The alternative of every law to `fitted`: its moments, or shifts of the readings, as one whitened direction (r +
-    c,)."""
+    """The alternative of every pattern around `fitted`: how its moments, or its shift, change the readings."""
     step = fitted.model.predict.recording.readings.step
     moved = [law.values if law.values.ndim == 1 else (mechanics.moment * law.values[step]).sum(1) for law in dictionary]
     return alternatives_of(fitted, dictionary, [shift[:, None] for shift in moved])
@@ -85,21 +84,22 @@ def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[Mom
 
 @dataclass(frozen=True, eq=False)
 class MomentMap:
-    """Missing moment of every plate at every step, with its uncertainty."""
+    """The missing moment on every plate at every step, with its uncertainty."""
 
     moment: np.ndarray
-    """(s, n) N m."""
+    """(s, n) posterior mean, N m."""
     sd: np.ndarray
-    """(s, n) N m."""
+    """(s, n) posterior standard deviation, N m."""
     known: np.ndarray
-    """(s, n) share of the prior variance that the readings took away: 0 nothing is known, 1 all."""
+    """(s, n) share of the prior variance that the readings took away: 0 if they tell nothing, 1 if all."""
 
 
 def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
-    """The missing moments of each step, as a Gaussian process along the arm.
+    """The missing moments, each step by itself, under a Gaussian process along the arm as prior.
 
-    A moment that is free on every plate would drown in the noise.  Moments of neighbouring plates are alike instead,
-    but for a share of their own; how large they are is chosen by the likelihood of all readings.
+    Moments that are free on every plate would drown in the noise.  The prior makes those of neighbouring plates alike,
+    but for a share of their own (`Settings.own_share`).  Its standard deviation, one of `Settings.moment_sizes` times
+    the largest moment of the cables, is the one that makes the readings of all steps likeliest.
     """
     recording, settings = fitted.model.predict.recording, fitted.model.settings
     count = recording.readings.count
@@ -117,6 +117,7 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
     largest = float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0
 
     def posterior(size: float) -> tuple[np.ndarray, np.ndarray, float]:
+        """(s, n) mean, (s, n, n) covariance and twice the ln of the evidence for a prior standard deviation, N m."""
         inverse = np.linalg.inv(shape) / size**2
         covariance = np.linalg.inv(normal + inverse)
         mean = (covariance @ along[:, :, None])[:, :, 0]

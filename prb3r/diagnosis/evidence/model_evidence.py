@@ -1,4 +1,4 @@
-"""What a fitted model is worth: chi-square against chance, information criteria, whole sequences left out."""
+"""Measures of a fitted model: information criteria, Laplace evidence, left-out sequences, the test of chi-square."""
 
 from collections.abc import Mapping
 
@@ -9,16 +9,17 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 AT_BOUND = 1e-6
-"""Distance from a bound, in a parameter's own scale, that counts as none."""
+"""Distance, in a parameter's own scale, up to which it counts as on a bound, or an effect as nothing."""
 UNKNOWN = 1e-9
-"""Share of a parameter's information that left-out sequences are taken to leave at least."""
+"""Least share of the information on a parameter that the sequences left are taken to have."""
 
 
 def left_out_deviance(fitted: Fit) -> np.ndarray:
     """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
 
-    With the hat matrix H of the whole fit, a left-out block has the error (I - H_bb)^-1 r_b and scatters with the
-    covariance (I - H_bb)^-1, so that parameters which the others do not tell are not blamed for what they cannot know.
+    The deviance is minus twice the ln of the predictive density, up to a constant.  With the hat matrix H of the whole
+    fit, a left-out block b has the error (I - H_bb)^-1 r_b, of covariance (I - H_bb)^-1.  So a model is not blamed for
+    parameters that the other sequences do not tell.
     """
     recording = fitted.model.predict.recording
     of_reading = recording.of_sequence[recording.readings.step]
@@ -35,20 +36,24 @@ def left_out_deviance(fitted: Fit) -> np.ndarray:
 
 
 def bic(fitted: Fit) -> float:
-    """Chi-square and a penalty on parameters; sequences, not coordinates, count as independent."""
+    """Bayesian information criterion in which sequences, not readings, count as independent: chi-square plus the ln of
+    their number for each parameter."""
     return fitted.chi2 + len(fitted.p) * np.log(max(len(fitted.model.predict.recording.sequences), 2))
 
 
 def cost(fitted: Fit) -> float:
-    """Chi-square with the penalty that ranks models of different size: every reading counts."""
+    """Bayesian information criterion in which every reading counts as independent; ranks models of different size."""
     return fitted.chi2 + len(fitted.p) * np.log(fitted.model.predict.recording.readings.count)
 
 
 def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
-    """ln of the marginal likelihood by Laplace's method, prior odds of the effects included, up to a constant.
+    """ln of the marginal likelihood by Laplace's method plus the prior log odds of the effects, up to a constant.
 
-    The integral over the constants is common to all models but for what effects can do as well.  A constant with a flat
-    prior that hardly a reading feels is as uncertain as its bounds allow.
+    Only models of the same readings and noise compare.  The volume of the constants by themselves is left out, as it is
+    nearly the same for all models.  An effect parameter with a bound at 0 has a prior of one side, which counts twice.
+    A constant with a flat prior that hardly a reading feels is as uncertain as its bounds allow.
+
+    `log_odds`: ln of the prior odds of presence of every hypothesis.
     """
     model, constants = fitted.model, len(fitted.model.varied)
     normal = fitted.jacobian.T @ fitted.jacobian
@@ -65,13 +70,15 @@ def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
 
 
 def improves_left_out(simple: Fit, rich: Fit) -> bool:
-    """Whether whole sequences left out are predicted better: their log score, paired by sequence."""
+    """Whether `rich` predicts left-out sequences better than `simple`: by log score, summed over the sequences."""
     return float((left_out_deviance(rich) - left_out_deviance(simple)).sum()) < 0
 
 
 def plausible(fitted: Fit) -> bool:
-    """Whether no parameter of an effect ends on its bound, but for limits where all values act alike, and no effect
-    that comes by degrees ends at nothing."""
+    """Whether no parameter of an effect is on a bound and no effect that comes by degrees has vanished.
+
+    The lower bound of a parameter is allowed where all values below it act alike (`Free.limit`).
+    """
     low, high = fitted.model.bounds(fitted.p)
     of_effects = slice(len(fitted.model.varied), None)
     hypotheses = fitted.model.hypotheses
@@ -88,7 +95,7 @@ def plausible(fitted: Fit) -> bool:
 
 
 def chi2_threshold(fitted: Fit) -> float:
-    """The chi-square that a right model exceeds in a share of `alarm_rate`, or of `naming_rate` if it has effects."""
+    """The chi-square that a right model exceeds at `Settings.alarm_rate`, or at `naming_rate` if it has effects."""
     settings = fitted.model.settings
     rate = settings.naming_rate if fitted.model.hypotheses else settings.alarm_rate
     return float(chi2_critical(rate, fitted.freedom))

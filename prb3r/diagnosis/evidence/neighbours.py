@@ -1,4 +1,4 @@
-"""Readings beside each other, along the disks of a photograph or along the steps of a sequence."""
+"""Pairs of neighbouring readings, along the disks of a photograph or along the steps of a sequence."""
 
 from typing import Literal
 
@@ -11,7 +11,10 @@ NEIGHBOURS_ALONG: tuple[Line, ...] = "disks", "steps"
 
 
 def neighbours(recording: Recording, line: Line) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) each: numbers of the first and of the second reading of every pair of one kind that follow on each other."""
+    """(k,) numbers of the first and (k,) of the second reading of every pair of neighbours of one kind along a line.
+
+    Neighbours follow one another among the readings that there are; disks or steps without any are skipped.
+    """
     readings = recording.readings
     held, place = (readings.step, readings.disk) if line == "disks" else (readings.disk, readings.step)
     order = np.lexsort((place, held, recording.of_sequence[readings.step], readings.kind))
@@ -21,7 +24,7 @@ def neighbours(recording: Recording, line: Line) -> tuple[np.ndarray, np.ndarray
 
 
 def correlation(recording: Recording, residual: np.ndarray, line: Line) -> float:
-    """Correlation of the residuals (r,) of neighbours along a line, around zero; 0 where there are no neighbours."""
+    """Correlation of the residuals (r,) of neighbours along a line, about zero; 0 where there are no neighbours."""
     first, second = neighbours(recording, line)
     size = np.sqrt((residual[first] ** 2).sum() * (residual[second] ** 2).sum())
     return float(residual[first] @ residual[second] / size) if size else 0.0

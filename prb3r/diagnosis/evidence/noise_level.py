@@ -1,14 +1,16 @@
 r"""How large the noise of readings and tensions really is, and how much of it a photograph has in common.
 
-Nobody knows the noise of a camera or of a spring balance to ten per cent, and no fit may decide it by what it happens
-to leave.  All that the constants, the scatter of tensions, tolerances and the whole library could do is taken as
-Gaussian with its prior size; the noise is what remains, by marginal likelihood.  With these directions :math:`U`, those
-of the tensions `t` times as large as stated, whitened by a correlation :math:`P`, and their singular values
-:math:`\sigma_i`, minus twice the logarithm of the likelihood is
+Nobody knows the noise of a camera or of a spring balance to ten per cent, and what one fit happens to leave may not
+decide it.  So the factors `s` on the noise of the readings and `t` on the scatter of the tensions are estimated by
+marginal likelihood: what is fitted counts as free, and the scatter of tensions, tolerances and the whole library as
+Gaussian with their prior sizes.  Let the changes of the readings by these, the tensions' `t` times as large as stated,
+whitened by a correlation :math:`P` and freed of what is fitted, have the `k` singular values :math:`\sigma_i`.  Minus
+twice the logarithm of the likelihood is
 
 .. math:: \sum_i \ln(s^2 + \sigma_i^2) + \frac{a_i^2}{s^2 + \sigma_i^2} + (r - k) \ln s^2 + \frac{R^2}{s^2} + \ln |P|
 
-where :math:`a_i` is what the residual has along them and :math:`R` what it has beside them.
+where :math:`a_i` is the residual along their directions, :math:`R` its norm beside them, and `r` the number of readings
+less that of fitted parameters.
 """
 
 from dataclasses import dataclass
@@ -25,22 +27,22 @@ from prb3r.recording.recording import Recording
 
 
 class Around(NamedTuple):
-    """What moves the readings beside noise."""
+    """Changes of the readings by everything but their noise, m or rad."""
 
     fitted: np.ndarray
-    """(r, p) derivatives by what is fitted freely."""
+    """(r, p) derivatives by the fitted parameters, which count as free."""
     tensions: np.ndarray
-    """(r, q) change by one stated standard deviation of each applied tension."""
+    """(r, q) change by one stated standard deviation of each independent part of the scatter of the tensions."""
     possible: np.ndarray
-    """(r, k) change by one prior standard deviation of each other thing that may be there."""
+    """(r, k) change by one prior standard deviation of each tolerance and each effect that may be there."""
 
 
 SMALLEST = 1e-12
-"""Share of the largest variance below which a direction repeats others but for rounding."""
+"""Variance along a direction, as a share of the largest, up to which it is nothing but rounding."""
 
 
 class EstimatedScale(NamedTuple):
-    """A factor on a stated standard deviation: mean of its logarithm, and ends of its 95 % interval."""
+    """A factor on a stated standard deviation: e to the posterior mean of its ln, and the ends of its 95 % interval."""
 
     value: float
     low: float
@@ -49,12 +51,13 @@ class EstimatedScale(NamedTuple):
 
 @dataclass(frozen=True)
 class EstimatedLevel:
-    """The noise level that is most likely, with intervals of its scales."""
+    """An estimated noise level, with the intervals of its two factors."""
 
     level: NoiseLevel
     reading: EstimatedScale
+    """Factor on the noise of the readings."""
     tension: EstimatedScale
-    """As stated, with an interval of no width, where no scatter of the tensions is stated."""
+    """Factor on the scatter of the tensions; 1 with an interval of no width where none is stated."""
 
 
 def noise_level(
@@ -65,13 +68,17 @@ def noise_level(
     settings: Settings,
     lasts: NoiseLevel = AS_STATED,
 ) -> EstimatedLevel:
-    """The level of the noise in a `misfit` (r,).
+    """The level of the noise in a `misfit` (r,) of readings less predicted ones, m or rad.
+
+    The share that a photograph has in common is the likeliest of a few, tried in ascending order until a larger one is
+    not likelier; the factors are averaged over their posterior.
 
     Parameters
     ----------
     around : what else moves the readings.
-    inflation : (r,) factor on the standard deviation of each reading, as for doubted ones.
-    lasts : what lasts through a sequence; of its tensions it is among what moves the readings already.
+    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down.
+    lasts : level with the shares that last through a sequence, which are kept; that of the tensions has to be in
+        `around` already.
     """
     logs = np.linspace(*settings.noise_scales)
     scattered = bool(around.tensions.any())
@@ -79,7 +86,7 @@ def noise_level(
     sd = reading_sd(recording) * inflation
 
     def seen(common: float, reach: float) -> "_Seen":
-        """Misfit and directions whitened by the correlation of a photograph, and what that adds to the deviance."""
+        """Misfit and changes whitened by the correlation of a photograph, with what its share adds to the deviance."""
         root = correlation_root(recording, sd, lasts._replace(common=common, reach=reach))
         volume = -2 * float(np.sum(np.log(root.diagonal() * sd)))  # of P alone: its root is triangular
         return _seen(
@@ -87,10 +94,12 @@ def noise_level(
         )
 
     def along_scales(through: "_Seen", log_factor: float) -> np.ndarray:
+        """Deviance with the priors at all factors on the readings, for one on the tensions."""
         prior = (logs / settings.noise_log_sd) ** 2 + (log_factor / settings.tension_log_sd) ** 2
         return _deviance(through, np.exp(logs), np.exp(log_factor)) + prior
 
     def surface(through: "_Seen") -> np.ndarray:
+        """Deviance with the priors, (factors on the tensions, factors on the readings)."""
         return np.stack([along_scales(through, log_factor) for log_factor in log_scatter])
 
     shape, through = (0.0, np.inf), seen(0.0, np.inf)
@@ -118,13 +127,13 @@ def noise_level(
 
 
 def _finer(logs: np.ndarray, log_density: np.ndarray, times: int) -> tuple[np.ndarray, np.ndarray]:
-    """The same logarithms and log density, `times` as many, by a cubic spline."""
+    """Logarithms over the range of `logs`, `times` as many, and the log density there by a cubic spline."""
     fine = np.linspace(logs[0], logs[-1], times * len(logs))
     return fine, scipy.interpolate.CubicSpline(logs, log_density)(fine)
 
 
 def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
-    """Mean and 95 % interval of a factor from the density of its logarithm on an even grid."""
+    """The estimate of a factor from the log density of its ln on an even grid."""
     weight = np.exp(log_density - log_density.max())
     share = np.cumsum(weight) / weight.sum()
     low, high = (float(np.exp(np.interp(part, share, logs))) for part in (TAIL, 1 - TAIL))
@@ -133,21 +142,24 @@ def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
 
 
 class _Seen(NamedTuple):
-    """A residual and all that may be in it, whitened, without what is fitted."""
+    """Inner products of a residual and of all that may be in it, whitened and freed of what is fitted."""
 
     square: float
     """Squared length of the residual."""
     freedom: int
-    """Readings less what is fitted."""
+    """Number of readings less that of fitted parameters."""
     gram: np.ndarray
     """(k, k) products of all directions, those of the tensions first."""
     along: np.ndarray
     """(k,) products of the directions with the residual."""
     tensions: int
+    """Number of directions of the tensions."""
     price: float
+    """Added to the deviance: ln of the determinant of the correlation, and the prior of its share."""
 
 
 def _seen(residual: np.ndarray, around: Around, price: float) -> _Seen:
+    """The inner products of a whitened `residual` (r,) and of what is `around` it, whitened too."""
     basis = np.linalg.qr(around.fitted / np.maximum(np.linalg.norm(around.fitted, axis=0), 1e-300))[0]
     residual = residual - basis @ (basis.T @ residual)
     directions = np.hstack([around.tensions, around.possible])
@@ -158,7 +170,7 @@ def _seen(residual: np.ndarray, around: Around, price: float) -> _Seen:
 
 
 def _deviance(through: _Seen, scales: np.ndarray, factor: float) -> np.ndarray:
-    """Minus twice the log likelihood at every scale of the readings and one of the tensions."""
+    """Minus twice the ln of the likelihood at all factors `scales` on the readings, one `factor` on the tensions."""
     size = np.where(np.arange(len(through.gram)) < through.tensions, factor, 1.0)
     variance, axes = np.linalg.eigh(size[:, None] * through.gram * size)
     kept = variance > SMALLEST * max(variance[-1], 1e-300)

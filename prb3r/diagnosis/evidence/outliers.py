@@ -1,4 +1,4 @@
-"""Readings and weights that are wrong by themselves, told from physics by being alone.
+"""Single wrong readings and weights: gross outliers, told from missing physics by being alone.
 
 An effect moves neighbouring disks and neighbouring steps alike; a slip of the eye or of a label does not.
 """
@@ -20,15 +20,19 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
 
 AT_ONCE = 256
-"""Readings that are taken out in one go: of ten thousand readings 60 MB."""
+"""Readings that are taken out in one go, to limit memory: of ten thousand readings 60 MB."""
 
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(6, l, k) by how many sd each of `k` values along each of `l` lines misses what its neighbours lead to expect;
-    else NaN.
+    """(6, l, k) distance, in sd, of each of `k` values on each of `l` lines from six extrapolations of its neighbours.
 
-    They are led by the line through both neighbours, the parabola through three, and the lines and parabolas through
-    those on one side.
+    These are the straight line through both neighbours, the parabola through three, and lines and parabolas through
+    those on either side alone.  NaN where there are too few neighbours.
+
+    Parameters
+    ----------
+    place : (l, k) where the values stand on their lines.
+    values : (l, k) with independent noise of unit variance.
     """
     length = values.shape[1]
     distances = np.full((6, *values.shape), np.nan)
@@ -49,15 +53,15 @@ def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray, settings: Settings) -> np.ndarray:
-    """(r,) by how many sd each reading misses what its neighbours lead to expect; 0 where they are too few to tell.
+    """(r,) distance, in sd, of each reading from what its neighbours lead to expect; 0 where these are too few.
 
-    Of several expectations the second best counts, as another gross outlier can spoil one either way; what is found to
-    be an outlier is no neighbour any more.
+    Of many expectations the second nearest counts, as another gross outlier can spoil one either way.  A reading found
+    to be a gross outlier is left out as a neighbour, and the others are judged again.
 
     Parameters
     ----------
-    deviation : (r,) of the readings from a model, in sd of the reading noise.
-    of_sequence : (s,) sequence of every step.
+    deviation : (r,) deviation of the readings from a model, in sd of the reading noise.
+    of_sequence : (s,) number of the sequence of every step.
     """
     off, kept = np.zeros(readings.count), np.arange(readings.count)
     for _ in range(settings.outlier_rounds):
@@ -81,7 +85,7 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
         keys = np.stack([readings.kind, sequence, line])[:, order]
         ends = np.flatnonzero((np.diff(keys, axis=1) != 0).any(0)) + 1
         starts, lengths = np.concatenate([[0], ends]), np.diff([0, *ends, len(order)])
-        for length in np.unique(lengths):  # lines of a length at once
+        for length in np.unique(lengths):  # all lines of one length at once
             series = order[starts[lengths == length, None] + np.arange(length)]
             series = series[(np.diff(place[series], axis=1) != 0).all(1)]
             distances[side][:, series] = surprises(place[series].astype(float), deviation[series])
@@ -89,21 +93,24 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
 
 
 def usual_surprise(recording: Recording, settings: Settings) -> float:
-    """The median surprise, sd, of a recording that holds nothing but noise as stated, from one draw."""
+    """Median :func:`surprise`, sd, of the readings if they held nothing but the stated noise, from one draw."""
     drawn = np.random.default_rng(0).standard_normal(recording.readings.count)
     usual = float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings)))
     return max(usual, settings.least_surprise)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:
-    """Factor on the standard deviation by which a Student distribution of one degree weighs a far reading down."""
+    """Factor on the standard deviation that weighs readings down, `deviation` sd off, as a Student distribution of one
+    degree of freedom does."""
     return np.sqrt(1 + deviation**2)
 
 
 def outlier_inflation(predict: Predictor, predicted: np.ndarray, settings: Settings, scale: float = 1.0) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers of a prediction (r,).
+    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers from what is `predicted` (r,).
 
-    `scale`: of the noise, over the stated one; where surprises are larger throughout, theirs.
+    `scale`: factor on the stated noise.  Where the median surprise is larger than that of such noise, deviations are
+    divided by the ratio of both.  All factors are 1 if a reading has no prediction, or if a larger share than
+    `Settings.most_gross` would be outliers.
     """
     recording = predict.recording
     deviation = predict.misfit(predicted) / (scale * reading_sd(recording))
@@ -122,10 +129,11 @@ class NotedWeight(NamedTuple):
     step: int
     """Row of the load step."""
     cable: int
+    """Column of the cable."""
 
 
 def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternative]:
-    """The alternative of every weight that could be wrong; `sensitivity` (r, s, m) of `tension_response`."""
+    """The alternative of every weight above 0 that could be wrong; `sensitivity` (r, s, m): of `tension_response`."""
     weights = np.argwhere(fitted.model.predict.recording.loads.tension > 0).tolist()
     moved = [sensitivity[:, s, j, None] for s, j in weights]
     return alternatives_of(fitted, [NotedWeight(s, j) for s, j in weights], moved)
@@ -133,25 +141,26 @@ def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternativ
 
 @dataclass(frozen=True, eq=False)
 class Doubts:
-    """What of a recording is not believed."""
+    """The readings and weights of a recording that are not believed, and the level of its noise."""
 
     inflation: np.ndarray
-    """(r,) factor on the standard deviation of each reading."""
+    """(r,) factor on the standard deviation of each reading; 1 for those that are believed."""
     weights: tuple[NotedWeight, ...] = ()
     """Weights that are not believed."""
     level: NoiseLevel = AS_STATED
+    """The estimated level of the noise."""
 
     def inflated(self, recording: Recording, settings: Settings) -> np.ndarray:
-        """(r,) factor on the standard deviation of each reading, those under a doubted weight included."""
+        """(r,) factor on the standard deviation of each reading; `Settings.disbelief` under a doubted weight."""
         doubted = np.isin(recording.readings.step, [weight.step for weight in self.weights])
         return np.where(doubted, settings.disbelief, self.inflation)
 
     def noise(
         self, predict: Predictor, solved: Solution, settings: Settings, uncertain: np.ndarray | None = None
     ) -> Noise:
-        """The covariance of the readings around a solution: noise, scatter of the tensions, tolerances.
+        """The covariance of the readings around a solution: reading noise, scatter of the tensions, tolerances.
 
-        `uncertain`: (r, k) change by one standard deviation of whatever else is not known.
+        `uncertain`: (r, k) change of the readings by one standard deviation of whatever else is not known.
         """
         recording, moved = predict.recording, tolerances(predict, solved).moved
         moved = moved if uncertain is None else np.hstack([moved, uncertain])
@@ -160,7 +169,10 @@ class Doubts:
 
 
 def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone."""
+    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone.
+
+    As in `doubts` where some step has no equilibrium.
+    """
     if not fitted.balanced:
         return doubts.inflation
     model = fitted.model
@@ -174,15 +186,16 @@ def lone_inflation(
 ) -> np.ndarray:
     """(r,) factor on the standard deviation of every reading: 1 but for those that are missed grossly and alone.
 
-    A misfit is gross by the scale that half of them keep, and alone where it is `Settings.lone_ratio` times what is
-    left of those of its neighbours along disks and steps once it is not believed: what a model lacks is missed by
-    neighbours alike, while one wrong reading pulls theirs the other way, as tensions that scatter can give way to it.
-    What was doubted before need not be alone, and speaks for no neighbour.
+    A misfit is gross by the scale that the median of all gives, at least that of the noise.  It is alone where it
+    exceeds `Settings.lone_ratio` times the misfits that its neighbours along disks and steps have once the reading
+    itself is deleted.  Neighbours miss alike what a model lacks, while one wrong reading pulls theirs the other way, as
+    the scatter of the tensions can give way to it.  A reading that was doubted before need not be alone, and does not
+    count as a neighbour.  All factors stay as they are if a larger share than `Settings.most_gross` would be outliers.
 
     Parameters
     ----------
-    white : (r,) misfits in units of the noise, each under the `inflation` (r,) believed so far.
-    noise : that whitened them.
+    white : (r,) whitened misfits, under the factors `inflation` (r,) believed so far.
+    noise : the covariance that whitened them.
     """
     scale = max(float(np.median(np.abs(white) * inflation)) / normal_critical(0.25), 1.0)
     suspected = np.flatnonzero(np.abs(white) * inflation > settings.gross_sd * scale)
@@ -202,17 +215,20 @@ def lone_inflation(
 
 
 class DeletionResiduals(NamedTuple):
-    """What one reading after the other misses, and what the others miss without it."""
+    """Misfits with one reading after the other deleted: its own, and those of the others."""
 
     size: np.ndarray
-    """(k,) by how many of its standard deviations, given all others, each misses what these lead to expect."""
+    """(k,) distance of each from its expectation given all other readings, in its standard deviations given these."""
     left: np.ndarray
-    """(r, k) whitened misfits of all readings as each is not believed."""
+    """(r, k) whitened misfits of all readings with each one deleted."""
 
 
 def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> DeletionResiduals:
-    """Of whitened misfits (r,) and each reading of `suspected` (k,): the mean-shift outlier model of Cook and Weisberg,
-    *Residuals and Influence in Regression* (1982), for readings that scatter together."""
+    """The misfits with each reading numbered in `suspected` (k,) deleted in turn, from the whitened ones (r,).
+
+    The mean-shift outlier model of Cook and Weisberg, *Residuals and Influence in Regression* (1982), for readings that
+    scatter together.
+    """
     alone = np.zeros((len(white), len(suspected)))
     alone[suspected, np.arange(len(suspected))] = noise.sd[suspected]
     shift = noise.whiten(alone)
@@ -222,8 +238,7 @@ def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) 
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
-    """Numbers of the readings that were weighed down, or that the fitted model misses by more than
-    `Settings.listed_sd`."""
+    """Numbers of the readings that were weighed down, or whose whitened misfit exceeds `Settings.listed_sd`."""
     count = fitted.model.predict.recording.readings.count
     beyond = np.abs(fitted.residual[:count]) > fitted.model.settings.listed_sd
     return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

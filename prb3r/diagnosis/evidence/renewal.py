@@ -1,4 +1,4 @@
-"""A fitted model under the covariance that it predicts itself, and how large the noise is under it."""
+"""A fit renewed under the covariance that its own prediction gives, and the noise level estimated around it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,14 +18,20 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 
 def renewed(fitted: Fit, doubts: Doubts) -> Fit:
-    """The same model, fitted anew under the covariance that it predicts itself."""
+    """The model of `fitted`, refitted under the covariance around its prediction; `fitted` itself if that fit fails.
+
+    Sensitivities to tensions and tolerances, and so the covariance, depend on the model.
+    """
     predict, settings = fitted.model.predict, fitted.model.settings
     model = replace(fitted.model, noise=doubts.noise(predict, fitted.solved, settings))
     return fit(model, fitted.p) or fitted
 
 
 def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> EstimatedLevel:
-    """The noise level that is most likely if constants, tensions, tolerances and the `library` may be off."""
+    """The estimated noise level around a fit, if tensions and tolerances may be off and effects of `library` present.
+
+    Of the library, hypotheses that come by degrees and are not in the model count, each with its prior size.
+    """
     predict, model = fitted.model.predict, fitted.model
     recording = predict.recording
     scatter = tension_response(predict, fitted.solved) * recording.measurement.tension_sd_relative

@@ -1,10 +1,10 @@
-r"""What repeated sequences do not have in common: errors of readings and of tensions that last through a sequence.
+r"""Errors of readings and tensions that last through a sequence, estimated from sequences that repeat one another.
 
-A drive is warmer, a load cell is tared anew, a marker is set down again: such an error stays while a sequence lasts, is
-another in the next, and no effect that goes with the loads can imitate it.  The difference of two sequences under the
-same loads holds nothing else but noise, whatever physics a model lacks ("pure error").  With weights `W` of such
-differences, their likelihood under the covariance :math:`W C W^T` of the readings tells which share of the scatter of
-the tensions lasts through a sequence, and which share of the noise the readings of a disk have in common along it.
+A drive is warmer, a load cell is tared anew, a marker is set down again: such an error stays through a sequence and is
+another in the next, and no effect of the loads can imitate it.  The difference of two sequences under the same loads
+holds such errors and noise alone, whatever physics a model lacks ("pure error").  With weights `W` of such
+differences, their likelihood under the covariance :math:`W C W^T` tells which share of the scatter of the tensions
+lasts through a sequence, and which share of the noise the readings of a disk have in common along it.
 """
 
 from collections import defaultdict
@@ -23,12 +23,12 @@ from prb3r.recording.recording import Recording
 
 
 class Uncertain(NamedTuple):
-    """What of the readings is uncertain."""
+    """What the readings scatter by, as stated."""
 
     sd: np.ndarray
-    """(r,) stated reading noise, inflated where a reading is doubted, m or rad."""
+    """(r,) stated standard deviation of the readings, m or rad; larger where a reading is weighed down."""
     tensions: np.ndarray
-    """(r, s, m) change by one stated standard deviation of the tension of every step and cable."""
+    """(r, s, m) change of the readings by one stated standard deviation of the tension of every step and cable."""
 
 
 def repeatability(
@@ -38,15 +38,17 @@ def repeatability(
     settings: Settings,
     believed: NoiseLevel = AS_STATED,
 ) -> NoiseLevel:
-    """What lasts through a sequence, changed from what is `believed` step by step as long as each makes it likelier by
-    what counts; as stated where too little was pulled again.
+    """The shares of the noise that last through a sequence, as a level with factors of 1; 0 if too few steps repeat.
 
-    What lasts does not depend on the model, so that another model is no reason to believe otherwise: few repetitions
-    tell shares hardly apart, and a search whose noise went to and fro between them would not come to rest.
+    From the shares that are `believed`, one share at a time moves to the next smaller or larger value, as long as that
+    lowers the deviance by `Settings.better_shares`.  They begin at what is believed because they do not depend on the
+    model: few repetitions hardly tell them apart, and a search whose noise went to and fro would not come to rest.
 
     Parameters
     ----------
-    misfit : (r,) readings less what a model says of them, which takes out that loads were nearly the same only.
+    misfit : (r,) readings less those that a model predicts, m or rad; this removes the effect of small differences of
+        the loads that were repeated.
+    believed : level with the shares believed so far.
     """
     weights = differences(recording, settings, np.square(uncertain.tensions).sum((1, 2)) / uncertain.sd**2)
     if weights is None:
@@ -69,14 +71,15 @@ def repeatability(
 
 
 def differences(recording: Recording, settings: Settings, felt: np.ndarray) -> csr_array | None:
-    """(d, r) weights of readings whose sums are differences of sequences under the same loads; None if too few.
+    """(d, r) matrix that takes the readings to d differences of sequences under the same loads; None if too few repeat.
 
-    Each sequence is compared with one later one, so that no difference is told by others.  Of very many, those of the
-    disks and kinds that feel the tensions most, and of the first sequences.
+    Each sequence is compared with one later one only, so that no difference follows from others.  Of more than
+    `Settings.most_differences`, those of the first sequences are kept, at the disks and kinds that feel the tensions
+    most.
 
     Parameters
     ----------
-    felt : (r,) variance of each reading by the scatter of the tensions, over that of its noise.
+    felt : (r,) variance of each reading by the scatter of the tensions, over that by its noise.
     """
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True))}
@@ -104,7 +107,10 @@ def differences(recording: Recording, settings: Settings, felt: np.ndarray) -> c
 
 
 def of_sequences(recording: Recording, change: np.ndarray, share: float) -> np.ndarray:
-    """(r, q) what the tensions scatter by, each sequence by itself; `change` (r, s, m), `share` of it that lasts."""
+    """(r, q) change of the readings by one standard deviation of each independent part of the tension scatter.
+
+    Sequences are independent of each other.  `change` and `share`: as of :func:`lasting_scatter`, for all steps.
+    """
     every = range(len(recording.sequences))
     lasting = [lasting_scatter(change[:, recording.of_sequence == k], share) for k in every]
     columns = np.hstack([part.reshape(len(part), -1) for part in lasting])
@@ -112,7 +118,7 @@ def of_sequences(recording: Recording, change: np.ndarray, share: float) -> np.n
 
 
 def _of_next(recording: Recording, settings: Settings) -> Iterator[Match]:
-    """The matches of every sequence with the first later one that repeats it."""
+    """The matches of every sequence with the first later one that repeats steps of it."""
     compared = dict[int, int]()
     for pair, match in matches(recording, settings):
         if compared.setdefault(int(recording.of_sequence[match.step]), pair) == pair:
@@ -120,7 +126,7 @@ def _of_next(recording: Recording, settings: Settings) -> Iterator[Match]:
 
 
 def _beside(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
-    """The levels with the next larger or smaller share that lasts: of the tensions, or of the readings over a span."""
+    """The levels in which one share, `lasting` or `serial`, is the next larger or smaller one, `serial` at any span."""
     for share in _next_to(level.lasting, settings.lasting_shares):
         yield level._replace(lasting=share)
     for share in _next_to(level.serial, settings.serial_shares):
@@ -129,7 +135,7 @@ def _beside(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
 
 
 def _next_to(share: float, shares: tuple[float, ...]) -> list[float]:
-    """The next smaller of some `shares`, or none at all, and the next larger one."""
+    """The next smaller one of `shares` and 0, and the next larger one, as far as there are any."""
     smaller, larger = [s for s in (0.0, *shares) if s < share], [s for s in shares if s > share]
     return [*smaller[-1:], *larger[:1]]
 
@@ -142,10 +148,10 @@ def _deviance(
     level: NoiseLevel,
     settings: Settings,
 ) -> float:
-    r"""Minus twice the ln of the likelihood of the differences, at the likeliest scales of both noises; priors are in.
+    r"""Minus twice the ln of likelihood and prior of a level, given the differences, at the likeliest of both factors.
 
-    The noise of the readings is :math:`L L^T` and that of the tensions :math:`U \Sigma^2 U^T` in its units, so that all
-    scales follow from one decomposition.
+    The noise of the readings is :math:`L L^T`, that of the tensions :math:`U \Sigma^2 U^T` in units of it, so that one
+    decomposition serves all factors.
     """
     apart = weights @ diags_array(uncertain.sd)
     noise = (apart @ noise_correlation(recording, level) @ apart.T).toarray()

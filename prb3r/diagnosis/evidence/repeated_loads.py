@@ -1,7 +1,7 @@
 """Steps whose loads another sequence carried too.
 
-Two sequences repeat one another where they carry the same loads at the same length of their paths through load space,
-even if they were read at other loads: in between, what a model leaves changes steadily.
+Two sequences repeat one another if they carry the same loads after the same length of path through load space.  They
+need not have been read at the same loads: between two steps of a sequence, what a model leaves changes steadily.
 """
 
 from collections.abc import Iterator
@@ -18,15 +18,19 @@ class Match(NamedTuple):
     """A step that lies on the load path of another sequence."""
 
     step: int
+    """Row of the step."""
     before: int
     after: int
-    """Steps of the other sequence between which it lies; the same where it meets one."""
+    """Rows of the steps of the other sequence between which it lies; the same row twice where it meets one."""
     share: float
-    """Of the way from one to the other."""
+    """Share of the way from `before` to `after` at which it lies."""
 
 
 def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Match]]:
-    """Every step on the path of a later sequence with the same loads as far as both go; by number of the pair."""
+    """Every step that lies on the path of a later sequence, with the number of the pair of sequences.
+
+    A pair counts if its loads differ by no more than `Settings.same_loads` as far as both sequences go.
+    """
     loads = recording.loads
     every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
@@ -35,7 +39,8 @@ def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Mat
 
 
 def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings: Settings) -> list[Match]:
-    """Matches of the steps `first` on the path of the steps `second`; none if their loads differ anywhere."""
+    """The matches of the steps `first` on the path of the steps `second`, rows of `loads` (s, k), N; none if the loads
+    differ anywhere."""
     here, there = (np.vstack([np.zeros(loads.shape[1]), loads[rows]]) for rows in (first, second))
     far, along = (np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)).sum(1))) for path in (here, there))
     matches, highest = [], np.abs(loads[[*first, *second]]).max()

@@ -1,8 +1,9 @@
-r"""How the parts of a recorded rig came out of the workshop, as far as its readings tell.
+r"""The posterior of the tolerances of a recorded rig: how its parts came out of the workshop.
 
-The covariance of the readings holds the tolerances of the parts as :math:`G G^T`, `G` the change of the readings by one
-standard deviation of each.  With `G`, the residuals `r` and the derivatives `J` of the residuals by the parameters `u`
-whitened by all of it, the tolerances `t` in units of their standard deviations are normal given the readings:
+The covariance of the readings holds the tolerances as :math:`G G^T`, with the change `G` of the readings by one
+standard deviation of each.  Let `G`, the residuals `r` and their derivatives `J` by the parameters `u` be whitened by
+the whole covariance, and `z` be standard normal.  Given the readings, the tolerances `t`, in units of their standard
+deviations, are
 
 .. math::
 
@@ -24,18 +25,19 @@ class RigAsMade(NamedTuple):
     """Parameters and tolerances of a rig, given its readings under one model: a normal distribution."""
 
     names: tuple[str, ...]
-    """(t,) of the tolerances, as of :func:`prb3r.diagnosis.fit.tolerance.tolerances`."""
+    """(t,) names of the tolerances, as of :func:`prb3r.diagnosis.fit.tolerance.tolerances`; those stated as 0 are left
+    out."""
     sd: np.ndarray
-    """(t,) before the recording, in the unit of the name or of the logarithm of a stiffness."""
+    """(t,) prior standard deviations, m; of the ln of a stiffness."""
     mean: np.ndarray
-    """(t,) with the best parameters, in these standard deviations."""
+    """(t,) posterior means at the fitted parameters, in units of `sd`."""
     covariance: np.ndarray
-    """(p + t, p + t) of the parameters and of the tolerances in these standard deviations."""
+    """(p + t, p + t) posterior covariance of the parameters and of the tolerances, these in units of `sd`."""
 
     def among(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Means (k,) of tolerances by name and the covariance (p + k, p + k) of the parameters and these.
+        """Means (k,) of the tolerances `names`, and covariance (p + k, p + k) of the parameters and these.
 
-        What the recording did not feel is as it was before.
+        A tolerance that the recording does not feel, as of a cable that is not pulled, keeps its prior: 0, variance 1.
         """
         count, numbers = len(self.covariance) - len(self.names), {name: k for k, name in enumerate(self.names)}
         here = [k for k, name in enumerate(names) if name in numbers]
@@ -48,14 +50,15 @@ class RigAsMade(NamedTuple):
 
 
 def rig_as_made(fitted: Fit, doubts: Doubts) -> RigAsMade:
-    """What the recording of a fit tells of its rig's parts.
+    """The posterior of the tolerances of the rig, and of the parameters of `fitted`.
 
-    The covariance is made anew around the fit: along what parameters and tolerances do alike, readings are told to a
-    thousandth of what the tolerances scatter them, and so closely the covariance has to hold these tolerances.
+    The covariance of the readings is made anew around the fit.  Where parameters and tolerances move the readings
+    alike, readings are told to a thousandth of what the tolerances scatter them by, so the covariance has to hold the
+    sensitivities to the tolerances that exactly.
 
     Parameters
     ----------
-    doubts : what of the recording is not believed, and the level of its noise.
+    doubts : readings and weights that are not believed, and the level of the noise.
     """
     predict, solved = fitted.model.predict, fitted.solved
     known = tolerances(predict, solved)

@@ -1,8 +1,8 @@
-r"""Where the mismatch sits: a score test of every hypothesis on what a fit leaves.
+r"""Score tests: how well each alternative would explain what a fit leaves, and how well the best does by chance.
 
 The direction `v` in which an alternative would move the whitened residuals is freed of all that the fitted parameters
-could do as well; :math:`z = v \cdot r / |v|` is then standard normal if nothing was left out.  Of many alternatives
-some are large by chance; how large the largest is by chance is found by drawing residuals.
+could do as well; :math:`z = v \cdot r / |v|` is then standard normal if nothing was left out.  The largest z of many
+alternatives is large by chance; its distribution is found by drawing residuals.
 """
 
 from collections.abc import Sequence
@@ -20,46 +20,47 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 
 REPEATED_SHARE = 1e-10
-"""Share of the largest variance below which a combination of alternatives repeats others but for rounding."""
+"""Variance of a combination of alternatives, as a share of the largest, up to which it is nothing but rounding."""
 NOTHING, REPEATED = 1e-6, 1e-6
-"""A change that is freed of all but this share of it is not felt; columns are repetitions of others up to this."""
+"""Share of a change that is left once freed, up to which it is not felt; and singular value, of columns of length 1, up
+to which a combination of them is nothing but rounding."""
 LEAST_CHANGE = 1e-3
-"""Size, in units of the noise, that a change is judged against at least: what rounding leaves of none is not felt."""
-
+"""Least norm, in units of the noise, of which `NOTHING` is taken, so that rounding of a change of 0 is not felt."""
 ROWS_DRAWN = 256
-"""Numbers are drawn for a multiple of so many directions, so that the same serve many tests."""
+"""Random numbers are drawn for a multiple of so many directions, so that one cached draw serves many tests."""
 
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """How something, at one probe, moves the whitened residuals, freed of what is fitted already."""
+    """Directions in which something not fitted would move the whitened residuals, freed of what is fitted."""
 
     subject: Any
-    """A hypothesis, a law of missing moments or a weight."""
+    """A hypothesis, a pattern of missing moments (`MomentPattern`) or a weight (`NotedWeight`)."""
     basis: np.ndarray
-    """(r + c, k) orthonormal; no columns where the recording does not feel the subject."""
+    """(r + c, k) orthonormal, rows of priors included; no columns where the recording does not feel the subject."""
     size: float
-    """Norm per unit of the free parameter, or of the whole effect where it does not come by degrees."""
+    """Norm of the freed change per unit of the free parameter, or by the whole effect; the smallest that is felt where
+    there are several parameters, 0 where none is."""
     start: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Free parameters `u` of the probe."""
+    """Free parameters `u` of the probe at which a hypothesis is tried."""
     one_sided: bool = False
-    """Whether only one sign makes sense."""
+    """Whether only a positive coefficient makes sense."""
 
     @property
     def freedom(self) -> int:
-        """Number of directions in which the alternative is free: those that the constants cannot imitate."""
+        """Number of directions of the alternative that the fitted parameters cannot imitate."""
         return self.basis.shape[1]
 
     def gain(self, residual: np.ndarray) -> np.ndarray:
-        """Fall of chi-square if the subject were fitted by the linearised model; residuals in columns or alone."""
+        """Fall of chi-square if the subject were fitted, linearised; for a `residual` (r + c,) or (r + c, draws)."""
         return self._gain(self.basis.T @ residual)
 
     def z(self, residual: np.ndarray) -> np.ndarray:
-        """The gain as the standard normal deviate that is as rare."""
+        """The standard normal deviate, not negative, whose size is as rare by chance as the gain of `residual`."""
         return self.z_along(self.basis.T @ residual)
 
     def z_along(self, along: np.ndarray) -> np.ndarray:
-        """The same for what residuals have `along` the basis, (k,) or (k, draws)."""
+        """That deviate for components `along` the basis, (k,) or (k, draws)."""
         gain = self._gain(along)
         if self.freedom <= 1:
             return np.sqrt(gain)
@@ -70,7 +71,7 @@ class Alternative:
 
 
 def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternative]:
-    """The alternative of every hypothesis at every probe, around `fitted`."""
+    """The alternative of every hypothesis at each of its probes, around `fitted`."""
     friction = fitted.model.friction(fitted.p)
     probes = [(hypothesis, start) for hypothesis in hypotheses for start in hypothesis.starts(friction)]
     felt = alternatives_of(fitted, [hypothesis for hypothesis, _ in probes], moved_readings(fitted, probes))
@@ -85,14 +86,14 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 
 
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
-    """The alternative of each subject, around `fitted`, of what moves the readings by `moved` (r, k each)."""
+    """The alternative of each subject, around `fitted`, where `moved` (r, k each) are its changes of the readings."""
     white = all_at_once(fitted.model.noise.whiten, moved)
     free = all_at_once(lambda changes: freed(changes, fitted.basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
 
 
 def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternative:
-    """The alternative of what moves the whitened readings by `white` (r, k), of which `free` (r + c, k) is left."""
+    """The alternative whose change of the whitened readings is `white` (r, k), and `free` (r + c, k) once freed."""
     size = np.linalg.norm(free, axis=0)
     felt = size > NOTHING * np.maximum(np.linalg.norm(white, axis=0), LEAST_CHANGE)
     if not felt.any():
@@ -105,21 +106,21 @@ def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternati
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """The score test of all alternatives."""
+    """The score tests of all alternatives, and what the largest of them is by chance."""
 
     alternatives: tuple[Alternative, ...]
     z: np.ndarray
-    """(d,) not negative."""
+    """(d,) score of each alternative, not negative."""
     threshold: float
-    """The largest z by chance is below it but for a share of `Settings.alarm_rate`."""
+    """What the largest z exceeds by chance at the rate `Settings.alarm_rate`."""
     naming: float
-    """The same for `Settings.naming_rate`."""
+    """What it exceeds at the rate `Settings.naming_rate`."""
     drawn: np.ndarray
-    """(k,) largest z of drawn residuals, ascending; empty where none were drawn."""
+    """(draws,) largest z of drawn residuals, ascending; empty where none were drawn."""
 
     @property
     def chance(self) -> float:
-        """How often the largest z of a right model is as large or larger."""
+        """Chance that a right model has as large a largest z, or a larger one."""
         if not len(self.drawn):
             return float(2 * normal_tail(self.largest))
         return float((len(self.drawn) - np.searchsorted(self.drawn, self.largest) + 1) / (len(self.drawn) + 1))
@@ -130,7 +131,7 @@ class Scores:
         return float(self.z.max(initial=0.0))
 
     def best(self) -> list[int]:
-        """Numbers of the alternatives, best first, each subject once."""
+        """Numbers of the alternatives in order of falling z, each subject once, without those that are not felt."""
         seen, order = set(), []
         for k in np.argsort(-self.z):
             if self.alternatives[k].subject not in seen and self.alternatives[k].freedom:
@@ -140,7 +141,7 @@ class Scores:
 
 
 def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
-    """Test all alternatives on the residuals of `fitted`; `seed` of the draws that tell what chance does."""
+    """The score tests of the alternatives `tested` on the residuals of `fitted`; `seed`: of the residuals drawn."""
     settings = fitted.model.settings
     z = np.array([candidate.z(fitted.residual) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
@@ -152,15 +153,15 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
 
 @lru_cache(maxsize=1)
 def _standard_normal(seed: int, rows: int, draws: int) -> np.ndarray:
-    """(rows, draws) standard normal numbers: the first rows are the same whatever their number."""
+    """(rows, draws) standard normal numbers; more rows begin with the same rows."""
     return np.random.default_rng(seed).standard_normal((rows, draws))
 
 
 def largest_by_chance(tested: Sequence[Alternative], seed: int, settings: Settings) -> np.ndarray:
-    """(k,) ascending: the largest z of all alternatives on residuals drawn as a right model leaves them.
+    """(draws,) largest z of all alternatives on residuals as a right model leaves them, ascending; empty without any.
 
-    These are standard normal, so what they have along the bases of all alternatives is normal with the bases' products
-    as covariance; that is drawn.  Empty without alternatives.
+    Such residuals are standard normal.  Drawn are their components along the bases of all alternatives, which are
+    normal with the inner products of the bases as covariance.
     """
     felt = [candidate for candidate in tested if candidate.freedom]
     if not felt:

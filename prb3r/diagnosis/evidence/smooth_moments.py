@@ -1,18 +1,18 @@
-r"""Whether missing moments of any kind are left, as long as they change smoothly: an omnibus test.
+r"""Whether a fit leaves missing moments of any kind that change smoothly: an omnibus test.
 
-A score test asks for one direction after another, and the size of the residuals says little while the scale of the
-noise is known to ten per cent.  But reading noise has no memory: a field of moments that is alike on neighbouring
-plates and under similar loads, or from step to step, leaves residuals that go together.  Let the moments be Gaussian
-with the covariance :math:`\sigma^2 K`, and let the whitened residuals `r`, freed of what is fitted, have the variance
-:math:`1 + \sigma^2 \lambda_i` along the directions :math:`u_i` that this gives them.  The test that is best at one
-:math:`\sigma` weighs them by :math:`w_i = \sigma^2 \lambda_i / (1 + \sigma^2 \lambda_i)`; the statistic
+A score test looks along one direction after another, and the size of the residuals says little while the scale of the
+noise is known to ten per cent only.  But reading noise has no memory, while a field of moments that is alike on
+neighbouring plates and under similar loads, or from step to step, leaves residuals that go together.  Let the moments
+be Gaussian with the covariance :math:`\sigma^2 K`.  Then the whitened residuals `r`, freed of what is fitted, have the
+variance :math:`1 + \sigma^2 \lambda_i` along some directions :math:`u_i`.  The most powerful test at one
+:math:`\sigma` weighs these by :math:`w_i = \sigma^2 \lambda_i / (1 + \sigma^2 \lambda_i)`; the statistic
 
 .. math:: \sum_i w_i (u_i \cdot r)^2 / |r|^2
 
-does not depend on the scale of the noise, nor on what was believed of the parameters, each of which counts as free
+does not depend on the scale of the noise, nor on the priors of the parameters, each of which counts as free
 (Andrews and Ploberger, Econometrica 62 (1994) 1383, on tests that are best at one alternative; Lin, Biometrika 84
-(1997) 309, on the score of a variance).  Of several fields and sizes the rarest counts, held against residuals that
-are drawn.
+(1997) 309, on the score of a variance).  Of several fields and sizes :math:`\sigma` the rarest result counts, compared
+with the rarest of residuals that are drawn.
 """
 
 from collections.abc import Iterator
@@ -27,28 +27,29 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 
 FELT_SHARE = 1e-8
-"""Share of the largest variance below which a direction is not felt."""
+"""Variance along a direction, as a share of the largest, up to which the residuals do not feel a field there."""
 
 
 class Field(NamedTuple):
-    """A field of missing moments, as the whitened residuals would feel it."""
+    """The scatter that a random field of missing moments would add to the whitened residuals."""
 
     directions: np.ndarray
     """(r, k) orthonormal."""
     variance: np.ndarray
-    """(k,) of the residuals along them for moments of one unit, descending."""
+    """(k,) variance of the residuals along them for a field of unit size, descending."""
 
     def weights(self, known: int) -> np.ndarray:
-        """(k,) of the directions, for moments so large that some `known` of them stand out of the noise."""
+        """(k,) weights of the directions, for a field so large that its variance equals that of the noise along the one
+        numbered `known`, counted from 1."""
         return self.variance / (self.variance + self.variance[min(known, len(self.variance)) - 1])
 
 
 def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
-    """How often a right model leaves moments that look as smooth as what `fitted` leaves, or smoother.
+    """Chance that a right model leaves residuals as much like smooth moments as those of `fitted`, or more so.
 
     Parameters
     ----------
-    seed : of the residuals that are drawn; the chance is no smaller than one of them.
+    seed : seed of the `Settings.draws` residuals that are drawn; the chance is no smaller than one of them.
     """
     settings, count = fitted.model.settings, fitted.model.predict.recording.readings.count
     explained = basis_of(fitted.jacobian[:count])
@@ -73,16 +74,17 @@ def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
 
 
 def _exceeded(ordered: np.ndarray, score: np.ndarray | float) -> np.ndarray:
-    """Share of ordered draws that are as large as a score, or larger; the score counts as one more."""
+    """Share of the draws, `ordered` upward, that are as large as a score or larger; the score counts as a draw."""
     return (len(ordered) - np.searchsorted(ordered, score) + 1) / (len(ordered) + 1)
 
 
 def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:
-    """Moments alike on neighbouring plates, and under like loads, under like loads and slips, or from step to step.
+    """Three fields of moments that are alike on neighbouring plates: under like loads, under like loads and slips, and
+    from step to step.
 
     Parameters
     ----------
-    explained : (r, p) orthonormal basis of what the parameters can do.
+    explained : (r, p) orthonormal basis of what the parameters can do to the whitened readings.
     """
     predict, solved, settings = fitted.model.predict, fitted.solved, fitted.model.settings
     readings = predict.recording.readings
@@ -107,19 +109,21 @@ def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:
 
 
 def _relative(loads: Loads) -> tuple[np.ndarray, np.ndarray]:
-    """(s, k) tensions and dead forces in shares of the largest, and (s, m) slips, 1 apart for opposite ones."""
+    """(s, k) tensions and dead forces as shares of the largest of each, and (s, m) slips, 1 apart for opposite ones."""
     force = np.hstack([loads.tip, loads.force.reshape(len(loads.tip), -1)])
     shares = [part / (np.abs(part).max(initial=0.0) or 1.0) for part in (loads.tension, force)]
     return np.hstack(shares), loads.slip / 2
 
 
 def _alike(places: np.ndarray, reach: float) -> np.ndarray:
-    """(s, s) correlation of Gaussian shape of what stands at `places` (s, k)."""
+    """(s, s) Gaussian correlation exp(-d^2 / (2 reach^2)) of points at the distance d, with the coordinates `places`
+    (s, k)."""
     return np.exp(-((places[:, None] - places) ** 2).sum(-1) / (2 * reach**2))
 
 
 def _modes(covariance: np.ndarray, settings: Settings) -> np.ndarray:
-    """(n, k) root of a covariance, largest modes first; without those beyond `Settings.field_share` of its trace."""
+    """(n, k) root of a `covariance` (n, n) by its largest modes, in descending order: as many as make up
+    `Settings.field_share` of its trace, and at most `Settings.most_field_modes`."""
     variance, axes = np.linalg.eigh(covariance)
     variance, axes = np.maximum(variance[::-1], 0.0), axes[:, ::-1]
     kept = int(np.searchsorted(np.cumsum(variance), settings.field_share * variance.sum())) + 1

@@ -1,8 +1,8 @@
-"""Whether what a model leaves is less than the recording itself states of its accuracy.
+"""Whether the misfit of a model is smaller than the accuracy that the recording states.
 
-The noise that is estimated is what changes from reading to reading.  What a user states of a camera also holds what
-does not: a scale, a lens, markers.  A misfit that changes smoothly and stays below what is stated is within what the
-measurement can say, so that it does not speak against a model, though it is seen.
+The noise that is estimated is what changes from reading to reading.  The accuracy that a user states of a camera also
+holds what does not change: a scale, a lens, markers.  So a misfit that changes smoothly and stays below the stated
+accuracy does not speak against a model, though it is noticed.
 """
 
 from dataclasses import replace
@@ -17,10 +17,11 @@ from prb3r.diagnosis.fit.model import Fit
 
 
 def share_of_stated(fitted: Fit, doubts: Doubts) -> float:
-    """What a model leaves over what the recording states, root mean square; 1 or more unless it is less everywhere.
+    """Root mean square misfit of a model over the stated noise, raised to 1 unless the misfit is smaller throughout.
 
-    Less: less than chance would have it if the stated noise were right, at the rate `Settings.naming_rate`, and on no
-    disk and in no sequence more than what is stated there, which a small part of all readings could be.
+    Smaller throughout means two things.  If the stated noise were right, chi-square would be as small at a rate below
+    `Settings.naming_rate`.  And on no disk and in no sequence is the mean square above the stated one, as it could be
+    for a small part of the readings while the whole is below.
     """
     stated = renewed(fitted, replace(doubts, level=AS_STATED))
     readings, of_sequence = stated.model.predict.recording.readings, stated.model.predict.recording.of_sequence
