@@ -1,4 +1,4 @@
-"""From a recording to a diagnosis: the stages, and around them what is done about blunders and sequences set aside.
+"""From a recording to a diagnosis: all stages in order, with the decisions about blunders of the set-up.
 
 set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
@@ -34,18 +34,18 @@ STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 
 
 def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Diagnosis:
-    """The diagnosis of the recording of a task, all stages done; parameters and errors as of :func:`investigate`."""
+    """The diagnosis of the recording of a task, by all stages; parameters and errors as of :func:`investigate`."""
     investigation = investigate(task, report, apply)
     report("tell")
     return tell(investigation)
 
 
 def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Investigation:
-    """All stages but the last: what there is to tell, with the fits behind it.
+    """The outcome of all stages but the last, with the fits behind it.
 
     Parameters
     ----------
-    report : hears the name of every stage as it begins.
+    report : called with the name of every stage as it begins.
     apply : applies a function to many tasks, in worker processes for instance.
 
     Raises
@@ -73,7 +73,10 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
 
 
 def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
-    """What it would take to predict the sequences that are not, in a sentence: what explains all of them together."""
+    """A sentence on what it would take to predict the sequences set aside that are not predicted.
+
+    For that, effects are searched that explain all sequences together, those set aside included.
+    """
     fitted = investigation.choice.fitted
     found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
     try:
@@ -87,13 +90,15 @@ def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
 def beside_effects(
     task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
 ) -> tuple[Investigation, tuple[Blunder, ...]]:
-    """What is left unexplained, held against blunders that effects have hidden: they show beside those that were found,
-    and steps that are exchanged by weights that were not believed, or where two or three alone are not predicted.
+    """The investigation and the blunders, with one more blunder if effects had hidden it; else both as they were.
 
-    One more blunder is said where the recording is explained once it is mended; else all is as it was.  The search of
-    the mended recording is given up where its first end is worth less than that of the search before, by as much as
-    would have to speak for the blunder.  A blunder that does not show any more beside the effects that were found then
-    was none: what was left beside the others was other physics.
+    Where effects were found, a blunder is looked for beside them.  Exchanged steps are looked for among those with
+    weights that were not believed, and those set aside and not predicted, if no more than `Settings.most_missed_steps`.
+
+    A blunder is added only if the recording is explained once it is mended.  The search of the mended recording is
+    given up if its first end is worth less than that of the search before, by as much as would have to speak for the
+    blunder.  A blunder that no longer shows beside the effects found then is not added: what the earlier effects left
+    was other physics.
     """
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
@@ -120,24 +125,25 @@ def beside_effects(
 
 
 class SetUp(NamedTuple):
-    """What was chosen for a recording, and what is to be said of its set-up."""
+    """The effects chosen for a recording, and the blunders of its set-up."""
 
     searched: Searched
     blunders: tuple[Blunder, ...]
-    """They are mended in what was searched."""
+    """Blunders that are said; they are mended in what was searched."""
     rival: Blunder | None = None
-    """One that would explain the recording by fewer effects than were chosen, for which too little speaks to say it."""
+    """A blunder that would explain the recording with fewer effects, but with too little evidence to be said."""
     without_rival: Searched | None = None
-    """What was chosen with that mended too."""
+    """The effects chosen with the rival mended too."""
 
 
 def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
-    """What was chosen for a recording once the blunders of its set-up are mended, and these.
+    """The effects chosen for a recording once the blunders of its set-up are mended, and these blunders.
 
-    A blunder that effects may imitate is said only where the recording as it is and the mended one, both searched for
-    effects, speak for it.  The second search is given up where its first end is worth less than that of the first one,
-    by as much as would have to speak for the blunder.  One that moves no reading beside what was found, as of a cable
-    that turns out to be dead, is none: what was found is what the recording is searched from as it is.
+    Where constants alone do not explain the mended recording, effects may have imitated the blunder.  Both recordings,
+    as it is and mended, are then searched for effects, and the blunder is said only if the comparison speaks for it.
+    The second search is given up if its first end is worth less than that of the first search, by as much as would have
+    to speak for the blunder.  If mending moves no reading beside the effects found in the mended recording, as with a
+    cable that turns out to be dead, there is no blunder; the recording as it is is then searched again from these.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
@@ -171,4 +177,5 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
+    """The task with the recording in which all `blunders` are mended, which the last of them holds."""
     return replace(task, recording=blunders[-1].mended) if blunders else task

@@ -1,4 +1,4 @@
-"""What is asked, and what is known after each stage of a diagnosis: frozen data that the stages hand on."""
+"""The task of a diagnosis, and what is known after each of its stages: frozen data that the stages hand on."""
 
 from dataclasses import dataclass
 
@@ -19,42 +19,45 @@ class Task:
 
     recording: Recording
     seed: int = 0
-    """Of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis."""
+    """Of the drawn thresholds and of the choice of held-out sequences; the same seed gives the same diagnosis."""
     without: frozenset[str] = frozenset()
     """Kinds of effects that are not considered."""
     hold_out: bool = True
-    """Whether sequences are set aside; not where another recording is held out instead."""
+    """Whether sequences are set aside; False where the diagnosis is judged on other recordings instead."""
     settings: Settings = Settings()
     assumed: Manipulator | None = None
-    """A manipulator with effects that were found before; they are refitted."""
+    """A manipulator with effects that were found before: they are refitted, and likely to be present beforehand."""
     begun: Manipulator | None = None
-    """A manipulator from whose effects the search begins too; they are as probable beforehand as any others."""
+    """A manipulator whose effects are one more beginning of the search, without being likelier beforehand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A recording without the sequences that are set aside, and the constants that fit it."""
+    """A recording, the sequences that are set aside, and the constants that fit the others."""
 
     task: Task
     recording: Recording
-    """All that was recorded, with the sequences that are set aside."""
+    """All that was recorded, including the sequences that are set aside."""
     aside: tuple[int, ...]
+    """Numbers of the sequences that are set aside."""
     repeated: Scatter | None
+    """Scatter of repeated sequences; None where too few steps are repeated."""
     fitted: Fit
+    """The constants alone, fitted to the other sequences."""
 
 
 @dataclass(frozen=True, eq=False)
 class Doubted(Calibrated):
-    """The same with the constants under the readings and weights that are believed."""
+    """A calibrated recording with gross outliers weighed down and wrong weights set aside, and `fitted` refitted."""
 
     doubts: Doubts
     search: Search
-    """What may explain what is left."""
+    """The effects that may explain what is left, and how they are searched."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tested:
-    """What calibration leaves unexplained, as the score tests see it."""
+    """A doubted recording, and the score tests of what its constants alone leave."""
 
     doubted: Doubted
     scores: Scores
@@ -62,7 +65,7 @@ class Tested:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The effects that were chosen, and what was known before."""
+    """A tested recording, and the effects that were chosen for it."""
 
     tested: Tested
     choice: Choice

@@ -1,4 +1,4 @@
-"""From the files of a recording to its diagnosis, judged on other recordings where there are any."""
+"""From the files of one or several recordings to their diagnoses, judged on other recordings where some are given."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -40,7 +40,7 @@ def diagnosis_of(
         the recording contradicts them.
     seed : of thresholds and of the choice of held-out sequences; the same seed, the same diagnosis.
     jobs : worker processes.
-    report : hears the name of every step as it begins.
+    report : called with the name of every step as it begins.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
 
 
 def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
-    """A diagnosis judged on other recordings, if there are any."""
+    """The diagnosis with its held-out errors replaced by those on other recordings; as it is without any."""
     if not others:
         return diagnosis
     carried = [(other, on_other(diagnosis, other)) for other in others]
@@ -103,12 +103,16 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
 
 
 def pooled(carried: Sequence[tuple[Recording, Carried]]) -> HeldOut:
-    """Several recordings as one: sequences named after their recording, mean squares over all readings."""
+    """The held-out errors of several recordings as one.
+
+    Sequences are named after their recording; mean squares are averaged by the number of readings of each.
+    """
     positions = np.array([int((recording.readings.kind <= Kind.Y).sum()) for recording, _ in carried])
     readings = np.array([recording.readings.count for recording, _ in carried])
     errors = [prediction.heldout for _, prediction in carried]
 
     def rms(name: str) -> float | None:
+        """Root mean square, over all recordings, of the error of this name; None where no recording has it."""
         counts = positions if name.endswith("_m") else readings - positions
         values = np.array([getattr(error, name) for error in errors], float)  # None as NaN
         known = np.isfinite(values)

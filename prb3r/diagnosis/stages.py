@@ -1,4 +1,4 @@
-"""The stages of a diagnosis between set-up and telling: functions from what is known to what is known then.
+"""The stages of a diagnosis between set-up and telling; each takes what is known so far (`known.py`) and adds to it.
 
 calibrate -> doubt -> test -> search -> check
 """
@@ -56,18 +56,18 @@ from prb3r.recording.plausibility import slips_the_other_way
 from prb3r.recording.recording import Recording
 
 Report = Callable[[str], None]
-"""Hears which stage is under way."""
+"""Called with the name of each stage as it begins."""
 
 
 def to_search(task: Task, report: Report, apply: Apply) -> Searched:
-    """All stages between the set-up and the checks."""
+    """The effects chosen for a recording: all stages from calibration to search."""
     tested = to_test(task, report, apply)
     report("search")
     return search(tested)
 
 
 def to_test(task: Task, report: Report, apply: Apply) -> Tested:
-    """All stages between the set-up and the search."""
+    """The score tests of what calibration leaves: all stages from calibration to test."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")
@@ -77,13 +77,14 @@ def to_test(task: Task, report: Report, apply: Apply) -> Tested:
 
 
 def leaves_something(tested: Tested) -> bool:
-    """Whether constants alone leave what an effect would explain, however large the noise is."""
+    """Whether constants alone leave something that an effect would explain, even if the noise is as large as what is
+    left."""
     scale = max(float(np.sqrt(tested.doubted.fitted.reduced)), 1.0)
     return tested.scores.largest > scale * tested.scores.naming
 
 
 def calibrate(task: Task) -> Calibrated:
-    """Set sequences aside, see what repeated ones scatter, and fit the constants to the rest."""
+    """Set sequences aside, and fit the constants to the others; see how much the repeated ones of these scatter."""
     recording, settings = task.recording, task.settings
     aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings) if task.hold_out else ()
     training = fitted_part(recording, aside)
@@ -92,12 +93,12 @@ def calibrate(task: Task) -> Calibrated:
 
 
 def fitted_part(recording: Recording, aside: Sequence[int]) -> Recording:
-    """What is fitted of a recording."""
+    """The recording without the sequences numbered in `aside`."""
     return recording.only(set(range(len(recording.sequences))) - set(aside))
 
 
 def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
-    """Weigh gross outliers down and set wrong weights aside."""
+    """Weigh gross outliers down, set wrong weights aside, and make the library of effects to be searched."""
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
     predict, nearest = fitted.model.predict, task.begun or task.assumed
@@ -112,25 +113,28 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
 
 
 def test(doubted: Doubted) -> Tested:
-    """Score what calibration leaves, under the noise as it is stated."""
+    """The score tests of what calibration leaves, under the stated noise."""
     return Tested(doubted, examine(doubted.fitted, doubted.search))
 
 
 def search(tested: Tested, least_worth: float = -np.inf) -> Searched:
-    """Choose effects, under the noise that is found with them; `least_worth` as of `search_effects`."""
+    """Choose effects, under the noise that is estimated with them; `least_worth`: as of `search_effects`."""
     doubted = tested.doubted
     return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth))
 
 
 def standing(searched: Searched) -> Searched:
-    """What stands of the choice where it does not explain the recording; the choice itself where it does."""
+    """The choice; where it leaves more than noise, the effects that stand under a coarser likelihood (`coarsened`)."""
     choice, tested = searched.choice, searched.tested
     return Searched(tested, coarsened(choice, tested.doubted.search)) if choice.structured else searched
 
 
 def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
-    """The choice, or where it does not predict what was set aside, the most probable surviving model that does, of as
-    many effects at most: one more takes the evidence by which effects are named."""
+    """The choice, or where it does not predict a sequence set aside, the most probable surviving model that does.
+
+    That model has at most as many effects, as one more has to be named by the evidence of the fitted sequences.  Where
+    there is none, the choice stays.
+    """
     if fresh is None or not fresh.refutes(choice.fitted):
         return choice
     count, least = len(choice.fitted.model.hypotheses), choice.fitted.model.settings.alike_rate
@@ -140,11 +144,11 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
 
 
 def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
-    """Hold the choice against sequences that no fit has seen, and find out how sure what is.
+    """Hold the choice against the sequences set aside, and give the verdict, the named effects and the remarks.
 
     Parameters
     ----------
-    blunder : of the set-up, that would do in the place of effects.
+    blunder : a blunder of the set-up that would explain the recording in the place of effects.
     """
     tested, choice = searched.tested, searched.choice
     if choice.structured:

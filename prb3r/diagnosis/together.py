@@ -1,4 +1,8 @@
-"""Several recordings diagnosed together: each alone, then all with what their rigs share, then each with the others."""
+"""Several recordings diagnosed together.
+
+Each is searched alone, then all are fitted with the parameters that their rigs share, then each is checked with what
+the others say of these.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,16 +22,16 @@ from prb3r.errors import Problem, RecordingError
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What several recordings tell together."""
+    """The diagnoses of several recordings, made together."""
 
     diagnoses: tuple[Diagnosis, ...]
-    """One for each recording, in their order: with what the others say of what they share."""
+    """One for each recording, in their order; each includes what the others say of shared parameters."""
     common: Common
-    """What is shared, and whether the recordings agree on it."""
+    """The shared parameters, and whether the recordings agree on them."""
 
 
 def joint_steps(recordings: Sequence[str]) -> list[str]:
-    """The steps that are reported for recordings of these names, in their order."""
+    """The steps that :func:`diagnose_together` reports for recordings of these names, in order."""
     before, after = STAGES[: STAGES.index("check")], STAGES[STAGES.index("check") + 1 :]
     singly = [f"{stage} of {name}" for name in recordings for stage in before]
     return [*singly, "together", *(f"check of {name}" for name in recordings), *after]
@@ -40,7 +44,7 @@ def diagnose_together(
 
     Parameters
     ----------
-    report : hears every step of `joint_steps` as it begins.
+    report : called with every step of `joint_steps` as it begins.
     apply : applies a function to many tasks, in worker processes for instance.
 
     Raises
@@ -71,7 +75,10 @@ def diagnose_together(
 
 
 def _alone(task: Task, report: Report, apply: Apply) -> SetUp:
-    """A recording searched by itself, without the blunders of its set-up."""
+    """One recording searched by itself, with the blunders of its set-up mended.
+
+    Raises RecordingError as :func:`diagnose_together` does.
+    """
     name = task.recording.name
     report(f"set-up of {name}")
     try:
