@@ -1,4 +1,4 @@
-"""Balances of the rig by Newton's iteration, with holes that slip or stick.
+"""Equilibria of the rig by Newton's iteration, with holes that slip or stick.
 
 Over a sub-step the slip state of a hole uses the cable lengths at its end,
 
@@ -18,17 +18,20 @@ from prb3r.proof.rig.build import BuiltRig
 from prb3r.proof.rig.kernels import imbalance, lengths_beyond
 
 RESIDUAL, ROUNDED = 1e-11, 1e-8
-"""Largest gap of a converged balance (bends in rad, positions in plate lengths); where rounding forbids it, largest
-move of the last iteration, with a gap no larger than the second."""
+"""A balance has converged where its gap (bends in rad, positions in plate lengths) is below the first number; or, as
+rounding may forbid that, where the last move is below the first and the gap below the second."""
 ITERATIONS, LARGEST_MOVE = 25, 0.3
-"""Most iterations of Newton for a balance, and largest change of a plate's bend in one of them, rad."""
+"""Most Newton iterations for a balance; and the largest move of one: bends in rad, positions in plate lengths."""
 SHORTEST_SUBSTEP = 1e-10
-"""Part of a step below which no balance is looked for: the path ends at a limit load."""
+"""Shortest sub-step, in parts of a load step: where a shorter one would be needed the path ends, at a limit load."""
 
 
 class AppliedLoads(NamedTuple):
-    """Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, the number (1,) of steps
-    before, and how much each cable rubs, in its own coefficients (m,): linear between steps."""
+    """Loads of one step; between two steps every field varies linearly.
+
+    Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, number (1,) of steps taken
+    before, and factor on the friction of each cable (m,).
+    """
 
     tension: np.ndarray
     slip: np.ndarray
@@ -39,7 +42,7 @@ class AppliedLoads(NamedTuple):
 
 
 class LoadRamp(NamedTuple):
-    """From the loads of one step to those of the next."""
+    """The linear change of loads from one step to the next."""
 
     begin: AppliedLoads
     end: AppliedLoads
@@ -50,21 +53,23 @@ class LoadRamp(NamedTuple):
 
 
 class RigMemory(NamedTuple):
-    """Slip state of each hole and cable length beyond it, (n, m) both, and what the plates remember (`Bent.after`)."""
+    """State from which the next sub-step starts: slip state of each hole and cable length beyond it, (n, m) both, and
+    the hysteresis state of the plates (`Bent.after`)."""
 
     slip: np.ndarray
     beyond: np.ndarray
     bent: np.ndarray
 
     def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
-        """Slip states (n, m) that follow the cables' lengths without limit; where they are declared, these."""
+        """Slip states (n, m) at end poses (n, 3), not yet clipped to -1..1; with declared slip, the declared ones."""
         if not np.isfinite(rig.presliding):
             return self.slip
         return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
 
 
 class RigBalance(NamedTuple):
-    """A balance: end poses of the plates (n, 3), what the rig remembers, span tensions (n, m) in N."""
+    """An equilibrium: end poses (n, 3) of the plates (see `kernels`), the memory that the next sub-step starts from and
+    the span tensions (n, m) in N."""
 
     ends: np.ndarray
     memory: RigMemory
@@ -72,7 +77,8 @@ class RigBalance(NamedTuple):
 
 
 def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Forces:
-    """What arrives at the rig; `constant` is the share of the constant effects."""
+    """Forces on the rig under applied loads: drift and offset of tensions added (never below zero), the lost share of
+    tip and disk loads taken off, constant forces added.  `constant` (0 to 1) is the share of the constant effects."""
     return Forces(
         np.maximum(loads.tension + loads.elapsed * built.tension_drift + constant * built.tension_offset, 0),
         built.disk_efficiency * loads.disk + constant * built.disk_force,
@@ -81,7 +87,7 @@ def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Fo
 
 
 def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
-    """The rig as it is by then: plates and their clamps soften together, cables rub by the rate of their tensions."""
+    """The rig under given loads: plates and hinges softened by the steps before, friction times the loads' factors."""
     left = 1 - built.softening * loads.elapsed[0]
     rig = built.rig
     return rig._replace(
@@ -94,9 +100,10 @@ def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
 
 
 def find_balance(rig: Rig, forces: Forces, memory: RigMemory, guess: np.ndarray, elements: int) -> RigBalance | None:
-    """The balance near `guess` (n, 3) at the end of a sub-step that began with `memory`; None if there is none.
+    """The balance at the end of a sub-step that began with `memory`, sought from end poses `guess` (n, 3).
 
-    `elements` : steps along the arc of each plate.
+    None if neither the quick nor, where friction follows the load path, the careful iteration converges.  `elements` is
+    the number of integration steps along the arc of each plate.
     """
     quick = _iterate(rig, forces, memory, guess, elements, careful=False)
     if quick is not None or not np.isfinite(rig.presliding):
@@ -108,7 +115,10 @@ def find_balance(rig: Rig, forces: Forces, memory: RigMemory, guess: np.ndarray,
 def _iterate(
     rig: Rig, forces: Forces, memory: RigMemory, ends: np.ndarray, elements: int, careful: bool
 ) -> RigBalance | None:
-    """Newton's iteration; if `careful`, each move stops where the first hole begins or ceases to slip."""
+    """The balance by Newton's iteration from `ends`; None if it does not converge.
+
+    If `careful`, each move stops where the first hole begins or ceases to slip.
+    """
     lengths = rig.arc + 2 * rig.clamp
     scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
     slip = memory.slip_at(rig, ends)
@@ -141,7 +151,10 @@ def _iterate(
 
 
 def _first_change(slip: np.ndarray, after: np.ndarray, sticking: np.ndarray) -> tuple[float, tuple[int, ...]]:
-    """Part of a move, from slip states (n, m) to those after it, at which the first hole changes, and which hole."""
+    """Part of a move at which the first hole begins or ceases to slip, and the index of that hole.
+
+    `slip` and `after` (n, m) are the unclipped slip states before and after the whole move.  At 1 or more none changes.
+    """
     side = np.sign(np.where(sticking, after, slip))
     change = sticking != (side * after < 1)
     part = np.divide(side - slip, after - slip, out=np.ones_like(slip), where=change & (after != slip))
@@ -150,9 +163,9 @@ def _first_change(slip: np.ndarray, after: np.ndarray, sticking: np.ndarray) -> 
 
 
 def rest(built: BuiltRig, nothing: AppliedLoads, elements: int) -> RigBalance | None:
-    """No applied load, the constant effects raised from nothing, no slip at any hole; None if that has no balance.
+    """The balance at rest: no applied load, constant effects raised from zero, slip state zero; None if there is none.
 
-    Plates have not been bent before.
+    `nothing` are loads of zero.  The plates have not been bent before.
     """
     rig = built.rig._replace(presliding=np.inf)
     zero, lengths = np.zeros_like(rig.offset), rig.arc + 2 * rig.clamp

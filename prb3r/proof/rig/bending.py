@@ -6,14 +6,14 @@ from numba import njit
 from prb3r.proof.rig.arrays import BILINEAR_LAW, CUBIC_LAW, SECTION_LAW, SMOOTH_LAW
 
 SMOOTH_ITERATIONS = 60
-"""Most iterations of Newton for a curvature; a knee that is passed a hundredfold takes about ten."""
+"""Most Newton iterations for a curvature; at a hundred times the knee it takes about ten."""
 
 
 @njit(cache=True)
 def smooth_curvature(bare, knee, ratio, sharpness):
-    """Curvature and its derivative where its stiffness changes smoothly, by `bare`, that of a plate which keeps it.
+    """Curvature of a plate with a smooth knee, and its derivative by `bare` = M / EI > 0.
 
-    Newton's iteration from `bare` runs to the root from one side, as the law bends one way.
+    Newton's iteration from `bare` approaches the root from one side, as the law is convex or concave throughout.
     """
     k, slope = bare, 1.0
     for _ in range(SMOOTH_ITERATIONS):
@@ -29,9 +29,9 @@ def smooth_curvature(bare, knee, ratio, sharpness):
 
 @njit(cache=True)
 def tabulated_curvature(bare, table):
-    """Curvature and its derivative by `bare` > 0 from a (k, 3) `table` of both at growing values of it.
+    """Curvature and its derivative by `bare` = M / EI > 0, from a (k, 3) `table` of `bare` (growing) and these two.
 
-    Hermite's cubic between two rows; straight beyond the last one, elastic before the first.
+    Hermite's cubic between two rows; linear beyond the last one, elastic before the first.
     """
     last = len(table) - 1
     if bare <= table[0, 0]:
@@ -50,9 +50,10 @@ def tabulated_curvature(bare, table):
 
 @njit(cache=True)
 def curvature(moment, rigidity, law, numbers, table):
-    """Elastic curvature under a moment and its derivative; NaN where a softening law carries no such moment.
+    """Curvature less the stress-free one under a moment, and its derivative by the moment, of a plate without memory.
 
-    `numbers` : of the law, the first by side.
+    NaN where a softening cubic law carries no such moment.  `numbers` are those of the law: the first for either side
+    (2,), the second and the third; `table` (2, k, 3) is that of a section.
     """
     firsts, second, third = numbers
     bare = moment / rigidity
@@ -80,15 +81,18 @@ def curvature(moment, rigidity, law, numbers, table):
 
 @njit(cache=True)
 def bent_in_flag(moment, rigidity, law, before, after):
-    """Curvature under a moment and its derivative of a plate that yields as its law says, turns back at a part of that
-    moment and is elastic between: from the moment and the curvature `before`; writes those `after`, both (2,)."""
+    """Curvature under a moment, and its derivative by the moment, of a plate with a flag-shaped loop.
+
+    Loaded, the plate follows its law; unloaded, that law with moment and curvature scaled by `reverse`; between the two
+    it is elastic, from the moment and curvature in `before`.  Writes those reached to `after`; both (2,).
+    """
     kind, numbers, table, reverse = law
     loaded, softness = curvature(moment, rigidity, kind, numbers, table)
     unloaded, yielding = curvature(moment / reverse, rigidity, kind, numbers, table)
     unloaded *= reverse
     k, way = before[1] + (moment - before[0]) / rigidity, 1.0 if moment >= 0 else -1.0
     after[0] = moment
-    if way * k <= way * loaded or way * unloaded <= way * loaded:  # the second where the law stiffens
+    if way * k <= way * loaded or way * unloaded <= way * loaded:  # the second where the law stiffens: there is no loop
         after[1] = loaded
         return loaded, softness
     if way * k >= way * unloaded:
@@ -100,10 +104,10 @@ def bent_in_flag(moment, rigidity, law, before, after):
 
 @njit(cache=True)
 def bent_on(moment, rigidity, loop, before, after):
-    """Curvature under a moment and its derivative where part of the stiffness slips, from the state `before`.
+    """Curvature under a moment, and its derivative by the moment, of a plate with springs that slip (Jenkin elements).
 
-    The moment grows or falls from that of `before`; whenever one more spring is at its limit the rest, which is softer,
-    goes on alone.  Writes the state `after`; both (2 + springs,): see `Bent`.
+    The moment grows or falls monotonically from that of the state `before`; whenever one more spring reaches its limit,
+    the others carry on alone, with less stiffness.  Writes the state `after`; both (2 + springs,), see `Bent`.
     """
     share, slips_at, springs = loop
     spring, left = share * rigidity / springs, moment - before[0]

@@ -1,4 +1,4 @@
-"""From the dictionary of a manipulator file to the rig's arrays, with every effect built in."""
+"""Turns the contents of a manipulator file into the rig's arrays, with every effect built in."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,61 +12,63 @@ from prb3r.proof.rig.draft import Draft, nominal_draft
 from prb3r.proof.rig.effects import RECORDS
 
 STANDARD_GRAVITY = 9.80665
-"""m/s^2, exact by convention (CGPM 1901): what turns kilograms into newtons where a file does not say."""
+"""m/s^2, exact by convention (CGPM 1901): turns kilograms into newtons where a file gives no gravity."""
 
 
 @dataclass(frozen=True)
 class BuiltRig:
-    """A rig and all that acts on it whatever is recorded."""
+    """A rig of `n` plates and `m` cables with all that effects change of its loads and of its camera."""
 
     rig: Rig
     cables: tuple[str, ...]
+    """Names, in the order of all arrays."""
     gravity: float
     """Turns `*_kg` loads into newtons, m/s^2."""
     tension_offset: np.ndarray
     """(m,) added to applied tensions, N."""
     tension_play: np.ndarray
-    """(m,) within which a tension may be off what is noted and stay, N."""
+    """(m,) half-width of the backlash by which the pulling tension lags behind the applied one, N."""
     tension_drift: np.ndarray
-    """(m,) added to applied tensions for every step before, N."""
+    """(m,) added to applied tensions for every step taken before, N."""
     softening: float
-    """Share of the plates' stiffness that every step takes."""
+    """Share of their first stiffness that the plates lose with every step."""
     friction_rate: float
-    """How much more cables rub, relative, at e times the rate of tension."""
+    """Relative growth of friction when tensions change e times as fast."""
     friction_reference: float
-    """Rate of tension at which they rub as the rig's coefficients say, N/s."""
+    """Rate of change of a tension at which the rig's coefficients hold, N/s."""
     friction_excess: float
-    """How much more, relative, cables rub that just begin to slide."""
+    """Relative excess of friction where a cable just begins to slide."""
     friction_decay: float
-    """Newtons by which their tension changes while that falls to 1/e."""
+    """Change of tension over which `friction_excess` falls to 1/e, N."""
     gain: np.ndarray
-    """(m,) true over noted tension, of small ones."""
+    """(m,) ratio of true to noted tension, in the limit of small tensions."""
     gain_per_n: np.ndarray
-    """(m,) how that grows with the noted tension, relative, 1/N."""
+    """(m,) relative growth of `gain` per noted tension, 1/N."""
     disk_force: np.ndarray
-    """(n, 2) at the centres of the disks, N."""
+    """(n, 2) constant forces at the centres of the disks, N."""
     tip_force: np.ndarray
-    """(2,) at the centre of the last disk's distal face, N."""
+    """(2,) constant force at the centre of the last disk's distal face, N."""
     tip_efficiency: float
+    """Share of the applied tip load that arrives."""
     disk_efficiency: np.ndarray
-    """(n, 1)"""
+    """(n, 1) share of the applied load on each disk that arrives."""
     scale: float
-    """Of the camera."""
+    """Scale of the camera: measured over true."""
     lens: float
-    """k1 of the camera, 1/m^2."""
+    """Distortion k1 of the camera's lens, 1/m^2."""
     camera_shift: np.ndarray
-    """(2,) of what the camera has, m for every step before."""
+    """(2,) shift of what the camera reads, m for every step taken before."""
     camera_turn: float
-    """And about the origin, rad."""
+    """Rotation of it about the origin, rad for every step taken before."""
 
 
 def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
-    """The rig of the contents of a manipulator file.
+    """The rig that the contents of a manipulator file describe.
 
     Raises
     ------
     SpecError
-        Every effect that is unknown, doubled, incomplete or outside its bounds.
+        Effects that are unknown, doubled, incomplete, outside their bounds or not possible beside another one.
     """
     draft, effects = nominal_draft(manipulator), manipulator.get("effect", [])
     problems = [Problem(f"effect[{k}]", text) for k, effect in enumerate(effects) for text in _problems(effect, draft)]
@@ -112,7 +114,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
 
 
 def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
-    """What is wrong with one effect as written."""
+    """Messages on what is wrong with one effect of a manipulator file; empty if nothing is."""
     if effect.get("kind") not in RECORDS:
         return [f"unknown kind {effect.get('kind')!r}" + did_you_mean(str(effect.get("kind")), RECORDS)]
     record, given = RECORDS[effect["kind"]], set(effect) - {"kind"}
@@ -124,8 +126,11 @@ def _problems(effect: Mapping[str, Any], draft: Draft) -> list[str]:
 
 
 def _arrays(draft: Draft) -> Rig:
-    """The rig that a draft describes, for compiled code: numbers as floats, laws of bending spread to a row for each
-    plate, so that all rigs are of one type and kernels are compiled once."""
+    """The arrays of the rig that a draft describes, for compiled code.
+
+    Numbers become floats and bending laws get a row for each plate, so that all rigs are of one type and kernels are
+    compiled once.
+    """
     plates = len(draft.arc)
     first = np.array(np.broadcast_to(draft.law_first, (plates, 2)), float, order="C")
     table = np.array(np.broadcast_to(draft.law_table, (plates, *draft.law_table.shape[1:])), float, order="C")
@@ -151,7 +156,7 @@ def _arrays(draft: Draft) -> Rig:
         contact_stiffness=draft.contact_stiffness,
         offset=draft.offset,
         clearance=float(draft.clearance),
-        reach=np.asarray(draft.reach, np.int64),  # of no cables, too: for floats all would be compiled once more
+        reach=np.asarray(draft.reach, np.int64),  # also without cables: floats would make kernels compile anew
         friction=draft.friction,
         friction_exponent=float(draft.friction_exponent),
         friction_tension=float(draft.friction_tension),

@@ -1,4 +1,4 @@
-"""A rig while it is put together: the manipulator of a file, every array at full length, for effects to change."""
+"""The rig under construction: a manipulator with every array at full length, which effects change one after another."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,83 +16,92 @@ class Draft:
     arc: np.ndarray
     """(n,) flexible length of each plate."""
     clamp: np.ndarray
-    """(n,)"""
+    """(n,) length of the rigid clamp at either end of each arc."""
     disk: float
-    """Thickness."""
+    """Thickness of a disk."""
     mass: float | None
-    """Of a disk, kg; None: unknown."""
+    """Mass of a disk, kg; None: unknown."""
     rigidity: np.ndarray
     """(n,) EI, N m^2."""
     offset: np.ndarray
-    """(n, m) of each plate's span."""
+    """(n, m) offset of each cable's span across each plate."""
     reach: np.ndarray
     """(m,) plates that a cable crosses; 0 if dead."""
     friction: np.ndarray
     """(n, m) coefficient at the hole before each plate."""
     edges: bool
-    """Turning counted at both edges of a hole."""
+    """Whether the wrap angle is counted at both edges of a hole; else the net turn."""
     presliding: float
-    """Infinite: declared slip."""
+    """Cable travel over which friction builds up; infinite: declared slip."""
     cables: tuple[str, ...]
+    """Names, in the order of all arrays."""
     segment_of: np.ndarray
     """(n,) number of each plate's segment, from 1."""
     fibre: np.ndarray
     """(n,) distance of the outermost fibre from the neutral axis; NaN: unknown."""
     modulus: float
-    """Young's, Pa."""
+    """Young's modulus, Pa; NaN: not given."""
     arm: np.ndarray
-    """(n, 2) largest offset of a cable toward negative and toward positive ones, as drawn; 0 without any."""
+    """(n, 2) largest distance of a cable from the axis on the negative and the positive side, before any effect; 0 on a
+    side without cables."""
     law: int = LINEAR_LAW
+    """Bending law of all plates: a constant of `arrays`."""
     law_first: np.ndarray | float = 0.0
-    """c, or the knee; (n, 2) of bending toward negative and toward positive offsets, or one for all."""
+    """c or the knee curvature: (n, 2) for bending toward negative and positive offsets, or one number for all."""
     law_second: float = 1.0
-    """Ratio of stiffness."""
+    """Ratio of the tangent stiffness beyond the knee to EI."""
     law_third: float = np.inf
     """Sharpness of a knee."""
     law_table: np.ndarray = field(default_factory=lambda: np.zeros((1, 2, 0, 3)))
-    """(n or 1, 2, k, 3) of bending toward negative and toward positive offsets."""
+    """(n or 1, 2, k, 3) for bending toward negative and positive offsets: see `Rig.law_table`."""
     loop_share: float = 0.0
-    """Of the stiffness, that slips."""
+    """Share of the bending stiffness carried by springs that slip (Jenkin elements)."""
     loop_yield: np.ndarray | float = np.inf
-    """(n,) curvature from which it does, 1/m."""
+    """(n,) curvature at which a spring begins to slip, mean over the springs, 1/m."""
     loop_springs: int = 0
+    """Number of these springs; 0: nothing slips."""
     flag_reverse: float = 1.0
-    """Part of the moment at which plates yield, at which they turn back."""
+    """Ratio of the return moment to the yield moment of a flag-shaped loop; 1: no loop."""
     compliance: float = 0.0
-    """Of a hinge at each end of each arc, rad/(N m)."""
+    """Compliance of a hinge at each end of each arc, rad/(N m)."""
     base_compliance: float = 0.0
-    """Of one more where the first arc begins."""
+    """Compliance of one more hinge where the first arc begins, rad/(N m)."""
     umbilical: float = 0.0
-    """Couple at the tip against its turn, N m/rad."""
+    """Restoring couple at the tip per angle of the tip, N m/rad."""
     softening: float = 0.0
-    """Share of the plates' stiffness that every step takes."""
+    """Share of their first stiffness that the plates lose with every step."""
     friction_exponent: float = 0.0
+    """Coefficients go with (tension before the hole / `friction_tension`)^-exponent."""
     friction_tension: float = 1.0
+    """Tension at which the coefficients are those of `friction`, N."""
     friction_rate: float = 0.0
-    """How much more cables rub, relative, at e times the rate of tension."""
+    """Relative growth of friction when tensions change e times as fast."""
     friction_reference: float = 1.0
-    """Rate of tension at which they rub as `friction` says, N/s."""
+    """Rate of change of a tension at which the coefficients hold, N/s."""
     friction_excess: float = 0.0
-    """How much more, relative, cables rub that just begin to slide."""
+    """Relative excess of friction where a cable just begins to slide."""
     friction_decay: float = 1.0
-    """Newtons by which their tension changes while that falls to 1/e."""
+    """Change of tension over which `friction_excess` falls to 1/e, N."""
     wrap_saturation: float = 0.0
-    """How little of a turn counts, 1/rad."""
+    """1/rad: a wrap angle t counts as t / (1 + wrap_saturation t)."""
     contact_angle: np.ndarray = field(init=False)
-    """(n, 2) toward negative and toward positive offsets."""
+    """(n, 2) bend at which disks touch, for bending toward negative and positive offsets, rad."""
     contact_stiffness: np.ndarray = field(init=False)
-    """(n, 2)"""
+    """(n, 2) moment per bend beyond it, N m/rad."""
     clearance: float = 0.0
+    """Distance by which both ends of a span move toward the concave side."""
     tip_efficiency: float = 1.0
+    """Share of the load on the tip that arrives."""
     disk_efficiency: np.ndarray = field(init=False)
     """(n, 1) share of the load on each disk that arrives."""
     scale: float = 1.0
+    """Scale of the camera: measured over true."""
     lens: float = 0.0
-    """1/m^2."""
+    """Distortion k1 of the camera's lens, 1/m^2."""
     camera_shift: np.ndarray = field(init=False)
-    """(2,) of what the camera has, m for every step before."""
+    """(2,) shift of what the camera reads, m for every step taken before."""
     camera_turn: float = 0.0
-    """And rad."""
+    """Rotation of it about the origin, rad for every step taken before."""
     drawn_rigidity: np.ndarray = field(init=False)
     """(n,) EI before any effect has changed it."""
     rest: np.ndarray = field(init=False)
@@ -100,22 +109,23 @@ class Draft:
     moment: np.ndarray = field(init=False)
     """(n,) extra bending moment along an arc."""
     moment_per_bend: np.ndarray = field(init=False)
+    """(n,) extra bending moment per bend of the plate, N m/rad."""
     pulley: np.ndarray = field(init=False)
     """(m,) -ln(efficiency)."""
     tension_offset: np.ndarray = field(init=False)
-    """(m,)"""
+    """(m,) added to the tension of each cable, N."""
     tension_play: np.ndarray = field(init=False)
-    """(m,) N."""
+    """(m,) half-width of the backlash by which tensions lag behind the applied ones, N."""
     tension_drift: np.ndarray = field(init=False)
-    """(m,) N for every step before."""
+    """(m,) added to tensions for every step taken before, N."""
     gain: np.ndarray = field(init=False)
-    """(m,) true over noted tension, of small ones."""
+    """(m,) ratio of true to noted tension, in the limit of small tensions."""
     gain_per_n: np.ndarray = field(init=False)
-    """(m,) how that grows with the noted tension, relative."""
+    """(m,) relative growth of `gain` per noted tension, 1/N."""
     disk_force: np.ndarray = field(init=False)
-    """(n, 2)"""
+    """(n, 2) constant forces at the disks' centres, N."""
     tip_force: np.ndarray = field(init=False)
-    """(2,)"""
+    """(2,) constant force at the centre of the last disk's distal face, N."""
 
     def __post_init__(self) -> None:
         n, m = self.offset.shape
@@ -136,7 +146,7 @@ class Draft:
 
     @property
     def disks(self) -> range:
-        """Numbers of the disks at which cables rub, from the base's 0."""
+        """Numbers of the disks at which cables rub: from 0, the base, to the last but one."""
         return range(len(self.arc))
 
     @property
@@ -145,12 +155,12 @@ class Draft:
         return range(1, int(self.segment_of[-1]) + 1)
 
     def columns(self, names: Sequence[str] | None) -> list[int]:
-        """Numbers of the named cables, of all where none is named."""
+        """Columns of the named cables in arrays of `m`; those of all cables where `names` is None."""
         return [j for j, name in enumerate(self.cables) if names is None or name in names]
 
 
 def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
-    """The manipulator of a file before any effect."""
+    """The draft of the contents of a manipulator file before any effect acts."""
     segments, cables = manipulator["segment"], manipulator.get("cable", [])
     friction, disk = manipulator.get("friction", {}), manipulator.get("disk", {})
     number = np.repeat(np.arange(1, len(segments) + 1), [segment["plates"] for segment in segments])
@@ -164,9 +174,11 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
         return manipulator["youngs_modulus_pa"] * segment["width_m"] * segment["thickness_m"] ** 3 / 12
 
     def fibre(segment):
+        """Distance of the outermost fibre from the neutral axis, m; NaN: unknown."""
         return segment["thickness_m"] / 2 if "thickness_m" in segment else segment.get("outer_fibre_m", np.nan)
 
     def offset(cable, plate):
+        """Offset of a cable at a plate (index from 0), m; beyond the cable's end that of its last segment."""
         value, last = cable["offset_m"], cable["ends_at_segment"]
         return float(value[min(number[plate], last) - 1] if isinstance(value, Sequence) else value)
 

@@ -5,11 +5,11 @@ Numbers are added one by one: sums of whole arrays take Numba three times as lon
 Unknowns are the end poses of the plates: `e_i = (X, Y, b)`, centre of disk `i`'s proximal face and bend of plate `i`,
 both in the frame of the disk before it (origin at its distal face's centre, x along its axis).  They give every cable
 span, hence every turning angle, tension and load on the plate; the plate's shape equation, stepped along the arc from
-its proximal end, answers with an end pose; equilibrium is where the answer is the question.
+its proximal end, answers with an end pose; the arm is in equilibrium where every answer equals the assumed pose.
 
     e_i = shape(w_i(e)),    theta' = kappa0 + k(M(s)),    M(s) = m - (P(s) - P_0) x f,    w_i = (m, f_x, f_y)
 
-`w`: moment about the arc's start `P_0` and force which the distal part exerts on the plate.
+`w`: moment about the arc's start `P_0` and force that the distal part exerts on the plate, in the same frame.
 """
 
 import numpy as np
@@ -25,9 +25,9 @@ CLEARANCE_BEND = 0.005
 
 @njit(cache=True)
 def _along(arm_x, arm_y, bends, force, z, rate):
-    """d/ds of x, y, theta and, from z[3:6] of x to z[9:] of theta, of their derivatives by the wrench.
+    """Write to `rate` (12,) the derivatives d/ds of `z`: x, y, theta and the derivatives of each by the wrench.
 
-    `bends` : curvature, and its derivative by the moment.
+    z[3:6] are those of x, z[6:9] of y, z[9:] of theta.  `bends` : curvature, and its derivative by the moment.
     """
     (curved, softness), (force_x, force_y) = bends, force
     cos, sin = np.cos(z[2]), np.sin(z[2])
@@ -40,9 +40,10 @@ def _along(arm_x, arm_y, bends, force, z, rate):
 
 @njit(cache=True)
 def shape(rig, i, wrench, elements, bent):
-    """End pose (X, Y, b) of one plate under a wrench at its arc's start, and its 3 x 3 tangent row by row: (12,).
+    """(12,) end pose (X, Y, b) of plate `i` under a wrench at its arc's start, then its 3 x 3 tangent row by row.
 
-    Classical fourth-order stepping in `elements` steps; the tangent is stepped along, so it is exact for them.
+    Classical Runge-Kutta steps of fourth order, `elements` of them; the tangent is integrated along, so it is exact for
+    these steps.  The hysteresis state is read from `bent.before` and written to `bent.after`.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
     rigidity, straight = rig.rigidity[i], rig.rest[i]
@@ -91,7 +92,11 @@ def shape(rig, i, wrench, elements, bent):
 
 @njit(cache=True)
 def span(rig, plate, cable, end):
-    """Length and direction (against the proximal disk's axis) of a span, its offset, and their derivatives by `end`."""
+    """Length, direction and offset of a cable's span across a plate with end pose `end`, and their derivatives.
+
+    The direction is the angle to the proximal disk's axis.  Length and direction have derivatives by all of `end`, the
+    offset by the bend alone.
+    """
     b = end[2]
     side = np.tanh(b / CLEARANCE_BEND)
     o, o_b = rig.offset[plate, cable] + rig.clearance * side, rig.clearance * (1 - side**2) / CLEARANCE_BEND
@@ -116,7 +121,7 @@ def lengths_beyond(rig, ends):
 
 @njit(cache=True)
 def add_rows(to, first, end, factor, rows):
-    """Add `factor` times the rows `first` to `end` of `what` (n, 3) to those of `to`."""
+    """Add `factor` times rows `first` to `end` - 1 of `rows` (n, 3) to those of `to` (n, 3)."""
     for i in range(first, end):
         for q in range(3):
             to[i, q] += factor * rows[i, q]
@@ -124,14 +129,14 @@ def add_rows(to, first, end, factor, rows):
 
 @njit(cache=True)
 def rubbing_turn(rig, angle):
-    """Turn that counts, and its derivative by the angle, which is its sign where nothing saturates."""
+    """Wrap angle that counts for friction, and its derivative by the signed angle of turning."""
     open_share = 1 + rig.wrap_saturation * abs(angle)
     return abs(angle) / open_share, np.sign(angle) / open_share**2
 
 
 @njit(cache=True)
 def pull_cable(rig, j, tension, slips, ends, pulls):
-    """Add what cable `j` does to every plate's wrench and tangent, and note its span tensions."""
+    """Add the pull of cable `j` to the wrench of every plate and to its derivatives, and write its span tensions."""
     slip, sticking = slips
     wrench, d_wrench, tensions = pulls
     reach, n = rig.reach[j], len(ends)
@@ -143,7 +148,7 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
             d_length[i, q], d_angle[i, q] = by_length[q], by_angle[q]
     log, d_log = 0.0, np.zeros((n, 3))
     for i in range(reach):
-        before = angle[i - 1] - ends[i - 1, 2] if i else 0.0  # of the last span, against this disk's axis
+        before = angle[i - 1] - ends[i - 1, 2] if i else 0.0  # direction of the last span, against this disk's axis
         if rig.edges:
             entered, enter_sign = rubbing_turn(rig, before)
             left, leave_sign = rubbing_turn(rig, angle[i])
@@ -180,7 +185,7 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
 
 @njit(cache=True)
 def poses(rig, ends):
-    """(n + 1, 3) centres and angles of the disks, from the base."""
+    """(n + 1, 3) centres (at mid-thickness) and absolute angles of the disks, from the base on."""
     out = np.zeros((len(ends) + 1, 3))
     out[0, 0] = -rig.disk / 2
     for i in range(len(ends)):
@@ -195,7 +200,7 @@ def poses(rig, ends):
 
 @njit(cache=True)
 def add_dead_loads(rig, forces, ends, wrench, d_wrench):
-    """Add the dead loads beyond each plate to its wrench and tangent."""
+    """Add the dead loads beyond each plate to its wrench and to the derivatives of that by the end poses."""
     n, where = len(ends), poses(rig, ends)
     x, y, a = where[n, 0], where[n, 1], where[n, 2]
     tip_x, tip_y = x + rig.disk / 2 * np.cos(a), y + rig.disk / 2 * np.sin(a)
@@ -225,10 +230,11 @@ def add_dead_loads(rig, forces, ends, wrench, d_wrench):
 
 @njit(cache=True)
 def imbalance(rig, forces, slips, bent, ends, elements):
-    """Answer minus question (n, 3), its tangent (3n, 3n), and the span tensions (n, m), at given slip states (n, m).
+    """Residual (n, 3) of the balance at end poses (n, 3), its tangent (3n, 3n), and the span tensions (n, m).
 
-    Where a hole sticks, its slip state follows the cable's length beyond it, and the tangent knows.  What plates
-    remember is read from `bent.before`; what they would is left in `bent.after`.
+    The residual is the end pose that a plate takes under its wrench less the one assumed.  Slip states are given; where
+    a hole sticks, the tangent counts that its state changes with the cable's length beyond it.  The hysteresis state of
+    the plates is read from `bent.before`; the one that would follow is written to `bent.after`.
     """
     n, m = rig.offset.shape
     wrench, d_wrench, tensions = np.zeros((n, 3)), np.zeros((n, 3, n, 3)), np.zeros((n, m))

@@ -1,7 +1,7 @@
-"""Following the loads of a sequence in sub-steps that end where a hole begins to slip.
+"""Follows the loads of a sequence in sub-steps that end where a hole begins to slip.
 
-Motion kinks where a hole begins to slip, so a sub-step ends at the first such event; a turn between events shows in
-the parabola through beginning, middle and end.
+The motion has a kink where a hole begins to slip, so a sub-step ends at the first such event.  A cable that reverses
+within a sub-step shows in the parabola through its travel at beginning, middle and end.
 """
 
 import numpy as np
@@ -23,24 +23,26 @@ LONGEST_SUBSTEP, MOST_SUBSTEPS = 1 / 32, 1500
 """Longest sub-step where friction follows the load path, in parts of a load step, and most sub-steps of one: a path
 that takes more ends at a limit load."""
 LONGEST_BEND = 1 / 16
-"""Longest sub-step where plates remember and slip is declared, in parts of a load step: so short that the two halves of
-a sub-step within which a plate turns back lead elsewhere than the whole."""
+"""Longest sub-step where plates have hysteresis and slip is declared, in parts of a load step: so short that if a plate
+reverses within a sub-step its two halves lead elsewhere than the whole, and it is cut."""
 EVENT_ERROR, EVENT_TRIALS = 1e-4, 40
-"""Error of the slip state (-1 to 1) with which a sub-step may end where a hole begins to slip, and most trials."""
+"""Error allowed in the slip state (-1 to 1) of a hole that begins to slip where a sub-step ends, and most trials to
+find that point."""
 TURNING = 0.1
-"""Angle by which a cable turns at a hole, rad, of the size that occurs: times the friction coefficient it weighs an
-error of the slip state by what it may later change of a tension."""
+"""Typical angle by which a cable turns at a hole, rad.  Times the friction coefficient it is the relative error of a
+tension that an error of one in the slip state may cause later: the weight of such errors."""
 LEAST_PART, MOST_PART = 0.05, 0.95
-"""Least and largest part of a sub-step at which it is cut where a cable's travel turns."""
+"""Least and largest part of a sub-step at which it is cut where a cable reverses."""
 
 
 class RigPath:
-    """Follows the loads of one sequence.
+    """Follows the loads of one sequence from balance to balance.
 
     Parameters
     ----------
-    elements : steps along the arc of each plate
-    tolerance : of one sub-step: position in parts of the length, or slip state in the shape it may cost
+    elements : integration steps along the arc of each plate
+    tolerance : largest :meth:`apart` of a sub-step and its two halves, and largest weighted error of a slip state by a
+        reversal within one
     """
 
     def __init__(self, built: BuiltRig, elements: int, tolerance: float) -> None:
@@ -54,7 +56,8 @@ class RigPath:
     def substep(
         self, state: RigBalance | None, loads: AppliedLoads, guess: np.ndarray | None = None
     ) -> RigBalance | None:
-        """The balance under `loads` after one sub-step from `state`, looked for near `guess`; None if there is none."""
+        """The balance under `loads` after one sub-step from `state`, sought from end poses `guess` (those of `state` if
+        None); None if there is none."""
         if state is None:
             return None
         memory = state.memory
@@ -64,15 +67,15 @@ class RigPath:
         return find_balance(rig_at(self.built, loads), forces_of(self.built, loads), memory, guess, self.elements)
 
     def equal_substeps(self, state: RigBalance | None, ramp: LoadRamp, count: int) -> RigBalance | None:
-        """The balance at the end of a ramp in `count` equal sub-steps."""
+        """The balance at the end of a ramp in `count` equal sub-steps; None where one of them has none."""
         for k in range(1, count + 1):
             state = self.substep(state, ramp.at(k / count))
         return state
 
     def adaptive(self, state: RigBalance, ramp: LoadRamp) -> RigBalance | None:
-        """The balance at the end of a ramp; None where the path ends before.
+        """The balance at the end of a ramp in sub-steps of adapted length; None where the path ends before.
 
-        A sub-step is accepted where it passes no event, hides no reversal and agrees with its two halves.
+        A sub-step is accepted if it passes no event, hides no reversal of a cable and agrees with its two halves.
         """
         done, longest = 0.0, self.longest
         for _ in range(MOST_SUBSTEPS):
@@ -95,7 +98,8 @@ class RigPath:
     def until_event(
         self, state: RigBalance, ramp: LoadRamp, done: float, share: float
     ) -> tuple[RigBalance | None, float]:
-        """Go `share` ahead, or to where the first hole begins to slip, or as far as there is a balance."""
+        """The balance `share` of the ramp beyond `done`, and the share that was gone: less where a hole begins to slip
+        before, or where halving was needed to find a balance.  The balance is None where there is none at all."""
         after = self.substep(state, ramp.at(done + share))
         while after is None and share > SHORTEST_SUBSTEP:
             share /= 2
@@ -107,7 +111,10 @@ class RigPath:
     def _event(
         self, state: RigBalance, ramp: LoadRamp, done: float, share: float, after: RigBalance
     ) -> tuple[RigBalance | None, float]:
-        """Where between `state` and `after`, `share` ahead, the first hole begins to slip: by the Illinois rule."""
+        """The balance between `state` and `after` (`share` ahead) where the first hole begins to slip, and its share.
+
+        By the Illinois variant of regula falsi; if that does not converge, the last balance before the event.
+        """
         low, low_over, low_after = 0.0, self.overshoot(state, state), None
         high, high_over = share, self.overshoot(state, after)
         far, far_ends, last_over = share, after.ends, 0.0
@@ -130,7 +137,10 @@ class RigPath:
         return low_after, low
 
     def overshoot(self, before: RigBalance, after: RigBalance) -> float:
-        """How far the first hole is beyond the slip state at which it begins to slip; negative: none is."""
+        """Most by which the unclipped slip state of any hole passes -1 or 1 in a sub-step; negative: none does.
+
+        Holes that slipped before already do not count, nor do those without friction.
+        """
         old = before.memory.slip
         new = old + (after.memory.beyond - before.memory.beyond) / self.built.rig.presliding
         up = np.where(old < 1 - EVENT_ERROR, new - 1, -1)
@@ -140,7 +150,10 @@ class RigPath:
     def agreed_part(
         self, before: RigBalance, half: RigBalance | None, whole: RigBalance, halves: RigBalance | None
     ) -> float:
-        """Part of a sub-step that its two halves agree with, 1 for all of it."""
+        """1 if a sub-step is accepted; else the part of it to try next.
+
+        That is a half where the two halves lead elsewhere than the whole, or the point where a cable reverses.
+        """
         if half is None or halves is None or self.apart(whole, halves) > self.tolerance:
             return 0.5
         if not self.history:
@@ -148,7 +161,7 @@ class RigPath:
         presliding, old = self.built.rig.presliding, before.memory.slip
         middle = (half.memory.beyond - before.memory.beyond) / presliding
         last = (whole.memory.beyond - before.memory.beyond) / presliding
-        slope, bow = 4 * middle - last, 2 * last - 4 * middle  # of the parabola through the three
+        slope, bow = 4 * middle - last, 2 * last - 4 * middle  # of the parabola through 0, middle and last
         turning = np.divide(-slope, 2 * bow, out=np.ones_like(bow), where=bow != 0)
         turning = np.where((turning > 0) & (turning < 1), turning, 1.0)
         extreme = turning * (slope + turning * bow)
@@ -160,7 +173,7 @@ class RigPath:
         return float(np.clip(turning[worst], LEAST_PART, MOST_PART))
 
     def apart(self, a: RigBalance, b: RigBalance) -> float:
-        """Largest distance of two balances, in parts of the length."""
+        """Largest difference of two balances: of disk positions, relative to the length, or of weighted slip states."""
         shape = np.abs(poses(self.built.rig, a.ends) - poses(self.built.rig, b.ends))[:, :2].max() / self.length
         slip = self.weight * np.abs(a.memory.slip - b.memory.slip)
         return max(shape, slip.max(initial=0) if self.history else 0.0)

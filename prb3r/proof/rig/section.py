@@ -1,7 +1,7 @@
-"""Moments of a section of two plateaus, in closed form: no strips, but the antiderivatives of its width.
+"""Moments of a section whose material has plateaus in tension and compression, in closed form.
 
-With W_j(y) the integral of the width times y^j, all that stresses sum to follows from W at the section's ends and where
-the material reaches a plateau.
+The section is not cut into strips: with W_j(y) the integral of the width times y^j, force and moment follow from W at
+the section's ends and at the heights where the material reaches a plateau.
 """
 
 from collections.abc import Callable
@@ -12,13 +12,14 @@ import numpy as np
 ROWS = 400
 """Rows of a table of moments, evenly spaced in the logarithm of the curvature: within 1e-6 of the closed form."""
 FARTHEST = 60.0
-"""Curvature at which tables end, over that at which the first fibre reaches its plateau; straight on beyond."""
+"""Curvature at which tables end, over that at which the first fibre reaches its plateau; beyond they go on linearly."""
 HALVINGS = 60
-"""Halvings of the bracket of a neutral axis, at first the height of the section: what is left is below rounding."""
+"""Bisections for the neutral axis from the height of the section on: the error left is below rounding."""
 
 
 class Outline(NamedTuple):
-    """A section between its ends: `moments` (y) -> (3, ...) antiderivatives of its width times 1, y and y^2."""
+    """A cross-section between its lowest and highest fibre (heights y, m); `moments` maps y to the (3, ...)
+    antiderivatives of its width times 1, y and y^2."""
 
     low: float
     high: float
@@ -34,14 +35,16 @@ class Material(NamedTuple):
 
 
 def rectangle(fibre: float) -> Outline:
-    """Of unit width, with its outermost fibres at `fibre` from the middle."""
+    """The outline of a rectangle of unit width whose outermost fibres are `fibre` from the middle."""
     return Outline(-fibre, fibre, lambda y: np.stack([y, y**2 / 2, y**3 / 3]))
 
 
 def notched_tube(outer: float, inner: float, depth: float, side: int) -> Outline:
-    """A tube of two diameters, cut `depth` deep from the side of positive (`side` 1) or negative (-1) heights."""
+    """The outline of a tube of diameters `outer` and `inner`, cut `depth` deep from the side of positive (`side` 1) or
+    negative (-1) heights."""
 
     def disk(y: np.ndarray, radius: float) -> np.ndarray:
+        """(3, ...) antiderivatives of the width of a full circle times 1, y and y^2."""
         if radius == 0:
             return np.zeros((3, *np.shape(y)))
         y = np.clip(y, -radius, radius)
@@ -54,16 +57,17 @@ def notched_tube(outer: float, inner: float, depth: float, side: int) -> Outline
 
 
 def between(outline: Outline, start: np.ndarray, end: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(3, ...) area, first and second moment about `axis` of the part from `start` to `end`."""
+    """(3, ...) area, first and second moment about `axis` of the part of an outline from height `start` to `end`."""
     ends = np.clip([start, end], outline.low, outline.high)
     area, first, second = outline.moments(ends[1]) - outline.moments(ends[0])
     return np.stack([area, first - axis * area, second - 2 * axis * first + axis**2 * area])
 
 
 def resultants(outline: Outline, material: Material, side: int, curvature: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(3, k) force and moment over Young's modulus, and the tangent dM/dk / E, about each `axis`.
+    """(3, k) force and moment about the neutral axis over Young's modulus, and the tangent dM/dk / E.
 
-    Bending toward positive heights (`side` 1) compresses them.  The moment is positive, that bends so.
+    `curvature` and `axis` (height of the neutral axis) are (k,).  Bending toward positive heights (`side` 1) compresses
+    these.  A moment that bends toward `side` is positive.
     """
     to_tension, to_compression = -side * material.tension / curvature, side * material.compression / curvature
     from_axis = np.sort([to_tension, to_compression], axis=0)
@@ -82,7 +86,7 @@ def resultants(outline: Outline, material: Material, side: int, curvature: np.nd
 
 
 def section_table(outline: Outline, material: Material, side: int) -> np.ndarray:
-    """(ROWS, 3) moments over EI, curvatures and their derivatives by these, of bending toward one side."""
+    """(ROWS, 3) M / EI, curvature and its derivative by M / EI, for bending toward one side (1 or -1)."""
     ends = np.array(outline.low), np.array(outline.high)
     area, first, _ = between(outline, *ends, np.array(0.0))
     centre = float(first / area)
@@ -92,7 +96,7 @@ def section_table(outline: Outline, material: Material, side: int) -> np.ndarray
     begins = min(material.tension / stretched, material.compression / pressed)
     curvature = begins * np.geomspace(1, FARTHEST, ROWS)
     low, high = np.full(ROWS, outline.low), np.full(ROWS, outline.high)
-    for _ in range(HALVINGS):  # the force grows as the axis moves toward what is compressed
+    for _ in range(HALVINGS):  # the tensile force grows as the axis moves toward the compressed side
         axis = (low + high) / 2
         pulled = side * resultants(outline, material, side, curvature, axis)[0] > 0
         low, high = np.where(pulled, low, axis), np.where(pulled, axis, high)

@@ -1,8 +1,8 @@
 """An independent simulator of cable-driven continuum manipulators: checks the engine, makes concealed recordings.
 
-It shares no code and no method with the statics engine.  Plates are stepped along their arcs and shot at their end
-poses (`kernels`), all balanced together.  Loads are followed from rest in sub-steps (`path`), each converged or
-made shorter.  What the file of a manipulator means is in `draft`, `effects` and `build`.
+It shares no code and no method with the statics engine.  Plates are integrated along their arcs by shooting, and all
+are balanced together (`kernels`, `balance`).  Loads are followed from rest in sub-steps, each of which converges or is
+made shorter (`path`).  `draft`, `effects` and `build` turn a manipulator file into the rig.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,26 +22,28 @@ from prb3r.proof.rig.path import RigPath
 class RigStates:
     """Equilibria after each of `s` steps of one sequence: disks 0..n, cables in file order.
 
-    A path ends where its equilibrium ceases or jumps: from that step on `converged` is false and the rest NaN.
+    A path ends where its equilibrium ceases or jumps: from that step on `converged` is false and all else NaN.
     """
 
     x: np.ndarray
     """(s, n + 1) centres of the disks at mid-thickness, m."""
     y: np.ndarray
     angle: np.ndarray
-    """(s, n + 1) absolute, rad."""
+    """(s, n + 1) absolute angles of the disks, rad."""
     converged: np.ndarray
-    """(s,) bool."""
+    """(s,) whether the path has reached the step."""
     tension: np.ndarray
-    """(s, n, m) in the span across each plate, N; zero beyond a cable's end."""
+    """(s, n, m) tension of the span across each plate, N; zero beyond a cable's end."""
     slip: np.ndarray
-    """(s, n, m) slip state at the hole before each plate."""
+    """(s, n, m) slip state at the hole before each plate: -1 drawn in, 1 paid out."""
 
 
 def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -> list[AppliedLoads]:
-    """Read the steps as they pull, after so many `before` them.
+    """The loads of every step as load cells and play let them act, with the factors on friction.
 
-    Absent and empty loads are zero, absent and empty slips -1.
+    `before` is the number of steps taken before the sequence.  Absent and empty loads are zero, absent and empty slips
+    -1.  Raises SpecError for unknown columns, negative tensions, and times that do not increase where friction needs
+    them.
     """
     n, m = built.rig.offset.shape
     weight = built.gravity
@@ -72,9 +74,9 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
         load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
         noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
-        ahead = load.tension - behind  # what pulls is dragged along once all play is taken up
+        ahead = load.tension - behind  # the true tension is dragged along once the play is taken up
         behind = behind + np.sign(ahead) * np.maximum(np.abs(ahead) - built.tension_play, 0)
-        load.tension[:] = np.where(built.tension_play > 0, behind, load.tension)  # to the last bit without any
+        load.tension[:] = np.where(built.tension_play > 0, behind, load.tension)  # exact without play
         loads.append(load)
     if problems:
         raise SpecError(*problems)
@@ -82,10 +84,10 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
 
 
 CREEP = 0.1
-"""Least change of a tension between two steps that counts for the rate at which its cable is pulled, N: that of the
-definition of `rate_dependent_friction` in docs/effects.md."""
+"""Least change of a tension between two steps for the rate at which its cable is pulled, N, from the definition of
+`rate_dependent_friction` in docs/effects.md: smaller changes count as this."""
 LEAST_RUBBING = 0.05
-"""Least factor on friction, whatever the rate: of the same definition."""
+"""Least factor on friction, whatever the rate, from the same definition."""
 
 
 def _rub_by_rate(
@@ -95,8 +97,10 @@ def _rub_by_rate(
     step: Mapping[str, float],
     last: Mapping[str, float],
 ) -> list[Problem]:
-    """Write to `load` how much its cables rub for how fast they were pulled from the step before, which had the
-    tensions `noted`; what is wrong where the times do not say."""
+    """Write to `load` the factor on friction by the rate at which each tension changed since the `last` step.
+
+    `noted` are the tensions of that step as noted, N.  Returns the problem if the times of the steps do not increase.
+    """
     waited = step.get("time_s", np.nan) - last.get("time_s", np.nan)
     if not waited > 0:
         return [Problem("steps", "friction goes by the rate of tensions: every step needs a later time_s")]
@@ -109,12 +113,12 @@ def _rub_by_rate(
 def _slide_on(
     load: AppliedLoads, noted: np.ndarray, slid: np.ndarray, way: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How far (m,) each cable has slid the way (m,) that it does by the end of a step, in newtons of its tension.
+    """Change of tension (m,) of each cable since it began to slide its present way, N, and that way (m,), -1 or 1.
 
     Parameters
     ----------
-    noted, slid, way : tensions (m,) at the step before, and the same by then; a cable that turns or hung slack starts
-        anew.
+    noted, slid, way : noted tensions (m,) at the step before, and what this function returned for that step; a cable
+        that reverses or hung slack starts anew.
     """
     far = np.zeros_like(slid)
     for j, (tension, last) in enumerate(zip(load.tension, noted, strict=True)):
@@ -138,15 +142,15 @@ def simulate(
     ----------
     manipulator : the contents of a manipulator file, effects included; its `model` is not looked at
     steps : load columns of the steps table, in N (or `_kg`), and `slip_*`; slip is read with declared direction only
-    elements : steps along the arc of each plate
+    elements : integration steps along the arc of each plate
     substeps : fixed number of equal sub-steps per step; without it they adapt
-    tolerance : of one adaptive sub-step: position in parts of the length, or slip state in the shape it may cost
-    before : number of steps that were taken before the sequence, for what drifts
+    tolerance : of one adaptive sub-step: see :class:`prb3r.proof.rig.path.RigPath`
+    before : number of steps that were taken before the sequence, for drifting tensions and softening plates
 
     Raises
     ------
     SpecError
-        Effects or load columns that make no sense.
+        Invalid effects or load columns.
     """
     built = build_rig(manipulator)
     loads, (n, m) = _loads(built, steps, before), built.rig.offset.shape
@@ -172,8 +176,9 @@ def observe(
     frame: Sequence[float] = (0.0, 0.0, 0.0),
     before: int = 0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, y and angle (s, n + 1) as the camera has them: turned and shifted by the frame, then by its drift, scaled,
-    distorted.
+    """x, y (m) and angle (rad), (s, n + 1) each, as the camera reads them without noise.
+
+    Positions are turned and shifted by the frame, then by the camera's drift, then scaled, then distorted:
 
     measured = c + (q - c)(1 + k1 r^2), q = scale (R' (R p + d) + d'), r = |q - c|.
 
@@ -181,7 +186,7 @@ def observe(
     ----------
     image_centre : c, m
     frame : rotation in rad, and shift d in m
-    before : number of steps that were taken before the sequence, for R' and d', which grow by the same every step
+    before : number of steps taken before the sequence, for the drift R' and d', which grow in proportion to it
     """
     built, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
     passed = before + np.arange(len(states.x))[:, None]

@@ -1,9 +1,11 @@
-"""Every effect on the independent side of the wall: one record each, in files by family.
+"""All effects of the independent simulator: one record each, in files by family.
 
-To add an effect, write its record in the file of its family; rig, labels and scores then have it.  Effects act in the
+To add an effect, write its record in the file of its family; rig, labels and scores then have it.  There a function
+that changes a draft is named by an imperative (`_loosen`), the one that yields the candidates for concealing the effect
+by the state it leaves or its participle (`_loose`), and one that draws a shape ends in `_anew`.  Effects act in the
 order of `RECORDS`, whatever their order in a manipulator file: coefficients of all holes before that of one, factors of
 plates and dead cables before the stiffness that cables add.  Repeated factors multiply; repeated forces, compliances,
-clearances, offsets and curvatures add; what a rig can have only once is refused if it stands there twice.
+clearances, offsets and curvatures add; an effect that a rig can have only once is refused if a file has it twice.
 """
 
 from collections.abc import Mapping
@@ -30,4 +32,4 @@ RECORDS: Mapping[str, Record] = {
     )
     for record in family
 }
-"""By kind."""
+"""Records by kind of effect."""

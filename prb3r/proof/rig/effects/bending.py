@@ -1,8 +1,8 @@
-"""Laws of bending: plates that do not follow Hooke, and what they run against.
+"""Effects on how plates bend: laws other than Hooke's, and contact that limits the bend.
 
-`nonlinear_plate` and `hysteretic_plate` act on the bending stiffness (`plates.py`), k being curvature less stress-free
-curvature.  `disk_contact` compares the bend between the disks, hinges of `clamp_compliance` included; its moment passes
-beside plate and hinges.
+`nonlinear_plate` and `hysteretic_plate` change the relation of moment to k, curvature less stress-free curvature; EI
+in it is the stiffness that the effects of `plates.py` leave.  `disk_contact` looks at the bend between two disks,
+hinges of `clamp_compliance` included; its moment acts from disk to disk, past plate and hinges.
 """
 
 from collections.abc import Iterator
@@ -16,9 +16,9 @@ from prb3r.proof.rig.effects.candidate import Candidate, Conditions
 from prb3r.proof.rig.effects.record import ANY, FRACTION, FROM_ZERO, POSITIVE, Record, Scale, number_in, one_of, size
 
 BENT_TOWARD = "negative", "positive"
-"""Toward which a plate bends: that of negative or of positive offsets."""
+"""Sides toward which a plate bends: that of negative and that of positive offsets, the order of all (n, 2) arrays."""
 THRESHOLDS = 0.2, 0.35, 0.5, 0.65, 0.8
-"""Knees and contact angles of the candidates that stand for all of their kind, in parts of the nominal manipulator's
+"""Knees and contact angles of the candidates that represent all of their kind, in parts of the nominal manipulator's
 largest curvature or bend.  A choice."""
 THRESHOLD_RANGE = 0.25, 0.7
 """Least and largest knee or contact angle that is drawn, in the same parts.  A choice: several steps pass it, but not
@@ -33,7 +33,7 @@ def _touch(draft: Draft, angle_rad, stiffness_n_m_per_rad):
 
 
 def _close(draft: Draft, factor, stiffness_n_m_per_rad, side=None):
-    """A plate that turns about its neutral axis until its edges meet where the cable runs."""
+    """Notches close: a plate turns about its neutral axis until its edges meet where the cable runs."""
     for column, name in enumerate(BENT_TOWARD):
         if side in (None, name):
             arm = draft.arm[:, column]
@@ -44,24 +44,28 @@ def _close(draft: Draft, factor, stiffness_n_m_per_rad, side=None):
 
 
 def _touching(given: Conditions) -> Iterator[Candidate]:
+    """Disks that touch, at each of the angles `THRESHOLDS`."""
     return (_contact(given, share * given.bend) for share in THRESHOLDS)
 
 
 def _contact(given: Conditions, angle: float) -> Candidate:
-    """Disks that touch at an angle (rad); the size is in units of the plates' own stiffness."""
+    """Disks that touch at an angle (rad); the size is the contact stiffness over that of the first plate."""
     law = lambda u: {"angle_rad": angle, "stiffness_n_m_per_rad": u * given.stiffness}  # noqa: E731
-    return Candidate((), law, 0, 30.0, (angle,))  # thirty times a plate: beyond, a stop is hard
+    return Candidate((), law, 0, 30.0, (angle,))  # beyond thirty times a plate, a stop is hard
 
 
 def _contact_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    """Disks that touch at a random angle within `THRESHOLD_RANGE`."""
     return _contact(given, rng.uniform(*THRESHOLD_RANGE) * given.bend)
 
 
 def _knee_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
+    """Plates with a knee at the bend at which the disks of `form` touch: nearly the same law."""
     yield replace(_knee(given, form.shape[0] / given.arc), kind="nonlinear_plate")
 
 
 def _follow_law(draft: Draft, law, side=None, sections=None, **numbers):
+    """Give all plates a cubic, bilinear or smooth law; raises ValueError for parameters that do not go together."""
     knees = [name for name in ("knee_per_m", "knee_strain") if name in numbers]
     if sections is not None and knees != ["knee_per_m"]:
         raise ValueError("sections goes with knee_per_m")
@@ -86,11 +90,12 @@ def _follow_law(draft: Draft, law, side=None, sections=None, **numbers):
 
 
 def _few(value: object, _: Draft) -> str:
+    """Check of a number of springs: 1, 2 or 3."""
     return "" if value in (1, 2, 3) else f"must be 1, 2 or 3, not {value!r}"
 
 
 def _dissipate(draft: Draft, slipping_share, yield_per_m=None, yield_strain=None, elements=1):
-    """A share of the stiffness in springs that slip; each begins at a curvature of its own."""
+    """Let springs that slip carry a share of the stiffness; each begins to slip at a curvature of its own."""
     if (yield_per_m is None) == (yield_strain is None):
         raise ValueError("hysteresis takes either yield_per_m or yield_strain")
     if yield_strain is not None and np.isnan(draft.fibre).any():
@@ -105,20 +110,24 @@ def _give_back_less(draft: Draft, reverse_ratio):
 
 
 def _dissipating(given: Conditions) -> Iterator[Candidate]:
+    """One spring that slips at the least of `THRESHOLDS`: the form that represents all."""
     yield _loops(THRESHOLDS[0] * given.curvature * given.fibre, 1)
 
 
 def _loops(strain: float, elements: int) -> Candidate:
-    """Plates of one material, whose first spring slips at a strain; the size is the share that slips in the end."""
+    """Plates of one material whose springs slip at a strain of the outer fibre, in the mean; the size is the share of
+    the stiffness that they carry."""
     given = {"yield_strain": strain, "elements": elements}
     return Candidate((), lambda u: given | {"slipping_share": u}, 0, 0.6, (strain, float(elements)))
 
 
 def _loops_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    """One to three springs that slip at a random strain."""
     return _loops(given.curvature * given.fibre * rng.uniform(*THRESHOLD_RANGE), int(rng.integers(1, 4)))
 
 
 def _nonlinear(given: Conditions) -> Iterator[Candidate]:
+    """A cubic law, and sharp and smooth knees at each of `THRESHOLDS`."""
     cubic = lambda u: {"cubic_m2": u / given.curvature**2}  # noqa: E731
     yield Candidate((("law", "cubic"),), cubic, 0, 3.0, variant="cubic")  # four times the moment at the largest bend
     for sharpness in (np.inf, 2.0):
@@ -126,7 +135,7 @@ def _nonlinear(given: Conditions) -> Iterator[Candidate]:
 
 
 def _knee(given: Conditions, curvature: float, sharpness: float = np.inf) -> Candidate:
-    """Plates of one material, with a knee at a curvature (1/m) of the first; the size is ln(ratio)."""
+    """Plates of one material with a knee, at the first plate at a curvature (1/m); the size is ln(ratio)."""
     knee: dict[str, float] = {"knee_strain": curvature * given.fibre}
     variant = "bilinear" if np.isinf(sharpness) else "smooth"
     if variant == "smooth":
@@ -137,6 +146,7 @@ def _knee(given: Conditions, curvature: float, sharpness: float = np.inf) -> Can
 
 
 def _knee_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    """The law of `form` with a random knee, and a random sharpness if it is smooth; a cubic law as it is."""
     if form.variant == "cubic":
         return form
     curvature = given.curvature * rng.uniform(*THRESHOLD_RANGE)
@@ -144,7 +154,7 @@ def _knee_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> 
 
 
 def _contact_there(given: Conditions, form: Candidate, size: float) -> Iterator[Candidate]:
-    """Contact stiffens, as plates do beyond a knee whose `size` is positive."""
+    """Disks that touch at the bend of the knee of `form`: nearly the same law if the knee stiffens (`size` > 0)."""
     if form.variant == "bilinear" and size > 0:
         yield replace(_contact(given, form.shape[0] * given.arc), kind="disk_contact")
 
@@ -162,7 +172,7 @@ BENDING_RECORDS = (
         of_the_kind=True,
     ),
     Record(
-        "notch_closing",  # no design that is drawn has notches: at a factor near one its plates never close
+        "notch_closing",  # never concealed: designs have no notches, and at a factor near one their plates never close
         _close,
         (
             size("factor", POSITIVE, Scale.LOGARITHM),
@@ -208,7 +218,7 @@ BENDING_RECORDS = (
         of_the_kind=True,
     ),
     Record(
-        "flag_hysteresis",  # beside a law that softens alone: it is not drawn by itself
+        "flag_hysteresis",  # never concealed: it acts only beside a law that softens
         _give_back_less,
         (size("reverse_ratio", FRACTION, Scale.LOGARITHM),),
         once=True,

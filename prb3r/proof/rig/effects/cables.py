@@ -1,9 +1,9 @@
-"""Cables: what they carry, where they run and how they bend.
+"""Effects of cables: their tensions, where they run, and their own bending stiffness.
 
 `hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
-positive; angles and lengths are those of the shifted spans; what happens inside a disk is free of friction.
-`cable_bending` adds to a plate for each live cable that crosses it.  `load_cell` turns what a step notes into what
-pulls, before `tension_play` lets it lag and `tension_offset` adds to it.
+positive; angles and lengths are those of the shifted spans; the change of offset inside a disk is free of friction.
+`cable_bending` adds to a plate's stiffness for each live cable that crosses it.  `load_cell` turns noted into true
+tensions, before `tension_play` lets these lag and `tension_offset` and `tension_drift` add to them.
 """
 
 from collections.abc import Iterator
@@ -29,8 +29,8 @@ def _preload(draft: Draft, offset_n, cables=None):
 
 def _preloaded(given: Conditions) -> Iterator[Candidate]:
     for place in given.of_cables():
-        for low, high in ((0.0, 0.3), (-0.3, 0.0)):  # of an idle cable nothing can be taken away
-            yield Candidate(place, lambda u: {"offset_n": u * given.pull}, low, high)  # a hanger left out
+        for low, high in ((0.0, 0.3), (-0.3, 0.0)):  # two ranges: from an idle cable nothing can be taken away
+            yield Candidate(place, lambda u: {"offset_n": u * given.pull}, low, high)  # a hanger not weighed
 
 
 def _misread(draft: Draft, gain=1.0, quadratic_per_n=0.0, cables=None):
@@ -39,7 +39,7 @@ def _misread(draft: Draft, gain=1.0, quadratic_per_n=0.0, cables=None):
 
 
 def _misreading(given: Conditions) -> Iterator[Candidate]:
-    for name in given.reach:  # of all cables alike it would be Young's modulus
+    for name in given.reach:  # a gain of all cables alike would be the same as another Young's modulus
         yield Candidate((("cables", (name,)),), lambda u: {"gain": float(np.exp(u))}, -0.2, 0.2, variant="gain")
     yield Candidate((), lambda u: {"quadratic_per_n": u / given.pull}, -0.2, 0.2, variant="bent")
 
@@ -53,7 +53,7 @@ def _drift(draft: Draft, offset_n_per_step, cables=None):
 
 
 def _drifting(given: Conditions) -> Iterator[Candidate]:
-    # at the last step as much as a hanger left out
+    # at the last step as much as the largest `tension_offset`
     yield Candidate((), lambda u: {"offset_n_per_step": u * given.pull / given.steps}, -0.3, 0.3)
 
 

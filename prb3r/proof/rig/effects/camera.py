@@ -1,4 +1,4 @@
-"""The camera: what is read, not what is."""
+"""Effects of the camera: they change the readings and not the arm."""
 
 from collections.abc import Iterator
 
@@ -35,7 +35,7 @@ def _move_on(draft: Draft, x_m_per_step=0.0, y_m_per_step=0.0, angle_rad_per_ste
 
 
 def _moving_on(given: Conditions) -> Iterator[Candidate]:
-    if given.positions:  # by a fiftieth of the length in the end, aslant
+    if given.positions:  # in the end by a fiftieth of the length, in an oblique direction
         step = given.length / given.steps
         yield Candidate((), lambda u: {"x_m_per_step": 0.8 * u * step, "y_m_per_step": 0.6 * u * step}, -0.02, 0.02)
 

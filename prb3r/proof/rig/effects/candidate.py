@@ -1,29 +1,29 @@
-"""An effect as it can be concealed: at one place, a function of one size that vanishes with the effect."""
+"""Candidates: effects at one place as a function of one size, zero being no effect; and the conditions of a design."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 RigPlace = tuple[tuple[str, Any], ...]
-"""Parameters that say where or which, with their values; lists as tuples."""
+"""Parameters that say where an effect acts or which law it is, with their values; lists as tuples."""
 PROBE = 2e-3
-"""Part of the largest size that stands for a derivative: one-sided, so that it errs by parts in a thousand of how bent
-the response is; the tolerance of the rig (1e-6 of a sub-step) is far below it."""
+"""Step of a one-sided derivative by size, in parts of the largest size.  The error by the response's nonlinearity is
+then a few parts in a thousand, and the tolerance of the rig (1e-6 of a sub-step) is far below the step."""
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """Under which effects are concealed on a design, and what their sizes are measured by.
+    """Properties of a design that decide which effects can be concealed on it, and in which units their sizes are.
 
-    Sizes of effects are written in these units, so that one range of sizes serves all designs.
+    In these units one range of sizes serves all designs.
     """
 
     segments: tuple[int, ...]
-    """Plates of each segment."""
+    """Number of plates of each segment."""
     reach: Mapping[str, int]
-    """Plates that each cable crosses."""
+    """Number of plates that each cable crosses, by the cable's name."""
     friction: float
-    """Nominal coefficient."""
+    """Nominal friction coefficient."""
     declared: bool
     """Whether slip directions are declared."""
     tip_loaded: bool
@@ -35,7 +35,7 @@ class Conditions:
     arm: float
     """Largest offset of a cable, m."""
     length: float
-    """Of the straight manipulator, m."""
+    """Length of the straight manipulator, m."""
     bend: float
     """Largest bend of a plate of the nominal manipulator, rad."""
     arc: float
@@ -45,9 +45,9 @@ class Conditions:
     modulus: float
     """Stated Young's modulus, Pa."""
     fibre: float
-    """Distance of its outermost fibre from the neutral axis, m."""
+    """Distance of the first plate's outermost fibre from the neutral axis, m."""
     steps: int
-    """Load steps of all sequences."""
+    """Number of load steps of all sequences together."""
 
     @property
     def plates(self) -> int:
@@ -77,18 +77,19 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One kind of effect at one place, with one shape; its size is free, or it has none."""
+    """One kind of effect at one place and with one shape; its size is free, or it has none."""
 
     place: RigPlace = ()
     parameters: Callable[[float], Mapping[str, Any]] = field(default=lambda size: {}, compare=False)
-    """Of a size."""
+    """Parameters of the effect at a size, as a manipulator file has them."""
     low: float = 1.0
-    """Sizes that a rig could have, zero for no effect; `low = high = 1`: there is no size."""
+    """Smallest size that a rig could have, zero being no effect; `low = high = 1`: there is no size."""
     high: float = 1.0
+    """Largest size that a rig could have."""
     shape: tuple[float, ...] = ()
-    """What else was chosen: a threshold, a direction."""
+    """Other numbers that were chosen for the form: a threshold, a direction."""
     variant: str = ""
-    """Which of several laws of its kind it is; a law is drawn before a place is."""
+    """Name of the law where its kind has several; the law is drawn before the place."""
     kind: str = ""
 
     @property
@@ -98,7 +99,7 @@ class Candidate:
 
     @property
     def probe(self) -> float:
-        """A small size for a derivative, or the whole effect."""
+        """A small size for a one-sided derivative; 1, the whole effect, where there is no size."""
         if not self.sized:
             return 1.0
         return PROBE * (self.high if self.high > -self.low else self.low)

@@ -1,6 +1,6 @@
-"""A fitted moment law without a mechanism: what a diagnosis writes of an unexplained recording; never concealed.
+"""A fitted moment law without a mechanism, which a diagnosis writes for an unexplained recording; never concealed.
 
-It acts on arc and hinges alike, as a couple from disk to disk beside the plate would; the rig knows its terms in
+It acts on arc and hinges alike, as a couple from disk to disk beside the plate would; the rig has only the terms of
 `constant`, `position` and `bend`.
 """
 
@@ -26,6 +26,7 @@ def _act(draft: Draft, terms):
 
 
 def _known(value: Any, _: Draft) -> str:
+    """Check of a list of terms: each has a quantity that the rig has."""
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         return f"must be a list of terms, not {value!r}"
     known = [isinstance(term, dict) and term.get("of") in ("constant", "position", "bend") for term in value]

@@ -1,9 +1,10 @@
-"""Friction of holes and pulleys.
+"""Effects of friction at holes and pulleys.
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
-coefficient of every hole of its cables, `worn_hole` what then stands at one disk.  `load_dependent_friction` scales
-all of them with the tension, `rate_dependent_friction` with how fast it changes and `breakaway_friction` with how much
-it has changed since a cable began to slide the way it does (pulleys too), `wrap_saturation` what turns they act on.
+coefficient at every hole of its cables; `worn_hole` replaces what then holds at one disk.  All coefficients depend on
+the tension by `load_dependent_friction`, on its rate of change by `rate_dependent_friction`, and on its change since
+the cable began to slide its present way by `breakaway_friction`; the last two act on pulleys too.  `wrap_saturation`
+changes the wrap angle that counts.
 """
 
 from collections.abc import Iterator
@@ -39,7 +40,7 @@ def _rubbing(given: Conditions) -> Iterator[Candidate]:
     mu = given.friction
     for place in given.of_cables():
         if place or mu == 0:
-            # from a cable that does not rub at all to dry steel on steel, or to as much more than the others
+            # from a cable without friction to 0.6 more than nominal, the coefficient of dry steel on steel
             yield Candidate(place, lambda u: {"coefficient": mu + u}, -mu, 0.6)
 
 
@@ -87,7 +88,7 @@ def _weaken_with_load(draft: Draft, exponent, tension_n):
 
 
 def _weakening(given: Conditions) -> Iterator[Candidate]:
-    if given.friction > 0:  # Hertz's contact, at most: a third
+    if given.friction > 0:  # Hertzian contact has a third at most
         yield Candidate((), lambda u: {"exponent": u, "tension_n": given.pull / 2}, 0, 0.4)
 
 
@@ -104,7 +105,7 @@ def _stick(draft: Draft, excess, decay_n):
 
 
 def _sticking(given: Conditions) -> Iterator[Candidate]:
-    if given.friction > 0 and given.declared:  # at most: twice the kinetic friction, gone after a fifth of a full pull
+    if given.friction > 0 and given.declared:  # at most twice the kinetic friction
         yield Candidate((), lambda u: {"excess": u, "decay_n": given.pull / 5}, 0, 1.0)
 
 
@@ -113,7 +114,7 @@ def _saturate(draft: Draft, saturation_per_rad):
 
 
 def _saturating(given: Conditions) -> Iterator[Candidate]:
-    if given.friction > 0:  # the largest turns count a third
+    if given.friction > 0:  # at most: the largest turns count a third
         yield Candidate((), lambda u: {"saturation_per_rad": u / given.bend}, 0, 2.0)
 
 
@@ -123,7 +124,7 @@ def _lose(draft: Draft, efficiency, cables=None):
 
 def _losing(given: Conditions) -> Iterator[Candidate]:
     for place in given.of_cables():
-        # half is lost: a rope around a post for a third of a turn at mu 0.3
+        # at most nearly half is lost, as of a rope around a post for a third of a turn at mu 0.3
         yield Candidate(place, lambda u: {"efficiency": float(np.exp(-u))}, 0, 0.6)
 
 
@@ -165,7 +166,7 @@ FRICTION_RECORDS = (
     ),
     Record(
         "rate_dependent_friction",
-        _rub_faster,  # never concealed: programs that are drawn have no times
+        _rub_faster,  # never concealed: drawn programs have no times
         (size("rate", number_in(-0.5, 0.5)), size("reference_n_per_s", POSITIVE, optional=True)),
         rare=True,
         once=True,

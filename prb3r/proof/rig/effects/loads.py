@@ -1,6 +1,6 @@
-"""Loads that nobody applied, or that do not arrive whole.
+"""Effects of loads: those that nobody applied, and applied ones of which only a part arrives.
 
-`gravity` pulls at the centres of disks 1..n; `tip_load_friction` spares the constant `tip_force`.
+`gravity` pulls at the centres of disks 1..n; `tip_load_friction` does not act on the constant `tip_force`.
 """
 
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ def _tip_force_anew(given: Conditions, form: Candidate, rng: np.random.Generator
 
 
 def _directed(x: str, y: str, largest: float, angle: float) -> Candidate:
-    """A vector in one direction (rad), its size in units of the largest."""
+    """A vector in one direction (rad), of the two parameters `x` and `y`; its size is in units of the largest."""
     cos, sin = float(np.cos(angle)), float(np.sin(angle))
     return Candidate((), lambda u: {x: u * largest * cos, y: u * largest * sin}, 0, 1.0, (angle,))
 

@@ -1,7 +1,7 @@
-"""Plates: their stiffness, their shape at rest, and what they stand in.
+"""Effects of plates: their stiffness, their stress-free shape, and the compliance of their clamps.
 
-Bending stiffness of a plate: nominal, times every `weakened_plate` and `segment_stiffness`, plus `cable_bending`.  A
-hinge turns by compliance times the moment that the plate carries there.
+Bending stiffness of a plate: nominal, times every `weakened_plate`, `segment_stiffness` and `stiffness_gradient`, plus
+`cable_bending`.  A hinge turns by its compliance times the moment that the plate carries there.
 """
 
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ from prb3r.proof.rig.effects.record import FROM_ZERO, POSITIVE, Record, Scale, n
 
 
 def _factor(u: float) -> dict[str, float]:
+    """The parameter `factor` of a size, its logarithm."""
     return {"factor": float(np.exp(u))}
 
 
@@ -51,7 +52,7 @@ def _curve(draft: Draft, curvature_per_m, plates=None):
 
 
 def _curved(given: Conditions) -> Iterator[Candidate]:
-    """Each plate alone, all together, each of several segments."""
+    """Rest curvature of each plate alone, of all together, and of each segment where there are several."""
     ends = np.cumsum(given.segments).tolist()
     places: list[RigPlace] = [(("plates", (plate,)),) for plate in range(1, given.plates + 1)]
     places.append(())
@@ -59,7 +60,7 @@ def _curved(given: Conditions) -> Iterator[Candidate]:
         for count, end in zip(given.segments, ends, strict=True):
             places.append((("plates", tuple(range(end - count + 1, end + 1))),))
     for place in places:
-        # beyond, the rest shape alone would be seen to be no straight arm
+        # with more, the unloaded arm would visibly not be straight
         yield Candidate(place, lambda u: {"curvature_per_m": u * given.curvature}, -0.6, 0.6)
 
 
@@ -77,7 +78,7 @@ def _give_way_at_base(draft: Draft, compliance_rad_per_n_m):
 
 
 def _giving_at_base(given: Conditions) -> Iterator[Candidate]:
-    # a screw that turns twice as far as the plate in it bends
+    # at most a screw that turns twice as far as the first plate bends
     yield Candidate((), lambda u: {"compliance_rad_per_n_m": u * given.arc / given.rigidity}, 0, 2.0)
 
 

@@ -1,7 +1,7 @@
-"""What the independent side says of an effect, all in one record: parameters, deed, and how it can be concealed.
+"""The record of an effect: all that rig, labels and scores need to know of one kind.
 
-The rig takes from a record what the effect does to a draft and which parameters it takes; those who draw labels take
-where it can sit and how large it can be; those who judge take how its numbers are compared.
+The rig takes from it the parameters and what the effect does to a draft; the drawing of labels takes the places and
+sizes at which it can be concealed; the scores take how its numbers are compared.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,11 +16,11 @@ from prb3r.proof.rig.draft import Draft
 from prb3r.proof.rig.effects.candidate import Candidate, Conditions
 
 Check = Callable[[Any, Draft], str]
-"""Of a value as written: what is wrong with it, empty if nothing is."""
+"""Check of a parameter: from its value in a file and the draft, a message on what is wrong; empty if nothing is."""
 
 
 class Scale(Enum):
-    """In which a parameter is compared: its deviation from no effect is the whole to which an error is related."""
+    """On which scale a parameter is compared: errors are relative to its deviation from no effect on this scale."""
 
     PLAIN = "the value itself"
     LOGARITHM = "its logarithm: the effect vanishes at one"
@@ -41,8 +41,9 @@ class EffectParameter:
     check: Check
     scale: Scale = Scale.PLAIN
     place: str = ""
-    """Of a parameter that says where or which: what it counts (`plates`, `disks`, ...); empty for a size."""
+    """Of a parameter that says where or which: what it refers to (`plates`, `disks`, ...); empty for a size."""
     optional: bool = False
+    """Whether a file may leave it out."""
 
 
 @dataclass(frozen=True)
@@ -51,27 +52,30 @@ class Record:
 
     kind: str
     act: Callable[..., None]
-    """Changes a draft by the parameters, which it takes by name; a ValueError says what does not fit together."""
+    """Changes a draft by the parameters, which it takes by name; raises ValueError where these do not fit together."""
     taken: tuple[EffectParameter, ...]
+    """All parameters that a file may give."""
     conceal: Callable[[Conditions], Iterable[Candidate]] | None = None
-    """Its forms under the conditions of a design, their `kind` left open; None: it is never concealed."""
+    """Candidates for concealing it under the conditions of a design, without their `kind`; None: never concealed."""
     turn: int = 0
-    """When labels ask for it, the kinds that rigs show most often first: a run of few cases has those alone."""
+    """Rank in the order in which labels ask for kinds; those that rigs show most come first, as a short run has only
+    these."""
     rare: bool = False
-    """Whether it is concealed in recordings of a class of their own only: what few rigs show, or no suspect is."""
+    """Whether it is concealed only in recordings of the class `rare`: few rigs show it, or nobody suspects it."""
     once: bool = False
     """Whether a rig can have it only once."""
     of_the_kind: bool = False
     """Whether another design of the same plates' length, disks, clamps, holes, cables and steel has it as well, unless
     it is one cable's; else it is a fault of one part, or belongs to one set-up."""
     excludes: frozenset[str] = frozenset()
-    """Kinds that the rig does not know beside it."""
+    """Kinds that the rig refuses beside it."""
     vector: bool = False
-    """Whether its forms are directions of one vector: they act together, and its parameters are judged by length."""
+    """Whether its candidates are directions of one vector: they act together, and parameters are judged by the length
+    of their error."""
     reshaped: Callable[[Conditions, Candidate, np.random.Generator], Candidate] | None = None
-    """A form with its shape drawn anew; None: forms have no shape."""
+    """A candidate with its shape drawn at random; None: candidates have no shape to draw."""
     twins: Callable[[Conditions, Candidate, float], Iterable[Candidate]] | None = None
-    """Of a form and its size: what is the same law, or nearly so, under the name of another kind."""
+    """Candidates of other kinds that are the same law, or nearly so, as a given candidate at a given size."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -85,7 +89,7 @@ class Record:
 
     @property
     def places(self) -> Mapping[str, str]:
-        """Parameters that say where or which, and what they count."""
+        """Names of the parameters that say where or which, each with what it refers to (`plates`, `disks`, ...)."""
         return {parameter.name: parameter.place for parameter in self.taken if parameter.place}
 
     @property
@@ -94,19 +98,19 @@ class Record:
         return {parameter.name: parameter.scale for parameter in self.taken}
 
     def candidates(self, conditions: Conditions) -> Iterator[list[Candidate]]:
-        """All forms that the conditions allow, in groups that act together."""
+        """All candidates that the conditions allow, in groups that act together."""
         forms = [] if self.conceal is None else [replace(form, kind=self.kind) for form in self.conceal(conditions)]
         yield from [forms] if self.vector and forms else ([form] for form in forms)
 
     def drawn(self, conditions: Conditions, candidate: Candidate, rng: np.random.Generator) -> Candidate:
-        """The candidate with its shape drawn anew, where it has one."""
+        """The candidate with its shape drawn at random, where it has one."""
         if self.reshaped is None:
             return candidate
         return replace(self.reshaped(conditions, candidate, rng), kind=self.kind)
 
 
 def number_in(low: float = -np.inf, high: float = np.inf, open_low: bool = False) -> Check:
-    """Of a finite number from `low`, itself left out if `open_low`, to `high`."""
+    """The check that a value is a finite number from `low` (excluded if `open_low`) to `high`."""
 
     def check(value: Any, _: Draft) -> str:
         good = isinstance(value, Real) and not isinstance(value, bool) and np.isfinite(float(value))
@@ -129,13 +133,14 @@ def size(name: str, check: Check = ANY, scale: Scale = Scale.PLAIN, optional: bo
 
 
 def one_of(name: str, options: str | Sequence[str]) -> EffectParameter:
-    """A parameter that names one of the draft's cables, disks, ..., or one of the words given."""
+    """A parameter naming one of `options`: a field of the draft (`cables`, `disks`, ...) or words to choose from."""
     counted = options if isinstance(options, str) else name
     return EffectParameter(name, lambda value, draft: _not_one(value, _options(draft, options)), place=counted)
 
 
 def several(name: str, options: str) -> EffectParameter:
-    """A parameter that lists some of the draft's cables, disks, ...; absent, the effect acts on all."""
+    """A parameter that lists some of `options`, a field of the draft (`cables`, `plates`); absent, the effect acts on
+    all."""
 
     def check(value: Any, draft: Draft) -> str:
         if not isinstance(value, Sequence) or isinstance(value, str) or not value:
@@ -146,10 +151,12 @@ def several(name: str, options: str) -> EffectParameter:
 
 
 def _options(draft: Draft, options: str | Sequence[str]) -> Sequence[Any]:
+    """The values to choose from: those of the named field of the draft, or the words themselves."""
     return getattr(draft, options) if isinstance(options, str) else options
 
 
 def _not_one(value: Any, valid: Sequence[Any]) -> str:
+    """Message where a value is none of the valid ones; else empty."""
     if isinstance(value, str | Integral) and not isinstance(value, bool) and value in valid:
         return ""
     return f"{value!r} is not one of {', '.join(map(str, valid))}"

@@ -1,4 +1,4 @@
-"""Plates whose section is followed through the plateaus of its material, by closed forms and a table of curvatures."""
+"""The effect `superelastic_plate`: bending of sections whose material has stress plateaus, by a table of curvatures."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,8 +25,8 @@ the steeper ones are those of compression.  The ends are a choice."""
 NITINOL_PA = 8.3e10
 """Largest Young's modulus of nitinol, Pa: that of its austenite; martensite has about a third."""
 BEYOND = 1.3
-"""Times the plateau strain that the outermost fibre of an elastic plate has, at least: a rectangle gives way by a tenth
-then, and by half at 1.6."""
+"""Ratio to the plateau strain that the largest strain of an elastic plate must reach for the effect to be concealed: a
+rectangle gives way by a tenth then, and by half at 1.6."""
 TUBE = "tube_outer_m", "tube_inner_m", "notch_depth_m"
 """Parameters of a notched tube, of which a file gives all or none."""
 
@@ -40,7 +40,10 @@ def _plateau(
     notch_side=None,
     **tube,
 ):
-    """A section of tension and compression plateaus; every rectangle has its own table."""
+    """Give all plates the bending law of a section with plateaus: a table for each rectangle, one for all tubes.
+
+    Raises ValueError for parameters that do not go together.
+    """
     if (plateau_stress_pa is None) == (plateau_strain is None):
         raise ValueError("a superelastic plate takes either plateau_stress_pa or plateau_strain")
     if len(tube) not in (0, 3) or (notch_side and not tube):
@@ -64,7 +67,10 @@ def _plateau(
 
 @lru_cache(maxsize=64)
 def _rectangle_table(material: Material) -> np.ndarray:
-    """(1, 2, ROWS, 3) of plates whose outermost fibre is 1 m from the middle; curvatures go with its inverse."""
+    """(1, 2, ROWS, 3) table (see `Rig.law_table`) of rectangles whose outermost fibre is 1 m from the middle.
+
+    For another distance, M / EI and the curvature are divided by it.
+    """
     return np.array([[section_table(rectangle(1.0), material, side) for side in (-1, 1)]])
 
 
@@ -77,24 +83,25 @@ def _tube_table(material: Material, outer: float, inner: float, depth: float, cu
 
 
 def _nitinol(given: Conditions) -> Iterator[Candidate]:
-    """Where plates may be of it and reach its plateau."""
+    """Plates of nitinol, if their Young's modulus may be that of nitinol and they bend beyond its plateau."""
     if given.modulus <= NITINOL_PA and _reached(given) > PLATEAU_PA[0]:
         yield _of_material(given, PLATEAU_PA[0], COMPRESSION_RANGE[0], SLOPE_RANGE[0])
 
 
 def _reached(given: Conditions) -> float:
-    """Highest stress of a plateau that plates go beyond, Pa."""
+    """Highest plateau stress that plates exceed by the factor `BEYOND`, Pa."""
     return given.curvature * given.fibre * given.modulus / BEYOND
 
 
 def _of_material(given: Conditions, plateau: float, compression: float, slope: float) -> Candidate:
-    """Plates of a material whose plateau begins at a stress, by the strain that this is; a material has no size."""
+    """Plates of a material whose plateau begins at the stress `plateau` (Pa), given as strain; there is no size."""
     shape = plateau / given.modulus, compression, slope
     law = dict(zip(("plateau_strain", "compression_ratio", "plateau_slope"), shape, strict=True))
     return Candidate((), lambda _: law, shape=shape)
 
 
 def _nitinol_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    """Plates of nitinol with plateau stress, compression ratio and slope drawn at random."""
     plateau = PLATEAU_PA[0], min(PLATEAU_PA[1], _reached(given))
     return _of_material(given, *(rng.uniform(*ends) for ends in (plateau, COMPRESSION_RANGE, SLOPE_RANGE)))
 
