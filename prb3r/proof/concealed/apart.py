@@ -1,7 +1,7 @@
-"""How far the effects of a real rig are from other explanations, all other effects in place, by the linear rule.
+"""How far each effect of a real rig is from other explanations, in the linear model.
 
-The rest of a rig's effects may change their sizes, constants and frame are refitted with their priors.  Where friction
-follows the load path this is not computed, for its cost.
+Meanwhile the rig's other effects may change their sizes, and constants and frame are refitted with their priors.  Where
+friction follows the load path this is not computed, for its cost.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,18 +25,28 @@ def squared_distances(
     frame: Sequence[float],
     build: Build,
 ) -> list[float]:
-    """Of every effect, to the nearest one of a kind that the rig has not, in variances of its own noise.
+    """Squared distance from every effect to the nearest effect of a kind that the rig lacks, in variances of the rig's
+    own reading noise.
+
+    Empty where nothing is computed; `SETTINGS.real.largest_distance` for an effect without which there is no
+    equilibrium.
 
     Parameters
     ----------
     constants : ln of the factors on E and mu
     frame : rotation, rad, and shift, m
+
+    Raises
+    ------
+    ValueError
+        If the rig has no equilibrium at some step.
     """
     if not effects or design.flavour.is_slow or any(effect["kind"] == "slip_history" for effect in effects):
         return []
     sd = build.noise * np.array([design.deviation(kind) for kind in design.kinds])
 
     def seen(acting: Sequence[Mapping[str, Any]], p: Sequence[float], at: Sequence[float]) -> list[np.ndarray] | None:
+        """The readings (r,) over their noise, in a list of one, with effects, constants `p` and frame `at`."""
         manipulator = rig_as_built(truth(design, acting, *p), build)
         states = followed(manipulator, design.program)
         if states is None:
@@ -64,9 +74,11 @@ def squared_distances(
 
 
 def _rival_columns(design: Design, effects: Sequence[Mapping[str, Any]], seen: Any, whole: np.ndarray) -> list[Any]:
-    """Of every candidate of a kind that the rig has not: its change per unit or as a whole, and whether it is sized.
+    """For every group of candidates of a kind that the rig lacks: (r, k) change of the readings per unit of size, or by
+    the whole effect, and whether it has a size.
 
-    Holes are worn by all their cables: those of single cables are many, and each is a pass of the rig.
+    Of worn holes only those worn by all their cables are tried: those of single cables are many, and each costs a run
+    of the simulator.
     """
     there = {effect["kind"] for effect in effects}
     no_rivals, out = there.union({"slip_history"}, *(RECORDS[kind].excludes for kind in there)), []
@@ -81,7 +93,8 @@ def _rival_columns(design: Design, effects: Sequence[Mapping[str, Any]], seen: A
 
 
 def _nearest(basis: np.ndarray, change: np.ndarray, rivals: Sequence[Any]) -> float:
-    """Squared norm of what the nearest rival leaves of a change, the basis being free; of the change if all are far."""
+    """Least squared norm that a rival leaves of a change once the columns of `basis` are projected out; without rivals
+    that of the change itself."""
 
     def free(part: np.ndarray) -> np.ndarray:
         return part - basis @ (basis.T @ part)

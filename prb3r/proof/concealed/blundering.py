@@ -1,4 +1,4 @@
-"""What blunders of the set-up do to the tables and the file of a recording."""
+"""Makes blunders of the set-up in the tables and the manipulator file of a recording."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -7,19 +7,20 @@ import numpy as np
 import pandas as pd
 
 Details = Mapping[str, Any]
-"""Which cables, disks or sequences a blunder concerns."""
+"""Cables, disks or sequences that a blunder concerns, by name."""
 
 
 class Tables(NamedTuple):
-    """What stands in a recording's folder."""
+    """The contents of a recording's folder."""
 
     manipulator: Mapping[str, Any]
+    """Contents of the manipulator file."""
     steps: pd.DataFrame
     markers: pd.DataFrame
 
 
 def exchange_cables(tables: Tables, details: Details) -> Tables:
-    """Weights and slips of two cables in each other's columns."""
+    """Tables with the tensions and slips of two cables exchanged, in the `sequence` that `details` names or in all."""
     steps, (a, b) = tables.steps.copy(), details["cables"]
     rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
     for form in ("cable_{}_n", "slip_{}"):
@@ -29,7 +30,7 @@ def exchange_cables(tables: Tables, details: Details) -> Tables:
 
 
 def turn_offsets(tables: Tables, details: Details) -> Tables:
-    """Offsets with the wrong sign, of one cable or of all."""
+    """Tables with the wrong sign of the offset of the `cable` that `details` names, or of all cables."""
     cables = [
         {**cable, "offset_m": -cable["offset_m"]} if details.get("cable") in (None, cable["name"]) else cable
         for cable in tables.manipulator["cable"]
@@ -38,7 +39,7 @@ def turn_offsets(tables: Tables, details: Details) -> Tables:
 
 
 def note_end(tables: Tables, details: Details) -> Tables:
-    """A cable that the file lets end elsewhere."""
+    """Tables whose manipulator file lets a `cable` end at the wrong segment, `noted`."""
     cables = [
         {**cable, "ends_at_segment": details["noted"]} if cable["name"] == details["cable"] else cable
         for cable in tables.manipulator["cable"]
@@ -55,7 +56,7 @@ def turn_slips(tables: Tables, details: Details) -> Tables:
 
 
 def mirror(tables: Tables, details: Details) -> Tables:
-    """Pictures taken from behind: y, angles and bends change sign."""
+    """Tables of pictures taken from behind: y, angles and bends change sign."""
     markers = tables.markers.copy()
     for name in markers.columns.intersection(["y_m", "angle_rad", "bend_rad"]):
         markers[name] *= -1
@@ -63,14 +64,14 @@ def mirror(tables: Tables, details: Details) -> Tables:
 
 
 def count_from_tip(tables: Tables, details: Details) -> Tables:
-    """Disks counted from the tip: the last is 1."""
+    """Tables in which the disks are counted from the tip: the last is 1."""
     markers = tables.markers.copy()
     markers["disk"] = details["disks"] + 1 - markers["disk"]
     return tables._replace(markers=markers)
 
 
 def count_from_zero(tables: Tables, details: Details) -> Tables:
-    """The first disk after the base counted as 0."""
+    """Tables in which the first disk after the base is counted as 0, and so on."""
     markers = tables.markers.copy()
     markers["disk"] -= 1
     return tables._replace(markers=markers)
@@ -82,7 +83,8 @@ def exchange_disks(tables: Tables, details: Details) -> Tables:
 
 
 def in_kilograms(tables: Tables, details: Details) -> Tables:
-    """Weights noted in kilograms under headings in newtons, in one sequence or all."""
+    """Tables with tensions noted in kilograms under headings in newtons, in the `sequence` that `details` names or in
+    all."""
     steps = tables.steps.copy()
     rows = steps["sequence"].eq(details["sequence"]) if "sequence" in details else steps["sequence"].notna()
     columns = [name for name in steps if name.startswith("cable_")]
@@ -100,26 +102,26 @@ def play_backwards(tables: Tables, details: Details) -> Tables:
 
 
 def note_late(tables: Tables, details: Details) -> Tables:
-    """Tables in which every picture stands at the step before its own; those of first steps are lost."""
+    """Tables in which every picture is noted at the step before its own; those of first steps are lost."""
     markers = tables.markers.copy()
     markers["step"] -= 1
     return tables._replace(markers=markers[markers["step"] > 0])
 
 
 def exchange_sequences(tables: Tables, details: Details) -> Tables:
-    """Pictures of two sequences in each other's place."""
+    """Tables in which the pictures of two sequences, `sequences` in `details`, are exchanged."""
     return _exchanged(tables, "sequence", details["sequences"])
 
 
 def _exchanged(tables: Tables, column: str, pair: Any) -> Tables:
-    """Markers of both values of a pair in each other's place."""
+    """Tables whose markers have the two values of a pair exchanged in one column."""
     markers, (a, b) = tables.markers.copy(), pair
     markers[column] = markers[column].replace({a: b, b: a})
     return tables._replace(markers=markers)
 
 
 def in_degrees(tables: Tables, details: Details) -> Tables:
-    """Angles noted in degrees under a heading in radians."""
+    """Tables with absolute angles noted in degrees under a heading in radians."""
     markers = tables.markers.copy()
     markers["angle_rad"] = np.degrees(markers["angle_rad"])
     return tables._replace(markers=markers)

@@ -1,4 +1,4 @@
-"""Blunders of the set-up, made in the tables and the file of a recording, and what may be said of them.
+"""Blunders of the set-up: where each can be made, what makes it, and the sentence by which a diagnosis says it.
 
 Written from what a person does at the bench, and not from how the diagnosis undoes it.
 """
@@ -31,16 +31,18 @@ from prb3r.recording.recording import Kind
 
 
 class BlunderKind(NamedTuple):
-    """One thing that goes wrong."""
+    """One kind of blunder."""
 
     possible: Callable[[Design], list[dict[str, Any]]]
-    """Where it can be made on a design: details of each."""
+    """All ways to make it on a design: the details of each."""
     make: Callable[[Tables, Details], Tables]
+    """The tables after the blunder."""
     said: Callable[[Details], str]
+    """The sentence that says it."""
 
 
 def drawn_blunder(rng: np.random.Generator, design: Design) -> dict[str, Any]:
-    """A blunder that can be made on a design: its `kind`, its details, and what is to be `said`."""
+    """A random blunder that can be made on a design: its `kind`, its details, and the sentence `said` that names it."""
     options = {kind: places for kind, blunder in BLUNDERS.items() if (places := blunder.possible(design))}
     weight = np.array([SETTINGS.real.blunders[kind] for kind in options])
     kind = str(rng.choice(list(options), p=weight / weight.sum()))
@@ -49,7 +51,7 @@ def drawn_blunder(rng: np.random.Generator, design: Design) -> dict[str, Any]:
 
 
 def blundered(tables: Tables, blunder: Details) -> Tables:
-    """The tables of a recording after a blunder, whose `kind` and details are given."""
+    """The tables of a recording after a blunder as :func:`drawn_blunder` returns it."""
     return BLUNDERS[blunder["kind"]].make(tables, blunder)
 
 
@@ -59,16 +61,18 @@ def sequence_names(design: Design) -> list[str]:
 
 
 def _pulled(design: Design, cable: str, steps: LoadSteps) -> bool:
+    """Whether a cable has tension at any of the steps."""
     return any(step[f"cable_{cable}_n"] for step in steps)
 
 
 def _pairs(design: Design) -> list[dict[str, Any]]:
+    """Details of every pair of cables."""
     names = design.cables
     return [{"cables": [a, b]} for k, a in enumerate(names) for b in names[k + 1 :]]
 
 
 def _pairs_once(design: Design) -> list[dict[str, Any]]:
-    """Where one of a pair is pulled and the other is not, or both differ: any sequence that pulls one of them."""
+    """Details of every pair of cables with every sequence in which at least one of the two is pulled."""
     return [
         {**pair, "sequence": name}
         for pair in _pairs(design)
@@ -83,6 +87,7 @@ def _exchange_said(details: Details) -> str:
 
 
 def _ends(design: Design) -> list[dict[str, Any]]:
+    """Details of every cable with every segment at which it does not end."""
     count = len(design.manipulator["segment"])
     return [
         {"cable": cable["name"], "noted": end, "true": cable["ends_at_segment"]}
@@ -93,10 +98,12 @@ def _ends(design: Design) -> list[dict[str, Any]]:
 
 
 def _declared(design: Design) -> bool:
+    """Whether declared slip directions matter: there is friction, and it does not follow the load path."""
     return design.friction > 0 and not design.follows_path
 
 
 def _sequences(design: Design) -> list[dict[str, Any]]:
+    """Details of every sequence."""
     return [{"sequence": name} for name in sequence_names(design)]
 
 
@@ -106,6 +113,7 @@ def _kilograms_said(details: Details) -> str:
 
 
 def _of_equal_length(design: Design) -> list[dict[str, Any]]:
+    """Details of every pair of sequences with equally many steps."""
     names, program = sequence_names(design), design.program
     return [
         {"sequences": [names[a], names[b]]}
@@ -186,4 +194,4 @@ BLUNDERS: dict[str, BlunderKind] = {
         lambda details: "angle_rad is in degrees",
     ),
 }
-"""By the name that the settings give them."""
+"""All kinds of blunder, by the name that `SETTINGS.real.blunders` gives them."""

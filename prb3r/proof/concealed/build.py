@@ -1,4 +1,4 @@
-"""How a rig was really built, measured and read: its imperfections, which no file tells."""
+"""Imperfections of a real rig: how it was built, measured and read, which no file tells."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -14,16 +14,16 @@ NestedFloats = Sequence[Sequence[float]]
 
 @dataclass(frozen=True)
 class Build:
-    """Imperfections of one rig and its camera; `n` plates, `m` cables.  Relative deviations unless said."""
+    """Imperfections of one rig and its camera; `n` plates, `m` cables.  Deviations without a unit are relative."""
 
     length: Sequence[float]
-    """(n,) of plates."""
+    """(n,) deviation of each plate's length."""
     thickness: Sequence[float]
-    """(n,) of plates."""
+    """(n,) deviation of each plate's thickness."""
     offset: NestedFloats
-    """(n, m) of cables' holes at each plate."""
+    """(n, m) deviation of each cable's offset at each plate."""
     marker_m: NestedFloats
-    """(n, 2) of the marker of each disk after the base, in the disk's frame."""
+    """(n, 2) place of each disk's marker in the frame of the disk, m; the base disk has none."""
     noise: float
     """Factor on the stated deviation of readings."""
     tension: float
@@ -44,9 +44,11 @@ def drawn_build(rng: np.random.Generator, design: Design) -> Build:
     segment = np.repeat(np.arange(len(design.manipulator["segment"])), _plates(design.manipulator))
 
     def off(*shape: int) -> np.ndarray:
+        """Half of a deviation; two such add up to `chosen.geometry` at most."""
         return rng.uniform(-chosen.geometry / 2, chosen.geometry / 2, shape)
 
     def factor(low: float, high: float) -> float:
+        """A random factor, uniform in its logarithm."""
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     return Build(
@@ -62,7 +64,8 @@ def drawn_build(rng: np.random.Generator, design: Design) -> Build:
 
 
 def rig_as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]:
-    """The contents of a manipulator's file with every plate a segment of its own, as it was made."""
+    """The contents of a manipulator file of the rig as it was made: every plate is a segment of its own, with its own
+    length, thickness and offsets."""
     counts = _plates(manipulator)
     ends = np.cumsum(counts)
     drawn = [segment for segment in manipulator["segment"] for _ in range(segment["plates"])]
@@ -85,11 +88,12 @@ def rig_as_built(manipulator: Mapping[str, Any], build: Build) -> dict[str, Any]
 
 
 def _plates(manipulator: Mapping[str, Any]) -> list[int]:
+    """Number of plates of each segment."""
     return [segment["plates"] for segment in manipulator["segment"]]
 
 
 def _by_plate(effect: Mapping[str, Any], counts: Sequence[int]) -> list[dict[str, Any]]:
-    """An effect of a segment as one of each of its plates; others as they are."""
+    """A stiffness factor on a segment as one on each of its plates; any other effect as it is."""
     if effect["kind"] != "segment_stiffness":
         return [dict(effect)]
     last = int(np.sum(counts[: effect["segment"]]))
@@ -98,13 +102,13 @@ def _by_plate(effect: Mapping[str, Any], counts: Sequence[int]) -> list[dict[str
 
 
 def applied_tensions(rng: np.random.Generator, design: Design, build: Build, steps: LoadSteps) -> LoadSteps:
-    """A sequence of steps with tensions (N) as they really were, scattered about those that were noted."""
+    """The steps of a sequence with true tensions (N), scattered about the noted ones."""
     sd, names = build.tension * design.measurement["tension_sd_relative"], [f"cable_{c}_n" for c in design.cables]
     return tuple({**step, **{n: step[n] * float(1 + sd * rng.standard_normal()) for n in names}} for step in steps)
 
 
 def reading_noise(rng: np.random.Generator, build: Build, shape: tuple[int, int, int]) -> np.ndarray:
-    """(steps, disks, kinds) reading noise in stated deviations: heavy tails, a part common to neighbouring disks."""
+    """(steps, disks, kinds) reading noise over the stated deviation: heavy-tailed, in part common to neighbours."""
     chosen = SETTINGS.real
     nu = chosen.noise_freedom
     single = rng.standard_t(nu, shape) / np.sqrt(nu / (nu - 2))

@@ -1,4 +1,4 @@
-"""The manipulator as it really is, and what a perfect camera would read of it."""
+"""The true manipulator, and the readings that a perfect camera would take of it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,7 +15,8 @@ def truth(
     log_stiffness: float = 0.0,
     log_friction: float = 0.0,
 ) -> dict[str, Any]:
-    """The design's manipulator with other constants (ln of factors on E and mu) and with effects."""
+    """The contents of a file of the design's manipulator with other constants (ln of factors on E and mu) and with
+    effects."""
     plain = design.manipulator
     friction = {**plain["friction"], "coefficient": plain["friction"]["coefficient"] * float(np.exp(log_friction))}
     stiffer = plain["youngs_modulus_pa"] * float(np.exp(log_stiffness))
@@ -32,9 +33,9 @@ def exact_readings(
 
     Parameters
     ----------
-    manipulator : whose camera effects act
-    states : of each sequence
-    frames : rotation (rad) and shift (m) of each sequence; None: none
+    manipulator : contents of a manipulator file, of which the camera effects act
+    states : states of the rig in each sequence, in the order in which they were taken
+    frames : rotation (rad) and shift (m) of each sequence; None: zero
     """
     parts, before = [], 0
     for k, part in enumerate(states):

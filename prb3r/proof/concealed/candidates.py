@@ -1,4 +1,4 @@
-"""Every effect that can be concealed on a design, at every place: what the records of the rig's effects offer.
+"""Every effect that can be concealed on a design, at every place, from the records of the rig's effects.
 
 This is the independent side's list, written from the meaning of the effects; the diagnosis has another.
 """
@@ -12,7 +12,7 @@ from prb3r.recording.recording import Kind
 
 
 def conditions_of(design: Design) -> Conditions:
-    """What effects may be concealed on a design, and what their sizes are measured by."""
+    """The conditions of a design: what decides which effects can be concealed on it, and the units of their sizes."""
     manipulator, first = design.manipulator, design.manipulator["segment"][0]
     segments = tuple(segment["plates"] for segment in manipulator["segment"])
     steps = [step for sequence in design.program for step in sequence]
@@ -36,28 +36,31 @@ def conditions_of(design: Design) -> Conditions:
 
 
 def candidates(design: Design, rare: bool = False) -> list[list[Candidate]]:
-    """All of a design, or all rare ones; those of one inner list act together, as the components of a force do."""
+    """All candidates of a design whose kinds are not rare, or (if `rare`) all of rare kinds.
+
+    Those of one inner list act together, as the components of a force do.
+    """
     given = conditions_of(design)
     return [group for record in RECORDS.values() if record.rare == rare for group in record.candidates(given)]
 
 
 def concealable() -> tuple[str, ...]:
-    """Kinds that rigs mostly show and some design can, in the order in which labels ask for them."""
+    """Kinds that can be concealed and are not rare, in the order in which labels ask for them."""
     kinds = [kind for kind, record in RECORDS.items() if record.conceal is not None and not record.rare]
     return tuple(sorted(kinds, key=lambda kind: RECORDS[kind].turn))
 
 
 def kinds(design: Design) -> set[str]:
-    """Kinds of effect that a design can show at one place at least; rare kinds are not among them."""
+    """Kinds that can be concealed on a design at one place at least; rare kinds are not among them."""
     return {group[0].kind for group in candidates(design)}
 
 
 def shaped(design: Design, candidate: Candidate, rng: np.random.Generator) -> Candidate:
-    """The candidate with its shape drawn anew, where it has one."""
+    """The candidate with its shape drawn at random, where it has one."""
     return RECORDS[candidate.kind].drawn(conditions_of(design), candidate, rng)
 
 
 def twins(design: Design, candidate: Candidate, size: float) -> list[Candidate]:
-    """Candidates of another kind that are the same law, or nearly so."""
+    """Candidates of other kinds that are the same law, or nearly so, as a candidate at a size."""
     same = RECORDS[candidate.kind].twins
     return [] if same is None else list(same(conditions_of(design), candidate, size))

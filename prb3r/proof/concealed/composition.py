@@ -1,4 +1,4 @@
-"""What a run consists of: designs, and a request for every recording on a design that can show it."""
+"""Composition of a run: its designs, and a request for every recording, on a design on which it can be made."""
 
 from collections.abc import Collection, Sequence
 
@@ -16,11 +16,14 @@ from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
 
 BENCH_CLASSES = tuple(name for name in SETTINGS.population.shares if name not in REAL_CLASSES)
-"""Of rigs without imperfections."""
+"""Classes of recordings of bench rigs, which have no imperfections."""
 
 
 def flavours(cases: int, classes: Collection[str] = ()) -> list[Flavour]:
-    """Of the designs of a run of so many recordings of some classes (empty: all); every real rig is one of its own."""
+    """Flavours of the designs of a run of `cases` recordings of some classes (empty: all), those of bench rigs first.
+
+    Several recordings of bench rigs share a design; every recording of a real rig has a design of its own.
+    """
     asked = counts(cases, classes)
     bench = sum(asked.get(cls, 0) for cls in BENCH_CLASSES)
     real = [_real_flavour(cls, i) for cls in REAL_CLASSES for i in range(asked.get(cls, 0))]
@@ -28,7 +31,7 @@ def flavours(cases: int, classes: Collection[str] = ()) -> list[Flavour]:
 
 
 def _real_flavour(cls: str, i: int) -> Flavour:
-    """Of recording `i` of a class of real rigs."""
+    """Flavour of the design of recording `i` of a class of real rigs."""
     chosen = SETTINGS.real
     if cls == "rare" and _last(i, chosen.nitinol_every):
         return Flavour.REAL_NITINOL
@@ -42,7 +45,7 @@ def _real_flavour(cls: str, i: int) -> Flavour:
 
 
 def _bench_flavours(cases: int) -> list[Flavour]:
-    """Of the designs that are bench rigs without imperfections."""
+    """Flavours of the designs of bench rigs in a run with `cases` recordings of such rigs."""
     chosen = SETTINGS.population
     share = cases / chosen.bench
     plain = max(chosen.fewest_plain, round(chosen.plain_designs * share))
@@ -54,7 +57,7 @@ def _bench_flavours(cases: int) -> list[Flavour]:
 
 
 def counts(cases: int, classes: Collection[str] = ()) -> dict[str, int]:
-    """Recordings of every class, or of some; they add up to `cases`."""
+    """Number of recordings of every class, or of some, by largest remainders so that they add up to `cases`."""
     shares = {name: share for name, share in SETTINGS.population.shares.items() if not classes or name in classes}
     exact = {name: cases * share / sum(shares.values()) for name, share in shares.items()}
     out = {name: int(value) for name, value in exact.items()}
@@ -65,7 +68,11 @@ def counts(cases: int, classes: Collection[str] = ()) -> dict[str, int]:
 
 
 def requests(seed: int, cases: int, designs: Sequence[Design], classes: Collection[str] = ()) -> list[Request]:
-    """Every recording of a run, on designs that can show it, spread evenly over them."""
+    """The requests for all recordings of a run.
+
+    Those of bench rigs are spread evenly over the designs on which they can be made; those of real rigs take the
+    remaining designs one by one, in the order of `flavours`.
+    """
     bench = [design for design in designs if not design.flavour.is_real]
     rng, shows = np.random.default_rng([seed, 0]), [kinds(design) for design in bench]
     asked = [(cls, *_asked(cls, i)) for cls, count in counts(cases, classes).items() for i in range(count)]
@@ -85,7 +92,8 @@ def requests(seed: int, cases: int, designs: Sequence[Design], classes: Collecti
 
 
 def _asked(cls: str, i: int) -> tuple[str, float]:
-    """Kind and size, in smallest detectable ones, that recording `i` of a class asks for."""
+    """Kind (of effect, law, decoy or awkwardness) and size, in smallest detectable ones, that recording `i` of a class
+    asks for; an empty kind means any, a size of 0 none in particular."""
     chosen, library = SETTINGS.population, concealable()
     in_turn = chosen.multiples[(i + i // len(library)) % len(chosen.multiples)]
     match cls:
@@ -113,13 +121,16 @@ def _asked(cls: str, i: int) -> tuple[str, float]:
 
 
 def _last(i: int, every: int) -> bool:
-    """Whether `i` is the last of its group of so many."""
+    """Whether `i` is the last of its group when counting is in groups of `every`."""
     return i % every == every - 1
 
 
 def _able(design: Design, shown: set[str], cls: str, kind: str, case: int) -> bool:
-    """Whether recording `case` of class `cls` can be made on a design: the design has the flavour that the class needs,
-    and can have the effect (`shown`: its kinds) or the foreign law `kind` where the class needs one."""
+    """Whether recording `case` of a class can be made on a design of a bench rig.
+
+    The design must have the flavour that the class needs and, where the class needs one, be able to have the effect
+    (`shown`: kinds of the design) or foreign law `kind`.
+    """
     history = case % round(1 / SETTINGS.population.history_share) == 0 and cls in ("clean", "single")
     flavour = {"hidden": Flavour.LOADING, "confusable": Flavour.POOR}.get(cls, Flavour.PLAIN)
     if cls == "confusable" and kind:
@@ -134,7 +145,7 @@ def _able(design: Design, shown: set[str], cls: str, kind: str, case: int) -> bo
 
 
 def labels_of(task: tuple[Design, Sequence[Request]]) -> list[Label]:
-    """The labels of all requests for one design."""
+    """The labels of all requests on one design."""
     design, asked = task
     if design.flavour.is_real:
         return [real_label(request, design) for request in asked]
@@ -144,5 +155,5 @@ def labels_of(task: tuple[Design, Sequence[Request]]) -> list[Label]:
 
 
 def drawn_design(task: tuple[int, int, Flavour]) -> Design:
-    """A design from its seed, number and flavour."""
+    """The design of a given seed, number and flavour."""
     return design_of(*task)

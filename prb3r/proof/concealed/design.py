@@ -1,4 +1,4 @@
-"""A design: a manipulator as its owner describes it, and how it is recorded."""
+"""Designs: a manipulator as its owner describes it, and how it is recorded."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,40 +12,40 @@ from prb3r.proof.rig.simulate import RigStates, simulate
 from prb3r.recording.recording import Kind
 
 LoadSteps = tuple[Mapping[str, float], ...]
-"""Steps of one sequence: columns of the table of steps with their values."""
+"""Steps of one sequence, each a mapping from columns of the table of steps to values."""
 
 
 class Flavour(StrEnum):
-    """What a design is for."""
+    """What a design is drawn for.  Bench rigs, the first four, are built exactly as drawn; real rigs are not."""
 
     PLAIN = "plain"
-    """Declared slip directions."""
+    """Bench rig with declared slip directions."""
     HISTORY = "history"
-    """Friction that follows the load path."""
+    """Bench rig whose friction follows the load path."""
     LOADING = "loading"
-    """Unloading in the last sequences alone: calibration can hide effects."""
+    """Bench rig that is unloaded in the last sequences alone, so that calibration can hide effects."""
     POOR = "poor"
-    """Few sequences, loading only, with little read: effects are confused."""
+    """Bench rig with few sequences, loading only, and few kinds of reading, so that effects are confused."""
     REAL = "real"
     """A rig with imperfections; slip directions are declared."""
     REAL_BARE = "real, bare"
-    """The same, its nominal model without friction."""
+    """As `REAL`, but the nominal model has no friction."""
     REAL_HISTORY = "real, history"
-    """The same with friction that follows the load path."""
+    """As `REAL`, but friction follows the load path, in the nominal model too."""
     REAL_UNTOLD = "real, history untold"
-    """The same, its nominal model with declared slip."""
+    """As `REAL`, but friction follows the load path while the nominal model has declared slip."""
     REAL_NITINOL = "real, nitinol"
-    """A rig with imperfections whose plates are of nitinol and bend beyond what is elastic."""
+    """As `REAL`, but plates are of nitinol and bend beyond its elastic range."""
 
     @property
     def is_real(self) -> bool:
-        """Whether designs of it have imperfections that no file tells."""
+        """Whether the rigs have imperfections that no file tells."""
         slow = self.REAL_HISTORY, self.REAL_UNTOLD
         return self in (self.REAL, self.REAL_BARE, *slow, self.REAL_NITINOL)
 
     @property
     def is_slow(self) -> bool:
-        """Whether the rig follows the load path, so that designs are small."""
+        """Whether the rig's friction follows the load path, which is slow to simulate: such designs are small."""
         return self in (Flavour.HISTORY, Flavour.REAL_HISTORY, Flavour.REAL_UNTOLD)
 
 
@@ -54,19 +54,20 @@ class Design:
     """A manipulator as its owner describes it, and how it is recorded."""
 
     number: int
+    """Number of the design within a run, from 0."""
     flavour: Flavour
     manipulator: Mapping[str, Any]
-    """Contents of its file, nominal."""
+    """Contents of the nominal manipulator file."""
     measurement: Mapping[str, float]
     """Stated standard deviations, as in a recording's file."""
     prior: Mapping[str, float]
-    """Relative standard deviations; absent: flat."""
+    """Relative standard deviations of the constants' priors, as in a recording's file; absent: flat."""
     kinds: tuple[Kind, ...]
-    """What is read at every disk."""
+    """Kinds of reading at every disk."""
     program: tuple[LoadSteps, ...]
     """Load steps of every sequence, as noted."""
     largest_bend: float
-    """Of a plate of the nominal manipulator, rad."""
+    """Largest bend of a plate of the nominal manipulator under the program, rad."""
 
     @property
     def plates(self) -> int:
@@ -80,7 +81,7 @@ class Design:
 
     @property
     def length(self) -> float:
-        """From the base disk's distal face to the tip's, straight, m."""
+        """Straight length from the base disk's distal face to the tip's, m."""
         disk = self.manipulator["disk"]["thickness_m"]
         return sum(segment["plates"] * (segment["length_m"] + disk) for segment in self.manipulator["segment"])
 
@@ -96,12 +97,12 @@ class Design:
 
     @property
     def pull(self) -> float:
-        """Largest tension of any cable at any step of the program, N, as it is noted: without scatter."""
+        """Largest noted tension of any cable at any step of the program, N."""
         return max(step[f"cable_{name}_n"] for steps in self.program for step in steps for name in self.cables)
 
     @property
     def image_centre(self) -> tuple[float, float]:
-        """Of the camera: half-way along the straight arm, m."""
+        """Centre of the camera's image: half-way along the straight arm, m."""
         return (self.length / 2, 0.0)
 
     @property
@@ -112,11 +113,11 @@ class Design:
         return tuple(k for k, on in enumerate(rising) if on)
 
     def deviation(self, kind: Kind) -> float:
-        """Standard deviation of a reading, m or rad."""
+        """Stated standard deviation of a reading of a kind, m or rad."""
         return self.measurement["position_sd_m" if kind.is_position else "angle_sd_rad"]
 
     def described(self) -> dict[str, Any]:
-        """What may be said of it before the seal is broken: a row of the report."""
+        """The design as a row of the report; nothing in it tells what is concealed."""
         return {
             "design": self.number,
             "flavour": str(self.flavour),
@@ -132,7 +133,7 @@ class Design:
 
 
 def followed(manipulator: Mapping[str, Any], program: Sequence[LoadSteps]) -> list[RigStates] | None:
-    """The rig's states along each sequence of a program; None where an equilibrium ceases."""
+    """The rig's states along each sequence of a program; None where a step has no equilibrium."""
     out, before = list[RigStates](), 0
     for steps in program:
         states = simulate(manipulator, steps, before=before)
@@ -144,10 +145,10 @@ def followed(manipulator: Mapping[str, Any], program: Sequence[LoadSteps]) -> li
 
 
 def plate_bends(states: Sequence[RigStates]) -> np.ndarray:
-    """(steps, plates) bend of each plate, rad: what the angles of its two disks differ by, sequence after sequence."""
+    """(steps, plates) bend of each plate, rad: the difference of its two disks' angles, sequence after sequence."""
     return np.concatenate([np.diff(part.angle, axis=1) for part in states])
 
 
 def largest_bend(states: Sequence[RigStates]) -> float:
-    """Of any plate at any step, either way, rad."""
+    """Largest bend of any plate at any step, to either side, rad."""
     return float(np.abs(plate_bends(states)).max())

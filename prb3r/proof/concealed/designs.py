@@ -12,12 +12,12 @@ from prb3r.recording.recording import Kind
 
 
 def design_of(seed: int, number: int, flavour: Flavour = Flavour.PLAIN) -> Design:
-    """Design `number` of a seed; the rig has an equilibrium at all its steps, at moderate bends.
+    """Design `number` of a seed, drawn so that its rig has an equilibrium with moderate bends at every step.
 
     Raises
     ------
     RuntimeError
-        If none of the attempts is moderate.
+        If none of the designs that are tried is so.
     """
     rng = np.random.default_rng([seed, 1, number])
     for _ in range(SETTINGS.programs.attempts):
@@ -28,7 +28,7 @@ def design_of(seed: int, number: int, flavour: Flavour = Flavour.PLAIN) -> Desig
 
 
 def _drawn(rng: np.random.Generator, number: int, flavour: Flavour) -> Design:
-    """A design whose loads may still bend it too far."""
+    """A random design, with loads that may still be too large."""
     u, cameras = rng.uniform, SETTINGS.cameras
     manipulator = _manipulator(rng, flavour)
     kinds = cameras.read_of_others
@@ -92,7 +92,10 @@ def _manipulator(rng: np.random.Generator, flavour: Flavour) -> dict[str, Any]:
 
 
 def _cables(rng: np.random.Generator, segments: int) -> list[dict[str, Any]]:
-    """A pair for each segment, the outer row of holes for the last one; of a lone segment one pair or two."""
+    """The cables of a manipulator file: a pair for each segment, the last segment's in the outer row of holes.
+
+    A single segment has one pair or two.  Of more than two cables one is left out at times.
+    """
     ranges, cables = SETTINGS.manipulators, list[dict[str, Any]]()
     fewest, most = ranges.pairs_of_one_segment
     ends = list(range(segments, 0, -1)) if segments > 1 else [1] * int(rng.integers(fewest, most + 1))
@@ -108,7 +111,8 @@ def _cables(rng: np.random.Generator, segments: int) -> list[dict[str, Any]]:
 
 
 def drawn_program(rng: np.random.Generator, manipulator: Mapping[str, Any], flavour: Flavour) -> tuple[LoadSteps, ...]:
-    """Sequences in which cables rise and fall, or rise alone."""
+    """A random load program for a manipulator: sequences in which tensions rise and fall, or only rise, as the flavour
+    asks."""
     ranges, cables = SETTINGS.programs, manipulator["cable"]
     m, few = len(cables), flavour.is_slow or flavour == Flavour.POOR
     if few:
@@ -141,7 +145,7 @@ def drawn_program(rng: np.random.Generator, manipulator: Mapping[str, Any], flav
 
 
 def _tension(manipulator: Mapping[str, Any], cable: Mapping[str, Any]) -> float:
-    """That bends a plate of the cable's last segment as far as the settings ask, alone, N."""
+    """Largest tension of a cable, N: alone, it bends a plate of its last segment by `SETTINGS.programs.bend_rad`."""
     soft = manipulator["segment"][cable["ends_at_segment"] - 1]
     rigidity = manipulator["youngs_modulus_pa"] * soft["width_m"] * soft["thickness_m"] ** 3 / 12
     arc = soft["length_m"] - 2 * soft["clamp_m"]
@@ -149,14 +153,14 @@ def _tension(manipulator: Mapping[str, Any], cable: Mapping[str, Any]) -> float:
 
 
 def _tip(manipulator: Mapping[str, Any], pull: np.ndarray) -> float:
-    """Force whose moment about the base is that of the strongest cable, N."""
+    """Transverse tip force whose moment about the base is that of the strongest cable, N."""
     arms = np.array([abs(cable["offset_m"]) for cable in manipulator["cable"]])
     length = sum(segment["plates"] * segment["length_m"] for segment in manipulator["segment"])
     return float((pull * arms).max() / length)
 
 
 def _profile(rng: np.random.Generator, count: int, unloads: bool) -> np.ndarray:
-    """Shares of the largest tension, up to a peak and down again, or up alone."""
+    """(count,) shares of the largest tension: up to a peak and down again if the sequence `unloads`, else up alone."""
     ranges = SETTINGS.programs
     if not unloads:
         return np.linspace(rng.uniform(*ranges.last_share), 1.0, count)
@@ -167,7 +171,7 @@ def _profile(rng: np.random.Generator, count: int, unloads: bool) -> np.ndarray:
 
 
 def _steps(manipulator: Mapping[str, Any], tension: np.ndarray, tip: np.ndarray, loaded: bool) -> LoadSteps:
-    """With the slip directions that the changes of tension declare."""
+    """The steps of one sequence with tensions (steps, m), the slip directions that these declare, and the tip load."""
     names = [cable["name"] for cable in manipulator["cable"]]
     rows, slip, before = [], -np.ones(len(names)), np.zeros(len(names))
     for row in tension:
@@ -180,7 +184,8 @@ def _steps(manipulator: Mapping[str, Any], tension: np.ndarray, tip: np.ndarray,
 
 
 def _moderate(design: Design) -> Design | None:
-    """The design with loads reduced until bends are moderate; None where that takes too much, or leaves too little."""
+    """The design with loads reduced until bends are moderate; None if that takes too many reductions, or if bends are
+    too small then."""
     ranges = SETTINGS.programs
     for _ in range(ranges.weakenings):
         states = followed(design.manipulator, design.program)
@@ -195,7 +200,7 @@ def _moderate(design: Design) -> Design | None:
 
 
 def weaker_program(program: Sequence[LoadSteps]) -> tuple[LoadSteps, ...]:
-    """A program with all loads reduced a little."""
+    """A program with all loads reduced by the factor `SETTINGS.programs.weaker`."""
     return tuple(tuple(map(_weaker, steps)) for steps in program)
 
 

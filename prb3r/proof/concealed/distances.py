@@ -1,7 +1,7 @@
-"""Squared distances, in units of noise, from a change of readings to what another explanation makes of it.
+"""Squared distances, in units of noise, from a change of readings to the nearest that other explanations come to it.
 
-By the linear rule first; where two effects come close, both refits are iterated with the full rig (Gauss-Newton with
-the Jacobian kept).
+They are found in the linear model first; where a rival comes close, it is refitted with the full rig (Gauss-Newton
+steps with the Jacobian kept).
 """
 
 from collections.abc import Collection, Sequence
@@ -14,8 +14,10 @@ from prb3r.proof.settings import SETTINGS
 
 
 def linear_distance(responses: Responses, change: np.ndarray, rival: Response) -> float:
-    """Squared distance from a whitened change (r + c,) to the nearest that a rival effect comes in the linear model:
-    constants and sizes by least squares, a lone size within the limits of its candidate."""
+    """Squared distance from a whitened change (r + c,) to a rival effect in the linear model.
+
+    Constants and sizes are fitted by least squares; a lone size stays within the limits of its candidate.
+    """
     a, b = responses.free(change), responses.free(rival.columns)
     if not rival.sized:
         return float(((a - b[:, 0]) ** 2).sum())
@@ -26,7 +28,10 @@ def linear_distance(responses: Responses, change: np.ndarray, rival: Response) -
 
 
 def distance_to_pairs(responses: Responses, change: np.ndarray, rivals: Sequence[Response]) -> float:
-    """To the best refit of any two effects together, linearised, of whatever size."""
+    """Squared distance from a whitened change (r + c,) to the nearest pair of rivals of any size, in the linear model.
+
+    Infinite with fewer than two rivals.
+    """
     a, columns = responses.free(change), [responses.free(rival.columns) for rival in rivals]
     best = np.inf
     for pair in combinations(range(len(rivals)), 2):
@@ -41,7 +46,10 @@ def distance_to_pairs(responses: Responses, change: np.ndarray, rivals: Sequence
 
 
 def distance_without_a_step(responses: Responses, change: np.ndarray) -> float:
-    """To one step under another weight, whatever that may have been, linearised: what all other steps say."""
+    """Squared distance from a whitened change (r + c,) to a wrong weight at some one step, in the linear model.
+
+    As the weight may be any, this is the least that calibration leaves in the readings of all steps but one.
+    """
     constants = len(responses.constants)
     count, readings = len(responses.nominal), len(change) - constants
     step = np.append(np.repeat(np.arange(count), readings // count), np.full(constants, count))
@@ -55,7 +63,11 @@ def distance_without_a_step(responses: Responses, change: np.ndarray) -> float:
 
 
 def refitted_distance(responses: Responses, change: np.ndarray, rival: Response | None) -> float:
-    """To a rival refitted with the full rig from the nominal constants; None: to calibration alone."""
+    """Squared distance from a whitened change (r + c,) to a rival, or to calibration alone if that is None.
+
+    The refit takes a few Gauss-Newton steps with the full rig from the nominal constants; infinite if a rival without a
+    size has no equilibrium.
+    """
     group = rival.group if rival is not None else ()
     free = [form for form in group if form.sized]
     calibration = responses.calibration
@@ -89,7 +101,10 @@ def nearest_by_kind(
     without: Collection[str],
     near: float = SETTINGS.sizes.refitted_below,
 ) -> dict[str, float]:
-    """To the nearest rival of every kind but those `without`, refitted if it is below `near` by the linear rule."""
+    """Squared distance from a whitened change to the nearest rival of every kind but those in `without`.
+
+    The nearest few kinds are refitted with the full rig if they have a size and their linear distance is below `near`.
+    """
     best: dict[str, tuple[float, Response]] = {}
     for rival in rivals:
         if rival.kind not in without:

@@ -1,4 +1,4 @@
-"""Labels drawn from a seed: how every class of recordings is made on a given design."""
+"""Draws the labels of recordings of bench rigs: one function for each class of recordings."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -18,13 +18,14 @@ from prb3r.proof.concealed.sizing import SizedEffect, distances_by_kind, draw_ef
 from prb3r.proof.settings import SETTINGS
 
 OUTSIDE = "foreign", "deleted"
-"""Classes of physics that the library of the diagnosis does not hold."""
+"""Classes of recordings whose physics the library of the diagnosis lacks."""
 Drawing = Callable[[Request, Responses, Responses | None, np.random.Generator], Label | None]
-"""Of a request, the responses of its design and those of its loading sequences alone; None if it cannot be met."""
+"""Draws a label from a request, the responses of its design, those to its loading-only sequences, and a generator; None
+if the request cannot be met."""
 
 
 def label_of(request: Request, responses: Responses, loading: Responses | None) -> Label:
-    """Draw the label of a request; one that its design cannot show is met by another kind, or is clean."""
+    """The label for a request; where the design cannot show the kind asked for, of another kind, else a clean label."""
     rng = np.random.default_rng([request.seed, 2, request.case])
     label = _DRAWINGS[request.cls](request, responses, loading, rng)
     if label is None and request.kind:
@@ -35,7 +36,8 @@ def label_of(request: Request, responses: Responses, loading: Responses | None) 
 
 
 def _with_targets(label: Label, design: Design, rng: np.random.Generator) -> Label:
-    """With other loads and another design, where the physics is outside the library and equilibria are found there."""
+    """The label with other loads and another design as targets, where its physics is outside the library and both have
+    equilibria."""
     if label.cls not in OUTSIDE:
         return label
     asked = drawn_targets(rng, design, label.effects, label.constants, None, label.foreign)
@@ -43,7 +45,7 @@ def _with_targets(label: Label, design: Design, rng: np.random.Generator) -> Lab
 
 
 def _with_constants(label: Label, responses: Responses, rng: np.random.Generator) -> Label:
-    """Constants, frame and noise, such that the rig keeps its equilibria."""
+    """The label with random constants, frame and noise seed, such that the rig keeps its equilibria."""
     chosen, design = SETTINGS.imperfections, responses.design
     rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
     if "frame" in label.awkward:
@@ -98,7 +100,7 @@ def _clean(request: Request, responses: Responses, loading: Responses | None, rn
 def _single(
     request: Request, responses: Responses, loading: Responses | None, rng: np.random.Generator
 ) -> Label | None:
-    """One effect at the size asked for; of several draws that which is farthest from all others."""
+    """One effect at the size asked for; of several draws the one that is farthest from all other kinds."""
     enough = SETTINGS.labels.far_enough * SETTINGS.sizes.apart
     best: tuple[float, SizedEffect] | None = None
     for _ in range(SETTINGS.labels.tries):
@@ -116,7 +118,7 @@ def _single(
 def _deleted(
     request: Request, responses: Responses, loading: Responses | None, rng: np.random.Generator
 ) -> Label | None:
-    """One effect that the library of the diagnosis is without, large enough to be far from all that is left."""
+    """One effect that is taken out of the library of the diagnosis, large enough to be far from all that are left."""
     best: Label | None = None
     for multiple in SETTINGS.labels.deleted_multiples:
         drawn = draw_effect(responses, request.kind, multiple, rng)
@@ -170,7 +172,7 @@ def _decoy(request: Request, responses: Responses, loading: Responses | None, rn
 def _confusable(
     request: Request, responses: Responses, loading: Responses | None, rng: np.random.Generator
 ) -> Label | None:
-    """An effect that is the same as one of another kind."""
+    """One effect that cannot be told from an effect of another kind."""
     same = SETTINGS.sizes.same
     for _ in range(SETTINGS.labels.confusable_tries):
         drawn = draw_effect(responses, request.kind, request.multiple, rng)
@@ -187,7 +189,7 @@ def _confusable(
 def _hidden(
     request: Request, responses: Responses, loading: Responses | None, rng: np.random.Generator
 ) -> Label | None:
-    """An effect that E and mu imitate as long as cables are only drawn in."""
+    """One effect that E and mu imitate in the sequences in which cables are only drawn in."""
     if loading is None:
         return None
     chosen = SETTINGS.labels
@@ -209,7 +211,7 @@ def _hidden(
 
 
 def _misleads(loading: Responses, change: np.ndarray) -> bool:
-    """Whether calibration takes a change for other constants."""
+    """Whether calibration on loading alone would take a change for other constants, beyond the settings' limits."""
     stiffness, friction = SETTINGS.labels.misled
     false = np.abs(np.linalg.lstsq(loading.calibration, change, rcond=None)[0])
     return bool(false[0] >= stiffness or (loading.design.friction > 0 and false[1] > friction))

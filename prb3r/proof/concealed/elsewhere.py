@@ -1,4 +1,4 @@
-"""Other loads and another design: what a designer asks of a diagnosis, and what the rig does there."""
+"""Targets of prediction: other loads on the rig and another design, and what the rig truly does there."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,13 +19,14 @@ OTHER_LOADS, OTHER_DESIGN = "other loads", "another design"
 
 
 def carried(effects: Sequence[Mapping[str, Any]], here: Design, there: Design) -> list[dict[str, Any]]:
-    """Those of a rig's effects that another rig of the same making has."""
+    """The effects of a rig of design `here` that a rig of design `there`, of the same making, has as well."""
     of_the_kind = [effect for effect in effects if RECORDS[effect["kind"]].of_the_kind and "cables" not in effect]
     return [_of_the_steel(effect, here, there) for effect in of_the_kind]
 
 
 def _of_the_steel(effect: Mapping[str, Any], here: Design, there: Design) -> dict[str, Any]:
-    """A law of the steel acts on strain: its cubic term goes with the square of the outer fibre."""
+    """The effect on the other design: a law of the material acts on strain, so that its cubic term goes with the square
+    of the outer fibre's distance."""
     if "cubic_m2" not in effect:
         return dict(effect)
     fibres = [np.mean([segment["thickness_m"] for segment in d.manipulator["segment"]]) for d in (here, there)]
@@ -40,12 +41,14 @@ def target_states(
     build: Build | None,
     foreign: tuple[str, float] | None = None,
 ) -> list[RigStates] | None:
-    """What the rig really does there; None where an equilibrium ceases.
+    """The true states of the rig along the program of a target; None where a step has no equilibrium.
 
     Parameters
     ----------
-    build : imperfections of a rig that is not as it is drawn
-    foreign : a law outside the library that acts on it, and its size
+    target : a `name`, the contents of a `manipulator` file and a `program`
+    effects, constants : those concealed; constants as ln of the factors on E and mu
+    build : imperfections of a real rig, which another design does not have; None: a bench rig
+    foreign : law outside the library that acts on the rig, and its size
     """
     there = replace(design, manipulator=target["manipulator"])
     if target["name"] == OTHER_LOADS:
@@ -67,7 +70,7 @@ def drawn_targets(
     build: Build | None,
     foreign: tuple[str, float] | None = None,
 ) -> tuple[dict[str, Any], ...] | None:
-    """Other loads on the rig, and another design, such that there is an equilibrium at every step; None if not.
+    """Targets: other loads on the rig, and another design, each with an equilibrium at every step; None if not found.
 
     See :func:`target_states` for the parameters.
     """
@@ -89,7 +92,7 @@ def drawn_targets(
 
 
 def _another(rng: np.random.Generator, design: Design) -> dict[str, Any]:
-    """A manipulator of other thicknesses and other numbers of plates, all else as it is."""
+    """The manipulator of a design with other thicknesses and numbers of plates, all else as it is."""
     chosen, plain = SETTINGS.real, design.manipulator
     most = chosen.history_plates if design.flavour.is_slow else np.inf
     segments = []

@@ -1,4 +1,4 @@
-"""The folder of a real rig's recording: all that the diagnosis gets."""
+"""Writes the folder of a real rig's recording, which is all that the diagnosis gets."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,14 +21,14 @@ from prb3r.recording.writing import write_recording
 
 
 def recording_from_folder(design: Design, label: Label) -> Recording:
-    """What is read from the folder of a real rig.
+    """The recording of a real rig as it is read from its folder.
 
     Raises
     ------
     ValueError
         Where the rig has no equilibrium.
     SpecError
-        Where the folder is refused.
+        Where the folder is refused, as for some blunders.
     """
     with TemporaryDirectory() as folder:
         write_real_recording(design, label, Path(folder))
@@ -36,7 +36,7 @@ def recording_from_folder(design: Design, label: Label) -> Recording:
 
 
 def write_real_recording(design: Design, label: Label, folder: Path) -> None:
-    """Write the folder of a real rig's recording."""
+    """Write the folder of a real rig's recording, blunders included; ValueError where the rig has no equilibrium."""
     tables = recorded_tables(design, label)
     if label.blunder:
         tables = blundered(tables, label.blunder)
@@ -52,7 +52,7 @@ def write_real_recording(design: Design, label: Label, folder: Path) -> None:
 
 
 def recorded_tables(design: Design, label: Label) -> Tables:
-    """The tables as they are before any blunder."""
+    """The tables of a real rig's recording before any blunder; ValueError where the rig has no equilibrium."""
     rng, build, names = np.random.default_rng(label.noise_seed), build_of(label), sequence_names(design)
     manipulator = rig_as_built(truth(design, label.effects, *label.constants), build)
     states = followed(manipulator, [applied_tensions(rng, design, build, steps) for steps in design.program])
@@ -78,7 +78,10 @@ def recorded_tables(design: Design, label: Label) -> Tables:
 
 
 def _at_markers(states: RigStates, marker: np.ndarray) -> RigStates:
-    """States with the places of the markers (n, 2) in those of the disks after the base."""
+    """States with the positions of the markers in place of those of the disks after the base.
+
+    `marker` (n, 2) holds their places in the disks' frames, m.
+    """
     x, y, angle = states.x.copy(), states.y.copy(), states.angle[:, 1:]
     along, across = marker.T
     x[:, 1:] += np.cos(angle) * along - np.sin(angle) * across
@@ -87,7 +90,7 @@ def _at_markers(states: RigStates, marker: np.ndarray) -> RigStates:
 
 
 def _with_slips(rng: np.random.Generator, design: Design, build: Build, value: np.ndarray) -> np.ndarray:
-    """Readings with gross outliers and gaps, where there are some."""
+    """Readings with gross outliers and gaps (NaN), if the rig's recording has them."""
     chosen, of_all = SETTINGS.real, SETTINGS.imperfections
     gross, gap = rng.random(value.shape) < chosen.gross, rng.random(value.shape) < chosen.gaps
     away = rng.choice([-1, 1], value.shape) * rng.uniform(*of_all.gross_spread, value.shape)

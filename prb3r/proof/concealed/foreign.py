@@ -1,4 +1,4 @@
-"""Physics that no library of effects holds, put together from what the rig can do at one step."""
+"""Foreign laws: physics outside the library of effects, put together step by step from what the rig can do."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,43 +12,43 @@ from prb3r.recording.recording import Kind
 
 
 class Instant(NamedTuple):
-    """One step of a recording, as it is about to be loaded."""
+    """One step of a recording before it is simulated."""
 
     design: Design
     sequence: int
-    """Its number, from 0."""
+    """Number of the sequence, from 0."""
     step: int
-    """Its number in the sequence, from 0."""
+    """Number of the step in its sequence, from 0."""
     bends: np.ndarray
-    """(n,) of the nominal manipulator there, rad."""
+    """(n,) bends of the plates of the nominal manipulator at the step, rad."""
     yielded: bool
-    """Whether the watched plate has been bent far before."""
+    """Whether the plate that may yield has done so at an earlier step."""
 
 
 class Change(NamedTuple):
-    """What a law changes at one step."""
+    """Changes that a law makes at one step."""
 
     effects: list[dict[str, Any]]
-    """Tables of a manipulator file."""
+    """Effects that act in addition, as tables of a manipulator file."""
     loads: Mapping[str, float]
-    """Columns of the step that are others than noted."""
+    """Load columns of the step whose true values are not the noted ones."""
     log_stiffness: float
     """ln of a factor on E."""
 
 
 class ForeignLaw(NamedTuple):
-    """Physics outside the library."""
+    """One law outside the library."""
 
     change: Callable[[Instant, float, Mapping[str, float]], Change]
-    """What the law changes at an instant, by its size and what is known of the step."""
+    """The changes at an instant, from the size of the law and the load columns of the step."""
     largest: float
     """Largest size at which it is concealed."""
     signed: bool = False
-    """Whether it can act either way."""
+    """Whether its size may be negative too."""
     jumps: bool = False
-    """Whether its action comes in jumps with its size."""
+    """Whether its action changes in jumps as its size grows."""
     of_the_kind: bool = True
-    """Whether another design of the same making has it too; else it is a fault of one arm, or of a set-up."""
+    """Whether another design of the same making has it too; else it is a fault of one arm or of one set-up."""
 
 
 def _friction_grows(at: Instant, u: float, step: Mapping[str, float]) -> Change:
@@ -64,7 +64,7 @@ def _friction_grows(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _creep(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Plates that give way under load with the logarithm of time."""
+    """Plates that soften with the logarithm of time, counted in steps of a sequence."""
     return Change([], {}, -u * np.log1p(at.step))
 
 
@@ -75,6 +75,7 @@ def _waves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _plate_factors(logarithms: np.ndarray) -> list[dict[str, Any]]:
+    """Effects that multiply the stiffness of each plate, from the logarithms of the factors (n,)."""
     return [
         {"kind": "weakened_plate", "plate": plate, "factor": float(np.exp(value))}
         for plate, value in enumerate(logarithms, 1)
@@ -89,13 +90,13 @@ def _yielding(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _dead_zone(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """A cable that a clutch lets go below some tension."""
+    """A cable that a clutch releases below some tension."""
     name = f"cable_{at.design.cables[at.design.number % len(at.design.cables)]}_n"
     return Change([], {name: step[name] if step[name] > u * at.design.pull else 0.0}, 0.0)
 
 
 def _saturation(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """Tensions that fall behind the more, the higher they are."""
+    """Tensions that fall behind the noted ones with the cube of these."""
     names = [f"cable_{name}_n" for name in at.design.cables]
     left = {name: max(1 - u * (step[name] / at.design.pull) ** 2, 0.0) for name in names}
     return Change([], {name: step[name] * left[name] for name in names}, 0.0)
@@ -109,7 +110,7 @@ def _leak(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
-    """A camera that is knocked between sequences; see :func:`knocks`."""
+    """A camera that is knocked between sequences: nothing changes on the rig; see :func:`knocks` for the frames."""
     return Change([], {}, 0.0)
 
 
@@ -123,12 +124,15 @@ LAWS: dict[str, ForeignLaw] = {
     "leak": ForeignLaw(_leak, SETTINGS.foreign.largest_leak),
     "frame_moves": ForeignLaw(_frame_moves, SETTINGS.foreign.largest_knock, signed=True, of_the_kind=False),
 }
-"""By name."""
+"""The laws by name."""
 
 
 def possible(design: Design) -> list[str]:
-    """Names of the laws that can act on a design: none with friction along the load path, no growth of friction where
-    there is none, no knocked camera where only bends are read."""
+    """Names of the laws that can act on the design of a bench rig.
+
+    None with friction along the load path; no growth of friction where there is none; no knocked camera where only
+    bends are read.
+    """
     without = set() if design.friction > 0 else {"friction_grows"}
     if not {Kind.X, Kind.ANGLE} & set(design.kinds):
         without |= {"frame_moves"}
@@ -136,7 +140,7 @@ def possible(design: Design) -> list[str]:
 
 
 def knocks(design: Design, law: str, size: float) -> list[tuple[float, float, float]]:
-    """Additional frame (rotation, rad, and shift, m) of every sequence."""
+    """Frame (rotation, rad, and shift, m) that a law adds in every sequence; zero but for a knocked camera."""
     if law != "frame_moves":
         return [(0.0, 0.0, 0.0)] * len(design.program)
     rotation, shift = design.measurement["frame_rotation_sd_rad"], design.measurement.get("frame_position_sd_m", 0.0)
@@ -145,18 +149,21 @@ def knocks(design: Design, law: str, size: float) -> list[tuple[float, float, fl
 
 
 def _watched(design: Design) -> int:
-    """Index from 0 of the plate that may yield, by the number of the design: not the same one on all."""
+    """Index from 0 of the plate that may yield; it goes by the number of the design, so that designs differ."""
     return design.number % design.plates
 
 
 def followed_foreign(
     design: Design, manipulator: Mapping[str, Any], program: Sequence[LoadSteps], law: str, size: float
 ) -> list[RigStates] | None:
-    """States along the whole program under a law; None where an equilibrium ceases.
+    """States along a whole program under a law; None where a step has no equilibrium.
+
+    Every step is simulated by itself, from rest.
 
     Parameters
     ----------
-    manipulator : with its true constants; when plates yield follows from the design's nominal one
+    manipulator : contents of a file with the true constants; whether a plate has yielded is decided by the bends of the
+        design's nominal manipulator
     """
     out, yielded = [], False
     yield_bend = SETTINGS.foreign.yield_from * design.largest_bend

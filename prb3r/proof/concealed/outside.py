@@ -1,4 +1,4 @@
-"""Labels of physics outside the library, at sizes at which it is far from every effect."""
+"""Draws labels of foreign laws, at sizes at which they are far from every effect of the library."""
 
 import numpy as np
 
@@ -19,7 +19,10 @@ TINY = 1e-9
 
 
 def foreign_label(request: Request, responses: Responses, rng: np.random.Generator) -> Label | None:
-    """A law outside the library, as near to the distance asked for as a few sizes come; None if none was met."""
+    """The label of a foreign law at the size, of a few that are tried, whose distance is nearest to a random target.
+
+    None if no law is possible on the design, or the first size has no equilibrium.
+    """
     names, chosen = possible(responses.design), SETTINGS.foreign
     if not names:
         return None
@@ -44,13 +47,13 @@ def foreign_label(request: Request, responses: Responses, rng: np.random.Generat
 
 
 def _outsideness(label: Label, target: float) -> float:
-    """How far a label is from the distance asked for, too near being the worse."""
+    """Deviation of a label's squared distance from the target, as a logarithm; too near counts many times more."""
     ratio = float(np.log(max(label.distance, TINY) / target))
     return ratio if ratio >= 0 else -SETTINGS.foreign.too_near * ratio
 
 
 def _label_of_size(request: Request, responses: Responses, law: str, size: float) -> Label | None:
-    """The label of a law at a size; None where an equilibrium ceases."""
+    """The label of a foreign law at a size; None where a step has no equilibrium."""
     design = responses.design
     states = followed_foreign(design, design.manipulator, design.program, law, size)
     if states is None:

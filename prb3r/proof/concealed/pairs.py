@@ -1,4 +1,4 @@
-"""Two effects at once, perhaps such that they cancel in part."""
+"""Draws labels of two effects at once, on request such that they cancel in part."""
 
 from collections.abc import Sequence
 
@@ -11,9 +11,10 @@ from prb3r.proof.settings import SETTINGS
 
 
 def pair_label(request: Request, responses: Responses, rng: np.random.Generator) -> Label | None:
-    """Two effects of two kinds, each of which stands out of the other; None if none were met.
+    """The label of two effects of two kinds, each detectable with the other refitted; None if no such pair was drawn.
 
-    A pair that no third kind imitates is preferred; where a cancelling one is asked for, the one that cancels most.
+    A pair is preferred of which no third kind imitates either effect; where a cancelling one is asked for, the one of
+    these that cancels most.
     """
     chosen, cancelling = SETTINGS.labels, request.kind == "cancelling"
     best: tuple[float, list[SizedEffect], dict[str, float]] | None = None
@@ -52,14 +53,15 @@ def pair_label(request: Request, responses: Responses, rng: np.random.Generator)
 
 
 def _drawn_pair(request: Request, responses: Responses, rng: np.random.Generator) -> list[SizedEffect] | None:
-    """Two effects with sizes, of two kinds, or None."""
+    """Two random effects of different kinds, both with a size; None if the draw is no such pair."""
     drawn = [draw_effect(responses, "", request.multiple, rng) for _ in range(2)]
     pair = [effect for effect in drawn if effect is not None and effect.candidate.sized]
     return pair if len({effect.kind for effect in pair}) == 2 else None
 
 
 def _nearest_thirds(responses: Responses, pair: Sequence[SizedEffect]) -> dict[str, float]:
-    """From each of a pair, the squared distance to the nearest rival of a third kind, the other one refitted."""
+    """Squared distance from either effect of a pair to the nearest rival of each third kind, in the linear model with
+    the other effect refitted."""
     out: dict[str, float] = {}
     kinds = [effect.kind for effect in pair]
     for effect, other in (pair, pair[::-1]):

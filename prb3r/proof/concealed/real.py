@@ -1,4 +1,4 @@
-"""Labels of real rigs: effects of sizes that rigs show, imperfections, blunders, and what is asked elsewhere."""
+"""Draws labels of real rigs: effects of sizes that rigs show, imperfections, blunders, and targets of prediction."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,17 +23,17 @@ from prb3r.proof.settings import SETTINGS
 from prb3r.proof.settings.real import TYPICAL
 
 REAL_CLASSES = ("several", "imperfect-single", "imperfect-clean", "blunder", "rare")
-"""Classes of the population whose rigs have imperfections; this module goes by their names."""
+"""Classes of the population whose rigs have imperfections, in the order of the names below."""
 _SEVERAL, _SINGLE, _CLEAN, _BLUNDER, _RARE = REAL_CLASSES
-"""Several effects; one; none; a blunder of the set-up, with several effects or none; one that is rare beside others."""
+"""Several effects; one; none; a blunder of the set-up, with several effects or none; one rare effect beside others."""
 OF_NITINOL = "superelastic_plate"
-"""What is rare of a rig of nitinol plates."""
+"""The rare effect of a rig with nitinol plates."""
 STOPS = frozenset({"disk_contact"})
-"""What keeps plates from bending to their plateau, so that nothing would be concealed."""
+"""Kinds that keep plates from bending to their plateau, so that a superelastic law would not show."""
 
 
 class Planted(NamedTuple):
-    """An effect and its size."""
+    """A concealed effect, as a table of a manipulator file, and its size in the unit of its candidate."""
 
     effect: Mapping[str, Any]
     size: float
@@ -58,6 +58,7 @@ def real_label(request: Request, design: Design) -> Label:
 
 
 def _planted(rng: np.random.Generator, request: Request, design: Design) -> list[Planted]:
+    """Random effects for a request; none for clean rigs and for blunders that are to stand alone."""
     if request.cls == _SINGLE:
         drawn = None
         responses = Responses(design)
@@ -83,7 +84,7 @@ def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]
 
 
 def _by_kind(design: Design, rare: bool = False) -> dict[str, list[Candidate]]:
-    """What a design can show, one of each group that acts together, by kind."""
+    """Candidates of a design by kind, with one to represent each group that acts together."""
     of_kind: dict[str, list[Candidate]] = {}
     for group in candidates(design, rare):
         of_kind.setdefault(group[0].kind, []).append(group[0])
@@ -110,7 +111,7 @@ def several_effects(
 
 
 def _sized(rng: np.random.Generator, design: Design, forms: Sequence[Candidate], whole: bool) -> Planted:
-    """One of a kind's forms at a typical size; `whole`: that of the whole rig."""
+    """A random one of a kind's candidates, with a random shape and a typical size; if `whole`, one without a place."""
     variants = sorted({form.variant for form in forms})
     variant = variants[int(rng.integers(len(variants)))]
     forms = [form for form in forms if form.variant == variant and not (whole and form.place)]
@@ -127,7 +128,8 @@ def _sized(rng: np.random.Generator, design: Design, forms: Sequence[Candidate],
 def _held(
     rng: np.random.Generator, request: Request, design: Design, planted: Sequence[Planted], attempt: int
 ) -> Label | None:
-    """The label with constants, frame, imperfections and targets; None where the rig has no equilibrium."""
+    """The label of a rig with given effects and random constants, frame, imperfections and targets; None where the rig
+    lacks an equilibrium or bends too far, or no targets are found."""
     chosen = SETTINGS.imperfections
     drawn = np.clip(rng.standard_normal(5), -chosen.most_deviations, chosen.most_deviations)
     deviations = [chosen.log_stiffness_sd, chosen.log_friction_sd if design.friction > 0 else 0.0]
@@ -165,12 +167,12 @@ def _held(
 def _can_be_recorded(
     design: Design, effects: Sequence[Mapping[str, Any]], constants: Sequence[float], build: Build, noise_seed: int
 ) -> bool:
-    """Whether the rig has an equilibrium at every step under tensions as they really are, too."""
+    """Whether the rig has an equilibrium at every step under the true tensions, which scatter about the noted ones."""
     rng, rig = np.random.default_rng(noise_seed), rig_as_built(truth(design, effects, *constants), build)
     return followed(rig, [applied_tensions(rng, design, build, steps) for steps in design.program]) is not None
 
 
 def build_of(label: Label) -> Build:
-    """The imperfections of a real rig, from the plain fields in its label; bench rigs have none."""
+    """The imperfections of a real rig, rebuilt from its label; labels of bench rigs have none."""
     assert label.build is not None
     return Build(**label.build)

@@ -1,4 +1,4 @@
-"""What is recorded of the rig: from a design and a label to a recording with all its noise."""
+"""Makes the recordings of bench rigs: from a design and a label to readings with all their noise."""
 
 from collections.abc import Sequence
 
@@ -18,11 +18,11 @@ from prb3r.proof.settings import SETTINGS
 from prb3r.recording.recording import Measurement, Prior, Readings, Recording, Tolerance
 
 EXACT = Tolerance(offset_m=0.0, length_m=0.0, thickness_relative=0.0, marker_m=0.0)
-"""Of bench rigs, which are as they are drawn and say so."""
+"""Tolerance of bench rigs, which are built exactly as drawn and say so."""
 
 
 def steps_of(design: Design, program: Sequence[LoadSteps], names: Sequence[str]) -> pd.DataFrame:
-    """The table of steps: `sequence` (by `names`), `step` from 1, loads as noted, 0 where a step names none."""
+    """The table of steps: `sequence` (by `names`), `step` from 1, loads as noted; 0 where a step has no value."""
     rows = [
         {"sequence": name, "step": k + 1, **step}
         for name, steps in zip(names, program, strict=True)
@@ -32,7 +32,7 @@ def steps_of(design: Design, program: Sequence[LoadSteps], names: Sequence[str])
 
 
 def recording_of(design: Design, label: Label, extra: LoadSteps = ()) -> Recording:
-    """What the rig's camera records; `extra`: steps of one more sequence.
+    """The recording of a bench rig, with the steps `extra` as one more sequence if there are any.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def recording_of(design: Design, label: Label, extra: LoadSteps = ()) -> Recordi
 
 
 def _applied(design: Design, label: Label, program: Sequence[LoadSteps], rng: np.random.Generator) -> list[LoadSteps]:
-    """Tensions as they really were: scattered, and one of them perhaps noted wrongly."""
+    """The program with true tensions: scattered about the noted ones, and the wrong weight of the label applied."""
     names, chosen = [f"cable_{name}_n" for name in design.cables], SETTINGS.imperfections
     out: list[LoadSteps] = []
     for q, steps in enumerate(program):
@@ -99,7 +99,7 @@ def _exact(design: Design, label: Label, program: Sequence[LoadSteps]) -> np.nda
 
 
 def _noisy(design: Design, label: Label, exact: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Readings with noise, and which of them there are."""
+    """(steps, disks, kinds) readings with noise and gross outliers, and which of them are there (bool)."""
     unit, chosen = rng.standard_normal(exact.shape), SETTINGS.imperfections
     if "heavy" in label.awkward:
         nu = chosen.heavy_freedom
@@ -118,7 +118,8 @@ def _noisy(design: Design, label: Label, exact: np.ndarray, rng: np.random.Gener
 
 
 def bias_of(design: Design) -> float:
-    """Whitened norm of engine less rig for a recording without effects; infinite without equilibrium."""
+    """Whitened norm of the difference of engine and rig on a design without effects; infinite if the engine has no
+    equilibrium."""
     responses = Responses(design)
     predicted = predictor(recording_of(design, Label(0, "clean", design.number, 0)))(Constants())
     if not np.isfinite(predicted).all():

@@ -1,8 +1,8 @@
-r"""How far apart effects are on one design: the rig's own responses, whitened with its own dense covariance.
+r"""The rig's responses to effects on one design, whitened with the rig's own dense covariance.
 
 The covariance of a sequence is reading noise plus tension scatter through the rig's own Jacobian.  Calibration (E, mu,
 frame, with their priors as further rows) is projected out of every response, at the nominal constants.  Distances
-between effects follow in `distances`.
+between effects follow from them in `distances`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,15 +23,15 @@ from prb3r.recording.recording import Kind
 
 @dataclass(frozen=True)
 class Response:
-    """What one group of candidates does to the whitened readings."""
+    """Change of the whitened readings by one group of candidates that act together."""
 
     group: tuple[Candidate, ...]
     columns: np.ndarray
-    """(r + c, k) change per unit of each size, or of the whole effect; calibration still in it."""
+    """(r + c, k) change per unit of each candidate's size, or by the whole effect; calibration not projected out."""
 
     @property
     def kind(self) -> str:
-        """Of the effect that the group is of."""
+        """Kind of effect of the group."""
         return self.group[0].kind
 
     @property
@@ -42,14 +42,15 @@ class Response:
 
 @dataclass(frozen=True)
 class Responses:
-    """A design with the rig's own idea of what its recordings can tell.
+    """Responses of a design's readings to effects, computed by the rig.
 
-    `r` is the number of readings of the sequences that count, `c` that of the constants that calibration may adjust.
+    `r` is the number of readings of the sequences that count, `c` that of the constants that calibration may adjust.  A
+    whitened vector (r + c,) holds the readings in units of noise, then one row for the prior of each constant.
     """
 
     design: Design
     subset: tuple[int, ...] | None = None
-    """Sequences that count; None: all."""
+    """Numbers of the sequences that count; None: all."""
 
     @cached_property
     def program(self) -> tuple[LoadSteps, ...]:
@@ -64,14 +65,14 @@ class Responses:
         frame: Sequence[float] = (0.0, 0.0, 0.0),
         program: Sequence[LoadSteps] | None = None,
     ) -> np.ndarray | None:
-        """(steps, disks, kinds) exact readings, m and rad; None where an equilibrium ceases.
+        """(steps, disks, kinds) exact readings, m and rad; None where a step has no equilibrium.
 
         Parameters
         ----------
         effects : tables of a manipulator file
         constants : ln of the factors on E and mu
         frame : rotation, rad, and shift, m
-        program : instead of the design's own
+        program : true loads in place of those of the design's sequences
         """
         manipulator = truth(self.design, effects, *constants)
         states = followed(manipulator, self.program if program is None else program)
@@ -79,7 +80,7 @@ class Responses:
 
     @cached_property
     def nominal(self) -> np.ndarray:
-        """Readings (steps, disks, kinds) of the nominal manipulator."""
+        """(steps, disks, kinds) exact readings of the nominal manipulator."""
         readings = self.readings()
         if readings is None:
             raise RuntimeError(f"design {self.design.number} has lost its equilibria")
@@ -87,7 +88,7 @@ class Responses:
 
     @cached_property
     def sensitivity(self) -> list[np.ndarray]:
-        """Of each sequence (rows, k): readings per relative change of each tension of each step."""
+        """For each sequence (readings, k): derivatives of its readings by the relative tensions of each step."""
         longest = max(len(steps) for steps in self.program)
         columns: list[list[np.ndarray]] = [[] for _ in self.program]
         begins = np.cumsum([0] + [len(steps) for steps in self.program])
@@ -107,7 +108,8 @@ class Responses:
         return [np.stack(sequence, 1) for sequence in columns]
 
     def _scaled_tension(self, column: str, place: int | None) -> np.ndarray:
-        """Readings per relative change of a tension at step `place` of every sequence, or at all steps."""
+        """(steps, disks, kinds) derivative of the readings by the relative change of a tension at step `place` of every
+        sequence, or at all steps."""
         step_size = SETTINGS.sizes.relative_change
         changed = [
             tuple(
@@ -126,7 +128,7 @@ class Responses:
 
     @cached_property
     def roots(self) -> list[np.ndarray]:
-        """Cholesky factor of the covariance of each sequence."""
+        """Lower Cholesky factor of the covariance of each sequence's readings."""
         sd, out, at = self.deviation.reshape(len(self.nominal), -1), [], 0
         for steps, scatter in zip(self.program, self.sensitivity, strict=True):
             reading = sd[at : at + len(steps)].ravel()
@@ -136,7 +138,10 @@ class Responses:
         return out
 
     def whiten(self, change: np.ndarray) -> np.ndarray:
-        """Changes of readings (steps, disks, kinds) in units of noise (r + c,), zeros where the priors stand."""
+        """(r + c,) changes of readings (steps, disks, kinds), whitened; zero in the rows of the priors.
+
+        Changes of angles are taken modulo a full turn.
+        """
         change = change.copy()
         turned = [k for k, kind in enumerate(self.design.kinds) if not kind.is_position]
         change[..., turned] -= 2 * np.pi * np.round(change[..., turned] / (2 * np.pi))
@@ -148,7 +153,7 @@ class Responses:
 
     @cached_property
     def constants(self) -> list[tuple[str, float]]:
-        """Names and prior deviations of what calibration may adjust."""
+        """Names and prior standard deviations of the constants that calibration may adjust; infinite: a flat prior."""
         measurement, prior = self.design.measurement, self.design.prior
         out = [("log_stiffness", prior.get("youngs_modulus", np.inf))]
         if self.design.friction > 0:
@@ -160,7 +165,10 @@ class Responses:
         return out
 
     def at(self, p: Sequence[float] | np.ndarray, effects: Sequence[Mapping[str, Any]] = ()) -> np.ndarray | None:
-        """(r + c,) whitened change from the nominal readings at calibrated constants `p`; None without equilibrium."""
+        """(r + c,) whitened change from the nominal readings with effects and constants `p`; None without equilibrium.
+
+        `p` is in the order of `constants`; missing ones are 0.
+        """
         values = dict(zip((name for name, _ in self.constants), p, strict=False))
         constants = values.get("log_stiffness", 0.0), values.get("log_friction", 0.0)
         frame = tuple(values.get(name, 0.0) for name in ("rotation", "x", "y"))
@@ -175,7 +183,7 @@ class Responses:
 
     @cached_property
     def calibration(self) -> np.ndarray:
-        """(r + c, c) whitened responses to the constants."""
+        """(r + c, c) derivatives of the whitened readings by the constants, rows of the priors included."""
         relative = SETTINGS.sizes.relative_change
         steps = [relative * (self.design.length if name in "xy" else 1.0) for name, _ in self.constants]
         columns = []
@@ -190,16 +198,16 @@ class Responses:
 
     @cached_property
     def basis(self) -> np.ndarray:
-        """(r + c, c) orthonormal, of all that calibration can do."""
+        """(r + c, c) orthonormal basis of the changes that calibration can make."""
         return np.linalg.qr(self.calibration)[0]
 
     def free(self, columns: np.ndarray) -> np.ndarray:
-        """What calibration cannot do as well: (r + c, ...), projected twice for rounding."""
+        """(r + c, ...) columns with all that calibration can do projected out, twice because of rounding."""
         left = columns - self.basis @ (self.basis.T @ columns)
         return left - self.basis @ (self.basis.T @ left)
 
     def norm(self, change: np.ndarray) -> float:
-        """How strongly a whitened change stands out of calibration."""
+        """Norm of what calibration leaves of a whitened change."""
         return float(np.linalg.norm(self.free(change)))
 
     def to(self, effects: Sequence[Mapping[str, Any]]) -> np.ndarray | None:
@@ -207,13 +215,13 @@ class Responses:
         return self.at((), effects)
 
     def per_unit(self, candidate: Candidate) -> np.ndarray | None:
-        """(r + c,) whitened change per unit of a candidate's size, or by the whole effect."""
+        """(r + c,) whitened change per unit of a candidate's size, or by the whole effect; None without equilibrium."""
         change = self.to([candidate.effect(candidate.probe)])
         return None if change is None else change / candidate.probe
 
     @cached_property
     def of_candidates(self) -> list[Response]:
-        """Of every candidate of the design that leaves it in equilibrium, the rare ones last."""
+        """Responses to all groups of candidates of the design that leave it in equilibrium, rare kinds last."""
         out = []
         for group in [*candidates(self.design), *candidates(self.design, rare=True)]:
             columns = [column for form in group if (column := self.per_unit(form)) is not None]

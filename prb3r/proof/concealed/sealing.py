@@ -1,4 +1,4 @@
-"""Labels under seal: their hash is known before any verdict, what they say only when all verdicts are in."""
+"""Labels under seal: their hash is known before any verdict, their contents only once all verdicts are in."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ class Seal:
     def __init__(self, labels: Sequence[Label]) -> None:
         content = json.dumps([label.plain() for label in labels], sort_keys=True, default=float).encode()
         self.digest = hashlib.sha256(content).hexdigest()
-        """Printed before the first diagnosis."""
+        """SHA-256 of the labels, printed before the first diagnosis."""
         self._cases = frozenset(label.case for label in labels)
         self._content = zlib.compress(content)
 
@@ -29,7 +29,7 @@ class Seal:
         Raises
         ------
         EngineError
-            If one is missing, or if the content is not what the hash was taken of.
+            If a verdict is missing, or if the content does not have the hash.
         """
         if missing := self._cases - set(verdicts):
             raise EngineError(Problem("seal", f"stays closed: {len(missing)} verdicts are missing"))
@@ -40,4 +40,5 @@ class Seal:
 
 
 def _tuples(value):
+    """A value read from JSON with tuples in place of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""Effects at sizes that count: multiples of the smallest detectable one, and how far they are from all others."""
+"""Effects at multiples of their smallest detectable size, and their distances from all other effects."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,14 +15,15 @@ from prb3r.proof.settings import SETTINGS
 
 @dataclass(frozen=True)
 class SizedEffect:
-    """An effect with a size, as the rig sees it."""
+    """An effect at a size, with its response."""
 
     candidate: Candidate
     size: float
+    """Size in the candidate's unit; 1 where it has none."""
     change: np.ndarray
-    """(r + c,) whitened."""
+    """(r + c,) whitened change of the readings."""
     norm: float
-    """Of what calibration cannot do as well."""
+    """Norm of what calibration leaves of it."""
 
     @property
     def effect(self) -> dict[str, Any]:
@@ -36,9 +37,10 @@ class SizedEffect:
 
 
 def effect_of_norm(responses: Responses, candidate: Candidate, norm: float, sign: float) -> SizedEffect | None:
-    """The effect at the size of a sign at which it stands out by `norm`, checked with the full rig.
+    """The effect at the size, of the given sign, at which calibration leaves `norm` of its change with the full rig.
 
-    Of a candidate without a size, the effect as it is.  None if no rig could have that size.
+    A candidate without a size is taken as it is.  None if that size is beyond the candidate's limits, is not met in a
+    few secant steps, or leaves no equilibrium.
     """
     if not candidate.sized:
         change = responses.to([candidate.effect(1.0)])
@@ -78,7 +80,7 @@ def _any_of(options, rng: np.random.Generator):
 
 
 def draw_effect(responses: Responses, kind: str, multiple: float, rng: np.random.Generator) -> SizedEffect | None:
-    """A random effect of a kind at a multiple of its smallest detectable size; None if none was met."""
+    """A random effect of a kind (any, if empty) at a multiple of its smallest detectable size; None if not met."""
     candidate = candidate_of_kind(responses, kind, rng)
     if candidate is None:
         return None
@@ -93,11 +95,11 @@ def draw_effect(responses: Responses, kind: str, multiple: float, rng: np.random
 def distances_by_kind(
     responses: Responses, drawn: SizedEffect, near: float = SETTINGS.sizes.refitted_below
 ) -> dict[str, float]:
-    """Squared distances to the other kinds, laws that are the same under another name included.
+    """Squared distance to the nearest effect of every other kind, nearly equal laws of other kinds (twins) included.
 
     Parameters
     ----------
-    near : rivals below it are refitted, see :func:`nearest_by_kind`
+    near : linear distance below which rivals are refitted, see :func:`nearest_by_kind`
     """
     twin = []
     for candidate in twins(responses.design, drawn.candidate, drawn.size):
@@ -107,7 +109,7 @@ def distances_by_kind(
 
 
 def places_near(responses: Responses, drawn: SizedEffect) -> tuple[Any, ...]:
-    """Other places of the same kind that are not told apart, with their squared distances."""
+    """Other places of the same kind that cannot be told apart, each with its squared distance in the linear model."""
     out = []
     for response in responses.of_candidates:
         form = response.group[0]

@@ -1,4 +1,4 @@
-"""What an effect is worth: by how much other loads are missed without it, constants and frame refitted."""
+"""The worth of an effect: the error of predictions of other loads without it, constants and frame refitted."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,15 +19,18 @@ def worths(
     build: Build,
     loads: Sequence[LoadSteps],
 ) -> list[float]:
-    """Of every effect: root mean square miss of a reading under `loads`, in stated deviations.
+    """For every effect: root mean square error of the readings under `loads` without it, in stated deviations.
 
-    The rest stays in place; constants and frame are refitted to the recording by the linear rule, with their priors.
+    The other effects stay; constants and frame are refitted to the recording in the linear model, with their priors.
+    An effect without which there is no equilibrium gets `SETTINGS.real.largest_worth`.  Raises ValueError if the rig
+    has no equilibrium with all effects.
     """
     if not effects:
         return []
     programs = (design.program, loads)
 
     def seen(acting: Sequence[Mapping[str, Any]], p: Sequence[float], at: Sequence[float]) -> list[np.ndarray] | None:
+        """Readings (r,) in stated deviations of the recording and of `loads`, with effects, constants and frame."""
         manipulator = rig_as_built(truth(design, acting, *p), build)
         states = [followed(manipulator, program) for program in programs]
         if any(solved is None for solved in states):
@@ -59,12 +62,12 @@ def worths(
 def nuisances(
     design: Design, seen: Any, whole: Sequence[np.ndarray], constants: Sequence[float], frame: Sequence[float]
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Columns (r, c) of each program's readings by E, mu and frame, and the inverse deviations (c,) of their priors.
+    """Derivatives (r, c) of each program's readings by ln E, ln mu and frame, and the inverse prior sd (c,) of these.
 
     Parameters
     ----------
-    seen : whitened readings of each program at given constants and frame; None without an equilibrium
-    whole : the same at `constants` and `frame`
+    seen : returns the scaled readings (r,) of each program at given constants and frame; None without an equilibrium
+    whole : these readings at `constants` and `frame`
     """
     step, measurement = SETTINGS.sizes.relative_change, design.measurement
     sds = [
