@@ -1,4 +1,4 @@
-"""Results in detail: confusion matrix, and scores by effect and size."""
+"""Scores in detail: confusion matrix, and scores by effect and size."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +11,8 @@ from prb3r.proof.settings import SETTINGS
 
 
 def confusion(cases: Sequence[OpenedCase]) -> tuple[list[str], list[str], np.ndarray]:
-    """True kinds, named kinds and counts, of single effects above the detectable size."""
+    """Confusion matrix of single effects above the smallest of the population's sizes: true kinds (rows), kinds or
+    verdicts given (columns), and counts (rows, columns).  Only the effect that is named first counts."""
     chosen = [
         case
         for case in cases
@@ -29,7 +30,11 @@ def confusion(cases: Sequence[OpenedCase]) -> tuple[list[str], list[str], np.nda
 
 
 def by_effect(cases: Sequence[OpenedCase]) -> list[dict[str, Any]]:
-    """Rows of kind, size, and the scores `first` (of the distinguishable) and `among` (of all), single effects."""
+    """One row for each kind and size of single effects: `kind`, `size`, and two scores.
+
+    `first` is the share of the distinguishable ones that are named first, `among` the share of all that are named or
+    listed as indistinguishable.
+    """
     out = []
     chosen = [case for case in cases if case.label.cls == "single"]
     for kind in sorted({case.label.kinds[0] for case in chosen}):

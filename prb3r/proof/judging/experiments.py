@@ -1,4 +1,4 @@
-"""Proposed experiments: which are carried out, and whether they told two explanations apart."""
+"""Proposed experiments: which one is carried out, and whether it has told two explanations apart."""
 
 from prb3r.proof.judging.methods import kind_of, name_of
 from prb3r.proof.judging.opened import OpenedCase, confident
@@ -7,12 +7,15 @@ from prb3r.proof.settings import SETTINGS
 
 
 def promising(verdict: Verdict) -> ExperimentClaim | None:
-    """The first proposal that promises to tell two explanations apart; it is carried out."""
+    """The first proposal that promises to tell two explanations apart, which is carried out; None if there is none."""
     return next((proposal for proposal in verdict.proposals if proposal.separation >= SETTINGS.sizes.apart), None)
 
 
 def tested(case: OpenedCase) -> ExperimentClaim | None:
-    """The proposal that is carried out, if the truth is one of the two effects that it is to tell apart."""
+    """The proposal of an ambiguous verdict that is carried out, if just one of its two effects is of the true kind.
+
+    None if not, or for recordings of classes without a single true effect.
+    """
     proposal = promising(case.verdict)
     if case.label.cls not in ("single", "confusable", "hidden") or case.verdict.verdict != "ambiguous":
         return None
@@ -21,7 +24,8 @@ def tested(case: OpenedCase) -> ExperimentClaim | None:
 
 
 def resolved(first: OpenedCase, second: Verdict) -> bool:
-    """Whether after the proposed experiment the truth is named first and the rival that it was to refute is gone."""
+    """Whether the verdict after the proposed experiment names the true kind first, and lists no more the rival that the
+    experiment was to refute."""
     proposal, named = tested(first), confident(second)
     if proposal is None or not named or named[0].kind != first.label.kinds[0]:
         return False

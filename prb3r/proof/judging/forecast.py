@@ -1,4 +1,4 @@
-"""What a diagnosis says of other loads and of other designs, through the files that it writes."""
+"""Predictions of a diagnosis for other loads and other designs, made from the files that it writes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,16 +20,18 @@ from prb3r.model.solve import solve
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """Of one target; `s` steps, disks 0..n, and x, y (m) and angle (rad)."""
+    """Prediction at one target: `s` steps, disks 0..n, and x, y (m) and angle (rad)."""
 
     name: str
+    """Name of the target."""
     calibrated: np.ndarray
-    """(s, n + 1, 3) with refitted constants alone; NaN without an equilibrium."""
+    """(s, n + 1, 3) with calibrated constants and no effect; NaN without an equilibrium."""
     explained: np.ndarray
-    """(s, n + 1, 3)"""
+    """(s, n + 1, 3) mean over the surviving models; NaN without an equilibrium."""
     low: np.ndarray
-    """(s, n + 1, 3) ends of 95 % bands."""
+    """(s, n + 1, 3) lower ends of 95 % bands."""
     high: np.ndarray
+    """(s, n + 1, 3) upper ends."""
 
 
 def forecasts(diagnosis: Diagnosis, targets: Sequence[Mapping[str, Any]]) -> tuple[Forecast, ...]:
@@ -40,6 +42,7 @@ def forecasts(diagnosis: Diagnosis, targets: Sequence[Mapping[str, Any]]) -> tup
 
 
 def _forecast(diagnosis: Diagnosis, folder: Path, target: Mapping[str, Any]) -> Forecast:
+    """The prediction at one target, from the files of the diagnosis in `folder`."""
     steps = pd.DataFrame(
         [
             {"sequence": f"t{q}", "step": k, **step}

@@ -1,4 +1,4 @@
-"""Lines of the table of scores: what is asked, and how a share of recordings is measured."""
+"""Goals: the lines of the table of scores, and how a share of recordings is measured."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,31 +7,35 @@ from prb3r.proof.judging.intervals import Score, share_of
 from prb3r.proof.judging.opened import OpenedCase
 
 Test = Callable[[OpenedCase], bool]
+"""Whether a recording counts for a score, or hits."""
 Measure = Callable[[Sequence[OpenedCase]], Score]
+"""The score of all recordings of a run."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """One line of the table."""
+    """One line of the table of scores."""
 
     name: str
     relation: str
-    """`>=`, `<=`, `in`, or empty for information."""
+    """How the value relates to `asked`: `>=`, `<=` or `in`; empty for information, without a goal."""
     asked: tuple[float, ...]
+    """The limit, or both limits of `in`; empty for information."""
     measure: Measure
     short: str = ""
-    """Of a headline: its name where there is little room."""
+    """Short name of a headline score; empty for the others."""
 
     def met(self, score: Score) -> bool | None:
-        """By the point estimate; None without data or goal."""
+        """Whether the value of a score, whatever its interval, keeps the goal; None without data or goal."""
         return _within(self, score.value, score.value) if score.count else None
 
     def shown(self, score: Score) -> bool | None:
-        """Whether the whole interval of a score keeps the goal; None where nothing was counted."""
+        """Whether the whole interval of a score keeps the goal; None without data or goal."""
         return _within(self, score.low, score.high) if score.count else None
 
 
 def _within(goal: Goal, low: float, high: float) -> bool | None:
+    """Whether all from `low` to `high` keeps a goal; None for information."""
     if not goal.relation:
         return None
     if goal.relation == ">=":
@@ -42,7 +46,7 @@ def _within(goal: Goal, low: float, high: float) -> bool | None:
 
 
 def share_measure(chosen: Callable[[OpenedCase], bool], hit: Callable[[OpenedCase], bool]) -> Measure:
-    """Share of the chosen recordings that hit; those of a design are one cluster."""
+    """The measure of the share of hits among the chosen recordings; recordings of one design are one cluster."""
 
     def measure(cases: Sequence[OpenedCase]) -> Score:
         of = [case for case in cases if chosen(case)]

@@ -1,4 +1,4 @@
-"""Shares, medians and ratios with intervals of the confidence of the protocol."""
+"""Shares, quantiles, means and ratios with their intervals at the confidence of `SETTINGS.protocol`."""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
@@ -12,22 +12,22 @@ from prb3r.proof.settings import SETTINGS
 
 @dataclass(frozen=True)
 class Score:
-    """A share, a median or a ratio, with its interval."""
+    """A share, quantile, mean or ratio, with its interval."""
 
     value: float
     low: float
     high: float
     count: int
-    """Recordings, or numbers, that it is of."""
+    """Number of recordings, or of other items, that were counted."""
     hits: int | None = None
-    """Of a share: those that count for it."""
+    """Of a share, the number of items that hit."""
 
 
 def share_of(outcomes: Sequence[bool], clusters: Sequence[Hashable] | None = None) -> Score:
-    """A share and Wilson's interval; of nothing, the whole range from 0 to 1.
+    """The share of true outcomes with Wilson's interval; without outcomes NaN, with the interval from 0 to 1.
 
-    Outcomes of one cluster are alike: the interval is that of as many independent ones as have the same variance
-    (Kish's design effect, never below one).
+    Outcomes of one cluster may be correlated: the interval is that of the number of independent outcomes with the same
+    variance (Kish's design effect, never below one).  Without `clusters` all are independent.
     """
     hits, count = int(sum(outcomes)), len(outcomes)
     if not count:
@@ -39,7 +39,7 @@ def share_of(outcomes: Sequence[bool], clusters: Sequence[Hashable] | None = Non
 
 
 def _design_effect(outcomes: np.ndarray, clusters: Sequence[Hashable] | None) -> float:
-    """Variance of a share over that of independent outcomes, from the sums of clusters (Cochran, 11.2)."""
+    """Variance of a share over that of as many independent outcomes, from the sums of clusters (Cochran, 11.2)."""
     share, count = outcomes.mean(), len(outcomes)
     if clusters is None or share in (0, 1):
         return 1.0
@@ -52,7 +52,7 @@ def _design_effect(outcomes: np.ndarray, clusters: Sequence[Hashable] | None) ->
 
 
 def _wilson(share: float, count: float) -> tuple[float, float]:
-    """Ends of Wilson's interval, also of a number of outcomes that is not whole."""
+    """Ends of Wilson's interval of a share of `count` outcomes, which need not be a whole number."""
     z2 = normal_critical(0.5 - SETTINGS.protocol.confidence / 2) ** 2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = np.sqrt(z2 * (share * (1 - share) / count + z2 / (4 * count**2))) / (1 + z2 / count)
@@ -60,7 +60,8 @@ def _wilson(share: float, count: float) -> tuple[float, float]:
 
 
 def quantile_of(values: Sequence[float], share: float) -> Score:
-    """A quantile and the interval of order statistics that covers it [David and Nagaraja, Order Statistics, 7.1]."""
+    """The quantile at `share`, with the interval of order statistics that covers it [David and Nagaraja, Order
+    Statistics, 7.1]; NaN of no values."""
     ordered = np.sort(np.asarray(values, float))
     count = len(ordered)
     if not count:
@@ -72,17 +73,18 @@ def quantile_of(values: Sequence[float], share: float) -> Score:
 
 
 def median_of(values: Sequence[float]) -> Score:
-    """A median; its interval as that of any quantile."""
+    """The median, with the interval of :func:`quantile_of`."""
     return quantile_of(values, 0.5)
 
 
 def mean_of(values: Sequence[float]) -> Score:
-    """The mean of some numbers with a bootstrapped interval (percentiles); NaN where there are none."""
+    """The mean of some numbers with a bootstrap percentile interval; NaN where there are none."""
     return ratio_of([(value, 1.0) for value in values])
 
 
 def ratio_of(parts: Sequence[tuple[float, float]]) -> Score:
-    """Sum of the first over sum of the second of each pair, with a bootstrapped interval (percentiles)."""
+    """Sum of the first numbers of all pairs over the sum of the second, with a bootstrap percentile interval; NaN of no
+    pairs."""
     pairs = np.asarray(parts, float).reshape(-1, 2)
     if not len(pairs):
         return Score(np.nan, np.nan, np.nan, 0)

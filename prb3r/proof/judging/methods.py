@@ -1,6 +1,6 @@
-"""What is compared: the diagnosis, what it must beat, and the diagnosis with one of its steps left out.
+"""The methods compared: the diagnosis, simpler methods that it must beat, and the diagnosis without one of its steps.
 
-Nothing here knows a label or the rig: a recording in, a verdict out.
+Each turns a recording into a verdict and knows neither label nor rig.
 """
 
 import time
@@ -33,22 +33,23 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True)
 class MethodTask:
-    """A recording to be judged."""
+    """A recording and the method that is to judge it."""
 
     case: int
     recording: Recording
     without: frozenset[str]
-    """Kinds taken out of the library."""
+    """Kinds of effect taken out of the library of the diagnosis."""
     method: str
+    """Name of the method, one of `METHODS`."""
     seed: int
     settings: Settings = Settings()
-    """Of the diagnosis."""
+    """Settings of the diagnosis."""
     targets: tuple[Mapping[str, Any], ...] = ()
-    """Loads and designs that predictions are asked for: nothing of them is used before the verdict."""
+    """Loads and designs for which predictions are asked after the verdict, which does not depend on them."""
 
 
 def verdict_of(task: MethodTask) -> Verdict:
-    """The verdict of a method on a recording; what raises is a verdict too."""
+    """The verdict of a task's method on its recording; `failed`, with the reason, if the method raises anything."""
     begin = time.process_time()
     try:
         verdict = METHODS[task.method](task)
@@ -59,7 +60,7 @@ def verdict_of(task: MethodTask) -> Verdict:
 
 
 def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
-    """The diagnosis, with some of its settings changed."""
+    """The verdict of the diagnosis, some of its settings (`ablation`) changed, and its predictions at the targets."""
     settings = replace(task.settings, **ablation) if ablation else task.settings
     diagnosis = run_stages(Task(task.recording, task.seed, task.without, settings=settings))
     begin = time.process_time()
@@ -69,7 +70,7 @@ def diagnosed(task: MethodTask, **ablation: Any) -> Verdict:
 
 
 def without_covariance(task: MethodTask) -> Verdict:
-    """The diagnosis as if tensions did not scatter."""
+    """The verdict of the diagnosis if the recording states that tensions do not scatter."""
     return diagnosed(replace(task, recording=_exact_tensions(task.recording)))
 
 
@@ -80,14 +81,16 @@ def calibration_alone(task: MethodTask) -> Verdict:
 
 
 def lowest_error(task: MethodTask) -> Verdict:
-    """The one effect with the lowest error, always."""
+    """The verdict that always names the one effect with the lowest chi-square, if any effect is promising."""
     return _single(task, task.recording, names=lambda best, calibrated: True)
 
 
 def plain_bic(task: MethodTask) -> Verdict:
-    """The one effect with the lowest BIC in which every reading counts, tensions taken as exact."""
+    """The verdict that names the one effect with the lowest chi-square if its BIC is below that of calibration, every
+    reading counted and tensions taken as exact."""
 
     def names(best: Fit, calibrated: Fit) -> bool:
+        """Whether the BIC with the effect is below that of calibration."""
         count = calibrated.model.predict.recording.readings.count
         return calibrated.chi2 - best.chi2 > (len(best.p) - len(calibrated.p)) * np.log(count)
 
@@ -106,12 +109,16 @@ METHODS: dict[str, Callable[[MethodTask], Verdict]] = {
 
 
 def _exact_tensions(recording: Recording) -> Recording:
+    """The recording with the stated scatter of tensions set to zero."""
     measurement = recording.measurement.model_copy(update={"tension_sd_relative": 0.0})
     return replace(recording, measurement=measurement)
 
 
 def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
-    """Calibrate, fit every promising effect alone, and name the best one if `names` says so."""
+    """The verdict of calibration and fits of each promising effect alone, the best one named if `names` says so.
+
+    Promising are those whose ln evidence rises in the linear model.  `names` gets the best fit and that of calibration.
+    """
     asked = Task(recording, task.seed, task.without, settings=task.settings)
     begun = doubt(calibrate(asked), serially)
     calibrated = explained = begun.fitted
@@ -136,16 +143,19 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
 
 
 def _claim(hypothesis: Hypothesis, fitted: Fit) -> Claim:
+    """The claim of the last effect of a fit, without intervals."""
     effect = fitted.effects[-1]
     values = {free.name: (float(getattr(effect, free.name)), None, None) for free in hypothesis.free}
     return Claim(hypothesis.kind, dict(hypothesis.place), values)
 
 
 def _constants(fitted: Fit | FittedModel) -> tuple[float, float]:
+    """ln of the fitted factors on E and mu."""
     return float(fitted.constants.log_stiffness), float(fitted.constants.log_friction)
 
 
 def _verdict(task: MethodTask, diagnosis: Diagnosis) -> Verdict:
+    """The verdict of a diagnosis, without predictions at targets."""
     held = diagnosis.heldout
     return Verdict(
         task.case,
@@ -182,22 +192,26 @@ def _named(effect: NamedEffect) -> Claim:
 
 
 def kind_of(name: str) -> str:
-    """The kind in the name of an effect."""
+    """The kind in the name of an effect, such as `worn_hole` of `worn_hole (disk 2)`."""
     return name.split(" (")[0]
 
 
 def name_of(kind: str, place: Mapping[str, Any]) -> str:
-    """The name of an effect at a place."""
+    """The name of an effect at a place, such as `worn_hole (disk 2)`."""
     return Hypothesis(kind, tuple(place.items())).name
 
 
 def _rows(steps: Any) -> tuple[Mapping[str, float], ...]:
+    """The load columns of each row of a table of steps."""
     rows = steps.drop(columns=["sequence", "step"]).to_dict("records")
     return tuple({str(key): float(value) for key, value in row.items()} for row in rows)
 
 
 def _loading(recording: Recording) -> tuple[float, float, float] | None:
-    """Calibration on the sequences in which no tension falls, where there are others too."""
+    """Calibration on the loading-only sequences: ln of the factors on E and mu, and the p-value of chi-square.
+
+    None with fewer than two sequences in which no tension falls, or if there are no others.
+    """
     tension, of_sequence = recording.loads.tension, recording.of_sequence
     rising = [k for k in range(len(recording.sequences)) if (np.diff(tension[of_sequence == k], axis=0) >= 0).all()]
     if len(rising) < 2 or len(rising) == len(recording.sequences):

@@ -1,4 +1,4 @@
-"""By how much predictions of other loads and of another design miss what the rig does there."""
+"""Errors of predictions for other loads and another design, against what the rig truly does there."""
 
 from typing import NamedTuple
 
@@ -13,17 +13,21 @@ from prb3r.proof.settings import SETTINGS
 
 
 class Missed(NamedTuple):
-    """Of one target."""
+    """Errors of the predictions at one target."""
 
     name: str
+    """Name of the target."""
     calibrated: float
-    """Mean square in deviations of a reading: positions by theirs, angles where none are read."""
+    """Mean squared error by calibration alone, in variances of a reading: of positions, or of angles where no positions
+    are read."""
     explained: float
+    """Mean squared error with the explanation, likewise."""
     covered: float
-    """Share of the coordinates inside their bands."""
+    """Share of the coordinates inside their 95 % bands."""
     calibrated_m: float
-    """Root mean square distance of a disk, m."""
+    """Root mean square distance of predicted and true disk positions by calibration alone, m."""
     explained_m: float
+    """Root mean square distance with the explanation, m."""
 
     @property
     def removed(self) -> float:
@@ -37,7 +41,7 @@ class Missed(NamedTuple):
 
 
 def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...]:
-    """The predictions of a verdict against the rig; a failure removes nothing and covers nothing."""
+    """The errors of a verdict's predictions, target by target; a failed verdict removes no error and covers nothing."""
     if verdict.verdict == "failed" and not label.blunder:
         return tuple(Missed(target["name"], np.inf, np.inf, 0.0, np.nan, np.nan) for target in label.targets)
     out = []
@@ -52,6 +56,7 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
         lost = SETTINGS.protocol.lost_share * (design.length if sd else np.pi)
 
         def off(predicted: np.ndarray, true=true, columns=columns, lost=lost) -> np.ndarray:
+            """Errors of the coordinates that count; `lost` where there is no prediction."""
             away = (predicted[:, 1:] - true)[..., columns]
             return np.where(np.isfinite(away), away, lost)
 
@@ -67,7 +72,7 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
 
 
 def _distance(away: np.ndarray) -> float:
-    """Root mean square distance of (s, n, 3) positions that are known, m; NaN of none."""
+    """Root mean square length of the position errors in `away` (s, n, 3), m, of those that are finite; NaN of none."""
     squares = (away[..., :2] ** 2).sum(-1)
     known = np.isfinite(squares)
     return float(np.sqrt(squares[known].mean())) if known.any() else np.nan

@@ -1,4 +1,4 @@
-"""One opened recording: whether the verdict has the effect, the place and the numbers right."""
+"""Judges one opened recording: whether the verdict has effect, place and numbers right."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -18,13 +18,13 @@ class OpenedCase(NamedTuple):
     label: Label
     verdict: Verdict
     friction: float
-    """True coefficient."""
+    """True friction coefficient of the rig."""
     missed: tuple[Missed, ...] = ()
-    """Of other loads and another design."""
+    """Errors of predictions for other loads and another design."""
 
 
 def size_class(label: Label) -> float:
-    """Which of the population's sizes, in smallest detectable ones, a label counts among, by its norm."""
+    """The size of the population, in smallest detectable ones, that a label counts as, by its norm."""
     sizes, chosen = sorted(SETTINGS.population.multiples, reverse=True), SETTINGS.sizes
     for size in sizes[:-1]:
         if label.norm > chosen.class_margin * size * chosen.detectable:
@@ -33,7 +33,7 @@ def size_class(label: Label) -> float:
 
 
 def confident(verdict: Verdict) -> tuple[Claim, ...]:
-    """The effects that a verdict names as explanation; none of a verdict without one."""
+    """The effects that an `explained` or `ambiguous` verdict names; none of any other verdict."""
     return verdict.named if verdict.verdict in ("explained", "ambiguous") else ()
 
 
@@ -43,24 +43,24 @@ def failed(case: OpenedCase) -> bool:
 
 
 def named_or_failed(case: OpenedCase) -> bool:
-    """Whether anything is named; a failure counts against every score it belongs to."""
+    """Whether the verdict names any effect, or failed, which counts as an error."""
     return bool(case.verdict.named) or failed(case)
 
 
 def first_right(case: OpenedCase) -> bool:
-    """Whether the kind that is named first, without reserve, is the true one."""
+    """Whether the kind that a confident verdict names first is the true one."""
     named = confident(case.verdict)
     return bool(named) and named[0].kind == case.label.kinds[0]
 
 
 def mentioned(verdict: Verdict) -> set[str]:
-    """Kinds that are named or listed as indistinguishable."""
+    """Kinds that a confident verdict names or lists as indistinguishable from what it names."""
     named = confident(verdict)
     return {claim.kind for claim in named} | {rival[0] for claim in named for rival in claim.rivals}
 
 
 def right_claim(case: OpenedCase) -> Claim | None:
-    """The claim that is of the true kind, at the true place."""
+    """The first claim of a confident verdict with kind and place of the first true effect; None if there is none."""
     true = case.label.effects[0]
     for claim in confident(case.verdict):
         if claim.kind == true["kind"] and all(
@@ -71,13 +71,16 @@ def right_claim(case: OpenedCase) -> Claim | None:
 
 
 def places_agree(said: Any, true: Any) -> bool:
-    """Whether two values of a place are the same, lists in any order."""
+    """Whether two values of a place parameter are equal; lists may be in any order."""
     listed = lambda value: sorted(map(str, value)) if isinstance(value, list | tuple) else str(value)  # noqa: E731
     return listed(said) == listed(true)
 
 
 def plate_of(kind: str, place: Mapping[str, Any]) -> int | None:
-    """The one plate, or disk, of an effect that sits at one; the place may hold other parameters too."""
+    """Number of the plate or disk of an effect that acts at just one; None for any other effect.
+
+    `place` may be all parameters of the effect.
+    """
     for name, counted in RECORDS[kind].places.items():
         if counted in ("plates", "disks") and place.get(name) is not None:
             numbers = np.atleast_1d(place[name])
@@ -86,7 +89,7 @@ def plate_of(kind: str, place: Mapping[str, Any]) -> int | None:
 
 
 def plate_error(case: OpenedCase) -> float:
-    """By how many plates the place is missed; infinite where the kind is."""
+    """Number of plates by which the named place is off; infinite where the true kind is not named."""
     kind = case.label.kinds[0]
     true = plate_of(kind, case.label.effects[0])
     named = [claim for claim in confident(case.verdict) if claim.kind == kind]
@@ -95,7 +98,11 @@ def plate_error(case: OpenedCase) -> float:
 
 
 def parameters(case: OpenedCase) -> list[tuple[float, bool | None]]:
-    """Relative error of every parameter of the one true effect, and whether its interval covers it."""
+    """Relative error of every parameter of the one true effect, and whether its interval covers the truth (None: there
+    is no interval).
+
+    Empty if the effect is not named at its place; an infinite error that is not covered for a failed verdict.
+    """
     claim, true = right_claim(case), case.label.effects[0]
     if failed(case):
         return [(np.inf, False)]

@@ -16,12 +16,12 @@ REAL = SETTINGS.real
 
 
 def of_class(*classes: str) -> Test:
-    """Whether a recording is of one of some classes."""
+    """The test whether a recording is of one of some classes."""
     return lambda case: case.label.cls in classes
 
 
 def is_hit(claim: Claim, true: Mapping[str, Any]) -> bool:
-    """Whether a claim is of a true effect's kind, at its place or with its place among those not told apart."""
+    """Whether a claim has the kind of a true effect and its place, or one of its places among those not told apart."""
     if claim.kind != true["kind"]:
         return False
     return all(
@@ -31,50 +31,52 @@ def is_hit(claim: Claim, true: Mapping[str, Any]) -> bool:
 
 
 def named_of(case: OpenedCase) -> list[bool]:
-    """Of every true effect, whether it is named."""
+    """For every true effect, whether it is named."""
     return [any(is_hit(claim, true) for claim in case.verdict.named) for true in case.label.effects]
 
 
 def wrong_of(case: OpenedCase) -> list[bool]:
-    """Of every name, whether it is of a kind that is not there."""
+    """For every named effect, whether the rig has none of its kind."""
     return [claim.kind not in case.label.kinds for claim in case.verdict.named]
 
 
 def misplaced(case: OpenedCase) -> list[bool]:
-    """Of every name, whether its kind is there but at another place."""
+    """For every named effect, whether the rig has its kind, but at another place."""
     true = case.label.effects
     return [c.kind in case.label.kinds and not any(is_hit(c, effect) for effect in true) for c in case.verdict.named]
 
 
 def whole_set(case: OpenedCase) -> bool:
-    """Whether all true effects are named, and none beside."""
+    """Whether all true effects are named at their places, and no others."""
     return all(named_of(case)) and len(case.verdict.named) == len(case.label.effects)
 
 
 def listed_set(case: OpenedCase) -> bool:
-    """Whether the true kinds are those of a surviving model."""
+    """Whether all true effects and no others are named, or a surviving model has just the true kinds."""
     true = sorted(case.label.kinds)
     return whole_set(case) or any(sorted(map(kind_of, model)) == true for model in case.verdict.models)
 
 
 def surviving_kinds(case: OpenedCase) -> set[str]:
-    """Kinds that are named, listed as alike, or part of a surviving model."""
+    """Kinds that are named, listed as indistinguishable, or part of a surviving model."""
     return mentioned(case.verdict) | {kind_of(name) for model in case.verdict.models for name in model}
 
 
 REFUSED = {"angle_rad is in degrees": "degrees? write radians"}
-"""Blunders that reading a recording may refuse already, and how it says so."""
+"""Blunders for which the reading of a recording may refuse it, and the words by which it does."""
 
 
 def blunder_said(case: OpenedCase) -> bool:
-    """Whether the blunder that was made is said, or is among those that look the same, or is why nothing is read."""
+    """Whether the blunder that was made is said, is among those said to look the same, or is why the recording is
+    refused."""
     assert case.label.blunder is not None
     blunder = case.label.blunder["said"]
     return any(blunder in said for said in case.verdict.setup) or REFUSED.get(blunder, blunder) in case.verdict.reason
 
 
 def _pooled(chosen: Test, outcomes: Callable[[OpenedCase], Sequence[bool]]) -> Measure:
-    """Of effects or names; those of one recording are one cluster."""
+    """The measure of the share of true outcomes over all effects or names of the chosen recordings; those of one design
+    are one cluster (a real rig's recording has a design of its own)."""
 
     def measure(cases: Sequence[OpenedCase]) -> Score:
         of = [(case.label.design, list(outcomes(case))) for case in cases if chosen(case)]
@@ -85,11 +87,12 @@ def _pooled(chosen: Test, outcomes: Callable[[OpenedCase], Sequence[bool]]) -> M
 
 
 def _worthy(case: OpenedCase) -> list[bool]:
+    """For every true effect that is worth enough, whether it is named."""
     return [hit for hit, worth in zip(named_of(case), case.label.worth, strict=True) if worth >= REAL.worth]
 
 
 def _rare_named(case: OpenedCase) -> list[bool]:
-    """Whether the rare effect, the first, is named where it is worth something."""
+    """Whether the rare effect, the first, is named; empty if it is not worth enough."""
     return named_of(case)[:1] if case.label.worth[0] >= REAL.worth else []
 
 
@@ -98,7 +101,8 @@ def _unexplained(case: OpenedCase) -> bool:
 
 
 def _told_apart(case: OpenedCase) -> list[bool]:
-    """Whether an effect that is worth something is far from every kind that the rig has not."""
+    """For every true effect that is worth enough, whether it is far from every kind that the rig lacks; empty where
+    distances are unknown."""
     return [
         far >= SETTINGS.sizes.apart
         for far, worth in zip(case.label.apart, case.label.worth, strict=False)
@@ -107,6 +111,7 @@ def _told_apart(case: OpenedCase) -> list[bool]:
 
 
 def _named_if_told_apart(case: OpenedCase) -> list[bool]:
+    """For every true effect that is worth enough and can be told apart, whether it is named."""
     return [
         hit
         for hit, far, worth in zip(named_of(case), case.label.apart, case.label.worth, strict=False)
@@ -115,6 +120,7 @@ def _named_if_told_apart(case: OpenedCase) -> list[bool]:
 
 
 def _worthy_listed(case: OpenedCase) -> list[bool]:
+    """For every true effect that is worth enough, whether its kind is named, listed or in a surviving model."""
     listed = surviving_kinds(case)
     return [
         kind in listed for kind, worth in zip(case.label.kinds, case.label.worth, strict=True) if worth >= REAL.worth
@@ -122,11 +128,13 @@ def _worthy_listed(case: OpenedCase) -> list[bool]:
 
 
 def _all_worthy(case: OpenedCase) -> bool:
-    """Whether several effects act of which every one is worth something."""
+    """Whether the recording has several effects, each of which is worth enough."""
     return HAS_SEVERAL(case) and min(case.label.worth) >= REAL.worth
 
 
 def _removed(name: str, worst: bool) -> Measure:
+    """The measure of the share of excess error removed at a target: in the worst tenth, or the median."""
+
     def measure(cases: Sequence[OpenedCase]) -> Score:
         values = [m.removed for case in cases if HAS_SEVERAL(case) for m in case.missed if m.name == name and m.counts]
         return quantile_of(values, REAL.worst) if worst else median_of(values)
@@ -135,10 +143,13 @@ def _removed(name: str, worst: bool) -> Measure:
 
 
 def _covered(name: str) -> Measure:
+    """The measure of the mean coverage of the bands at a target, over recordings of real rigs."""
     return lambda cases: mean_of([m.covered for c in cases if c.label.build for m in c.missed if m.name == name])
 
 
 def _seconds(slow: bool, worst: bool) -> Measure:
+    """The measure of processor time, longest or median, of real rigs with friction along the path (`slow`) or not."""
+
     def measure(cases: Sequence[OpenedCase]) -> Score:
         values = [c.verdict.seconds for c in cases if c.label.build and c.label.follows_path == slow]
         return quantile_of(values, 1.0) if worst else median_of(values)

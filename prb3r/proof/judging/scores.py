@@ -1,4 +1,4 @@
-"""The table of scores: goals, what counts towards each, and what is given for information."""
+"""The table of scores of bench rigs: goals, which recordings count for each, and scores for information."""
 
 from collections.abc import Sequence
 
@@ -23,34 +23,41 @@ from prb3r.proof.judging.opened import (
 from prb3r.proof.settings import SETTINGS
 
 EDGE, PLAINLY, LARGE = SETTINGS.population.multiples
-"""Sizes, in smallest detectable ones: names and places are scored from the second on, numbers at the third."""
+"""The three sizes of single effects, in smallest detectable ones: names and places are scored from the second size on,
+parameter errors at the third."""
 
 
 def _of(cls: str, *sizes: float) -> Test:
+    """The test whether a recording is of a class and, if sizes are given, counts as one of them."""
     return lambda case: case.label.cls == cls and (not sizes or size_class(case.label) in sizes)
 
 
 def _first(size: float) -> Measure:
+    """The measure of the share of distinguishable single effects of a size that are named first."""
     return share_measure(lambda case: _of("single", size)(case) and case.label.distinguishable, first_right)
 
 
 def _placed(case: OpenedCase) -> bool:
+    """Whether a single, distinguishable effect of the larger sizes acts at just one plate or disk."""
     if not (_of("single", PLAINLY, LARGE)(case) and case.label.distinguishable):
         return False
     return plate_of(case.label.kinds[0], case.label.effects[0]) is not None
 
 
 def _covering(cases: Sequence[OpenedCase]) -> Score:
+    """Share of the intervals of parameters that cover the truth, single effects of the larger sizes."""
     chosen = [case for case in cases if _of("single", PLAINLY, LARGE)(case)]
     return share_of([covered for case in chosen for _, covered in parameters(case) if covered is not None])
 
 
 def _errors(cases: Sequence[OpenedCase]) -> Score:
+    """Median relative error of parameters, single effects of the largest size."""
     return median_of([error for case in cases if _of("single", LARGE)(case) for error, _ in parameters(case)])
 
 
 def _heldout(cases: Sequence[OpenedCase]) -> Score:
-    """Pooled over large effects; a failure removes nothing of what is expected in the sequences set aside."""
+    """Share of the excess squared error on held-out sequences that is removed, summed over single effects of the
+    largest size.  A failed verdict removes nothing of the excess that is expected there."""
     parts = []
     for case in cases:
         if _of("single", LARGE)(case) and failed(case):
@@ -63,28 +70,29 @@ def _heldout(cases: Sequence[OpenedCase]) -> Score:
 
 
 def _after(cases: Sequence[OpenedCase]) -> Score:
+    """Median held-out chi-square per reading with the explanation, single effects of the largest size."""
     chosen = [c.verdict.heldout for c in cases if _of("single", LARGE)(c) and c.verdict.heldout is not None]
     return median_of([after / count for _, after, count in chosen])
 
 
 def outside(case: OpenedCase) -> bool:
-    """Whether the physics is far outside the library of the diagnosis."""
+    """Whether the physics is outside the library of the diagnosis, far from every single effect in it."""
     return case.label.cls in OUTSIDE and case.label.distance >= SETTINGS.sizes.far_outside
 
 
 def far_outside(case: OpenedCase) -> bool:
-    """Whether not even two effects of the library together come near."""
+    """Whether the physics is outside the library, and no two effects of the library together come near it."""
     return outside(case) and (case.label.pair_distance or 0.0) >= SETTINGS.sizes.apart
 
 
 def _asked_elsewhere(case: OpenedCase) -> bool:
-    """Whether the physics is far outside the library, and predictions of another design were asked for."""
+    """Whether the physics is far outside the library and there are predictions of another design to judge."""
     return outside(case) and any(missed.name == OTHER_DESIGN for missed in case.missed)
 
 
 def does_no_harm(case: OpenedCase) -> bool:
-    """Whether nothing is explained, or another design is predicted no worse than by calibration alone, or within the
-    noise."""
+    """Whether the verdict is `unexplained`, or another design is predicted no worse than by calibration alone or within
+    the noise.  A failed verdict does no harm either."""
     there = [missed for missed in case.missed if missed.name == OTHER_DESIGN]
     within = SETTINGS.real.excess**2
     if case.verdict.verdict in ("unexplained", "failed"):
@@ -93,12 +101,14 @@ def does_no_harm(case: OpenedCase) -> bool:
 
 
 def _flagged(case: OpenedCase) -> bool:
+    """Whether the verdict is `ambiguous` and mentions both the true kind and one that cannot be told from it."""
     near = [kind for kind, far in case.label.nearest.items() if far < SETTINGS.sizes.same]
     kinds = mentioned(case.verdict)
     return case.verdict.verdict == "ambiguous" and case.label.kinds[0] in kinds and bool(kinds & set(near))
 
 
 def _weight_named(case: OpenedCase) -> bool:
+    """Whether the verdict is `adequate` and a remark names the step of the wrong weight."""
     if case.label.wrong_weight is None or case.verdict.verdict != "adequate":
         return False
     sequence, step, _, _ = case.label.wrong_weight
@@ -107,11 +117,15 @@ def _weight_named(case: OpenedCase) -> bool:
 
 
 def _pair(case: OpenedCase) -> bool:
+    """Whether a recording has a pair of effects of which no third kind imitates either."""
     return case.label.cls == "pair" and case.label.distance >= SETTINGS.sizes.apart
 
 
 def _false_constant(which: str) -> Measure:
-    """Error of E in the class where calibration hides the effect."""
+    """The measure of the median relative error of E in the class where calibration hides the effect.
+
+    `which` is the fit: `loading` (loading-only sequences), `calibrated` or `explained`.
+    """
 
     def measure(cases: Sequence[OpenedCase]) -> Score:
         errors = []

@@ -1,4 +1,4 @@
-"""What a method says of a recording."""
+"""Verdicts: what a method says of a recording."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,13 +15,16 @@ class Claim:
 
     kind: str
     place: Mapping[str, Any]
+    """Parameters that are not fitted: plate, cable, law."""
     parameters: Mapping[str, tuple[float, float | None, float | None]] = field(default_factory=dict)
-    """Value, low and high."""
+    """Fitted value, and the ends of its interval or None, of each free parameter."""
     sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)
-    """Places that are not told apart."""
+    """All values of each place parameter that cannot be told from the best one."""
     rivals: tuple[tuple[str, Mapping[str, Any], float, float], ...] = ()
-    """Kind, place, squared distance, and how much worse they fit."""
+    """Effects of other kinds that cannot be told apart: kind, place, squared distance, and by how much chi-square with
+    its penalty is larger."""
     partial: bool = False
+    """Whether the effect helps without explaining all."""
 
 
 @dataclass(frozen=True)
@@ -29,47 +32,51 @@ class ExperimentClaim:
     """An experiment that is to tell two explanations apart."""
 
     names: tuple[str, str]
-    """Of the two effects."""
+    """Names of the two effects, or of the sets of effects by which two models differ."""
     separation: float
-    """Squared distance that it promises."""
+    """Squared distance of the two explanations that it promises."""
     steps: tuple[Mapping[str, float], ...]
     """Load columns of each step."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a method says of a recording."""
+    """The verdict of a method on a recording, with the numbers that scores need."""
 
     case: int
+    """Number of the recording in its run."""
     method: str
     verdict: str
-    """That of the diagnosis, or `failed`."""
+    """The word of the diagnosis (`adequate`, `explained`, `ambiguous`, ...), or `failed`."""
     named: tuple[Claim, ...] = ()
     reduced: tuple[float, float] = (np.nan, np.nan)
-    """Chi-square per degree of freedom, calibrated and explained."""
+    """Chi-square per degree of freedom of calibration alone and of the explanation."""
     largest: tuple[float, float, float, float] = (np.nan,) * 4
-    """Largest z and its threshold, of what calibration leaves and of what the explanation leaves."""
+    """Largest score z and its threshold, for the residuals of calibration, then for those of the explanation."""
     chi2: tuple[float, float] = (np.nan, np.nan)
-    """Of the explanation, and its threshold."""
+    """Chi-square of the explanation, and its threshold."""
     heldout: tuple[float, float, int] | None = None
-    """Squared whitened error on held-out sequences, calibrated and explained, and the number of readings."""
+    """Squared whitened error on held-out sequences by calibration alone and by the explanation, and the number of
+    readings."""
     calibrated: tuple[float, float] = (0.0, 0.0)
-    """ln of the factors on E and mu."""
+    """ln of the factors on E and mu by calibration alone."""
     explained: tuple[float, float] = (0.0, 0.0)
+    """ln of the factors on E and mu with the explanation."""
     loading: tuple[float, float, float] | None = None
-    """From the sequences with loading only: ln of the factors on E and mu, and the chance of so large a chi-square."""
+    """From the loading-only sequences: ln of the factors on E and mu, and the p-value of chi-square."""
     models: tuple[tuple[str, ...], ...] = ()
-    """Effects by name of every surviving model, most probable first."""
+    """Names of the effects of every surviving model, most probable model first."""
     setup: tuple[tuple[str, ...], ...] = ()
-    """Of each blunder that is said: it, and those that look the same."""
+    """For each blunder that is said: its sentence, and those of the blunders that look the same."""
     noise: float = np.nan
-    """Factor that is found on the stated noise."""
+    """Estimated factor on the stated noise."""
     elsewhere: tuple[Forecast, ...] = ()
-    """At the targets that were asked for."""
+    """Predictions at the targets that were asked for."""
     forecasting: float = 0.0
-    """Time of a processor that these took, s."""
+    """Processor time that these took, s."""
     proposals: tuple[ExperimentClaim, ...] = ()
     remarks: tuple[str, ...] = ()
     seconds: float = 0.0
-    """Of a processor, without what forecasts took."""
+    """Processor time, without that of forecasts, s."""
     reason: str = ""
+    """Why there is no verdict, if it failed."""
