@@ -1,6 +1,7 @@
-"""One recording of a real rig again, as a folder: `python -m prb3r.proof.again SEED CASES CASE FOLDER [CLASS...]`.
+"""Writes one recording of a real rig anew: `python -m prb3r.proof.again SEED CASES CASE FOLDER [CLASS...]`.
 
-SEED, CASES and CLASSES are those of the run.  What was concealed stands in `<FOLDER>.truth.json`, beside the folder.
+SEED, CASES and CLASSES are those of the run.  The label, with what was concealed, is written to `<FOLDER>.truth.json`,
+beside the folder.
 """
 
 import json
@@ -14,7 +15,7 @@ from prb3r.proof.concealed.real import REAL_CLASSES, real_label
 
 
 def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collection[str] = REAL_CLASSES) -> None:
-    """Write recording `case` of a run of so many recordings of some classes, and the truth beside it."""
+    """Write the folder of recording `case` of a run of `cases` recordings of some classes, and its label beside it."""
     kinds = flavours(cases, classes)
     designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(kinds)]
     request = next(candidate for candidate in requests(seed, cases, designs, classes) if candidate.case == case)

@@ -1,9 +1,9 @@
-"""Whether what is not found is missed by the search, or not told by the recording: `python -m prb3r.proof.attained SEED
-CASES [CLASS...]`.
+"""Tells whether the search missed concealed effects or the recordings do not show them.
 
-After a diagnosis what was concealed is fitted to the same readings under the same noise, and left out effect by effect
-as in any backward elimination.  Where a part of the truth is more probable than the best model that was found, the
-search has missed it; else the readings speak for what was found, and no search could name more.
+`python -m prb3r.proof.attained SEED CASES [CLASS...]` fits, after each diagnosis, the concealed effects to the same
+readings under the same noise, and leaves them out one by one as in any backward elimination.  Where a part of the truth
+is more probable than the best model that was found, the search has missed it; else the readings speak for what was
+found, and no search could name more.
 """
 
 import sys
@@ -30,23 +30,24 @@ from prb3r.proof.settings import SETTINGS
 
 
 class Attained(NamedTuple):
-    """What a search has found beside what was there to be found."""
+    """Evidence of the model that a search has found, and of the best part of the truth."""
 
     chosen: float
     """ln evidence of the most probable model of the search."""
     possible: float
-    """The largest of the concealed effects and of parts of them; -inf where none can be fitted."""
+    """Largest ln evidence of the concealed effects together or of a part of them; -inf where they cannot be fitted."""
     effects: tuple[str, ...]
-    """Of that part, by name."""
+    """Names of the effects of that part."""
 
     @property
     def missed(self) -> bool:
-        """Whether the search has passed by a more probable part of the truth."""
+        """Whether a part of the truth is clearly more probable than what the search has found."""
         return self.possible > self.chosen + SETTINGS.protocol.bare_mention
 
 
 def attained(searched: Searched, concealed: Sequence[Mapping[str, Any]]) -> Attained:
-    """What a search has found beside what it could have, of the `concealed` effects as the rig takes them."""
+    """The evidence of a search's best model beside that of the best part of the `concealed` effects (tables of a
+    manipulator file)."""
     choice, search = searched.choice, searched.tested.doubted.search
     best = choice.survivors[0]
     parts = list(_parts(best.fitted, _whole(best.fitted, search.library, concealed)))
@@ -58,7 +59,7 @@ def attained(searched: Searched, concealed: Sequence[Mapping[str, Any]]) -> Atta
 
 
 def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping[str, Any]]) -> Fit | None:
-    """The concealed effects that the library holds fitted together, from their true sizes; None without equilibrium."""
+    """The fit of all concealed effects that the library holds, from their true sizes on; None without equilibrium."""
     constants, friction = best.p[: len(best.model.varied)], best.model.friction(best.p)
     starts: dict[Hypothesis, np.ndarray] = {}
     for effect in concealed:
@@ -73,21 +74,22 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
 
 
 def _placed(hypothesis: Hypothesis, effect: Mapping[str, Any]) -> bool:
-    """Whether a hypothesis is of the place of an effect, and of its form where it has one."""
+    """Whether a hypothesis has the place of an effect, and its law, side and sections where the effect has them."""
     place = dict(hypothesis.place)
     names = {*RECORDS[hypothesis.kind].places, *(name for name in ("law", "side", "sections") if name in effect)}
     return all(places_agree(place.get(name), effect.get(name)) for name in names)
 
 
 def _size(hypothesis: Hypothesis, effect: Mapping[str, Any], friction: float) -> np.ndarray:
-    """(k,) the free parameters at the true size; where a hypothesis has others, where a fit begins."""
+    """(k,) free parameters of a hypothesis at the true size; the start of a fit if the effect lacks one of them."""
     if any(free.name not in effect for free in hypothesis.free):
         return hypothesis.starts(friction)[0]
     return np.array([free.at(effect[free.name], friction) for free in hypothesis.free])
 
 
 def _parts(best: Fit, whole: Fit | None) -> Iterator[Fit]:
-    """The whole, and what is left as one effect after the other goes whose loss costs least; at last the constants."""
+    """The fit of all effects, then those with ever fewer of them, as the effect goes whose loss costs least chi-square;
+    at last that of the constants alone.  Nothing if `whole` is None."""
     while whole is not None:
         yield whole
         model, p = whole.model, whole.p
@@ -96,7 +98,7 @@ def _parts(best: Fit, whole: Fit | None) -> Iterator[Fit]:
 
 
 def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator[tuple[int, Attained]]:
-    """The recordings of a run of some classes, one after the other; those without equilibrium or verdict left out."""
+    """Number and outcome of every recording of a run of some classes, except those without equilibrium or verdict."""
     designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(flavours(cases, classes))]
     for request in requests(seed, cases, designs, classes):
         try:

@@ -1,7 +1,7 @@
-"""The shipped example of a recording: `python -m prb3r.proof.example FOLDER` simulates it anew.
+"""Simulates the shipped example of a recording anew: `python -m prb3r.proof.example FOLDER`.
 
-A two-segment prototype on a bench that nobody knows exactly: the rig has other constants than the nominal manipulator
-and physics that its file conceals; camera, weights and markers have their scatter.
+It is a two-segment prototype on its bench.  The true rig has other constants than the nominal manipulator, and lossy
+pulleys that the file does not mention; camera frame, tensions and readings scatter.
 """
 
 import sys
@@ -17,9 +17,9 @@ from prb3r.recording.writing import write_recording
 EXAMPLE_SEED = 20261123
 """Seed of the example's noise; any other would do."""
 PLATE = {"plates": 7, "length_m": 0.030, "clamp_m": 0.008, "width_m": 0.030, "thickness_m": 0.0008}
-"""Both segments of the prototype (Table 3 of IEEE Access 2018)."""
+"""Either segment of the prototype (Table 3 of IEEE Access 2018)."""
 ARMS = {"1": (0.0255, 2), "2": (0.021, 1), "3": (-0.021, 1), "4": (-0.0255, 2)}
-"""Of each cable, by name, the offset of its holes (m) and the segment that it ends at."""
+"""Offset of the holes (m) and last segment of each cable, by its name."""
 NOMINAL: dict[str, Any] = {
     "name": "two-segment prototype on its bench",
     "youngs_modulus_pa": 1.87e11,
@@ -29,13 +29,13 @@ NOMINAL: dict[str, Any] = {
     "segment": [PLATE, PLATE],
     "cable": [{"name": name, "offset_m": y, "ends_at_segment": end} for name, (y, end) in ARMS.items()],
 }
-"""What the file of the manipulator says."""
+"""Contents of the manipulator file."""
 CONCEALED = NOMINAL | {
     "youngs_modulus_pa": 0.95 * NOMINAL["youngs_modulus_pa"],
     "friction": {"coefficient": 1.1 * NOMINAL["friction"]["coefficient"], "direction": "declared"},
     "effect": [{"kind": "pulley_friction", "efficiency": 0.90}],
 }
-"""What the rig is: constants within their priors, and pulleys that take a tenth of every tension.  A choice."""
+"""The true rig: constants within their priors, and pulleys that take a tenth of every tension.  A choice."""
 CAMERA_FRAME = (0.003, 0.0012, -0.0008)
 """Rotation (rad) and shift (x, y in m) of the camera's frame: about half of a standard deviation of `MEASUREMENT`.  A
 choice."""
@@ -46,15 +46,15 @@ MEASUREMENT = Measurement(
     frame_rotation_sd_rad=0.005,
     frame_position_sd_m=0.002,
 )
-"""Standard deviations that the recording states and that its noise has."""
+"""Standard deviations that the recording states; its noise has them."""
 HIDDEN_ROWS, HIDDEN_CELLS = 0.015, 0.015
-"""Shares of markers that the camera did not see, and of single readings."""
+"""Shares of markers that the camera did not see, and of single readings that are missing."""
 
 LOAD_COLUMNS, SLIP_COLUMNS = [f"cable_{name}_n" for name in ARMS], [f"slip_{name}" for name in ARMS]
 
 
 def programme() -> list[dict[str, Any]]:
-    """The rows of the table of steps: each cable alone up and down, then two against each other."""
+    """The rows of the table of steps: each cable alone loaded and unloaded, then two pairs against each other."""
     rows: list[dict[str, Any]] = []
     for name, most in (("1", 48.0), ("2", 60.0), ("3", 60.0), ("4", 48.0)):
         for share, slip in ((0.25, -1), (0.5, -1), (0.75, -1), (1.0, -1), (0.75, 1), (0.5, 1), (0.25, 1)):
@@ -70,7 +70,7 @@ def programme() -> list[dict[str, Any]]:
 
 
 def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[str, Any]]:
-    """The rows of the table of markers: what the camera saw of the concealed rig."""
+    """The rows of the table of markers: noisy readings of the true rig under the steps `rows`, gaps included."""
     markers = []
     for name in dict.fromkeys(row["sequence"] for row in rows):
         steps = [row for row in rows if row["sequence"] == name]
@@ -92,7 +92,9 @@ def measured(rows: list[dict[str, Any]], rng: np.random.Generator) -> list[dict[
 
 def write_example(folder: str | Path) -> None:
     """Simulate the example from its fixed seed and write recording, manipulator, steps and markers into a folder.
-    Raises SpecError for a place that cannot be written."""
+
+    Raises SpecError for a folder that cannot be written.
+    """
     described = RecordingFile(
         name="bench example",
         manipulator="manipulator.toml",

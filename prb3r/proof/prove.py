@@ -1,4 +1,4 @@
-"""The benchmark: draw and seal, record, diagnose, open, score."""
+"""The benchmark: draws designs and labels, seals the labels, records, diagnoses, opens the labels and scores."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,33 +29,36 @@ from prb3r.runs.journal import Journal, Stages
 from prb3r.runs.provenance import environment, fingerprint
 
 MAIN = "diagnose"
-"""The method that is proved."""
+"""Name of the method whose scores are held against the goals: the diagnosis itself."""
 
 
 @dataclass(frozen=True)
 class Concealed:
-    """Designs, recordings and the labels under seal."""
+    """Designs and recordings of a run, and their labels under seal."""
 
     seed: int
     designs: tuple[Design, ...]
     seal: Seal
     tasks: tuple[RecordingTask, ...]
-    """By case.  They hold the truth: nothing of them but the recording reaches a method."""
+    """Tasks by which the recordings were made, by case.  They hold the labels and are given to no method."""
     recordings: tuple[Recording | str, ...]
-    """By case; why there is none."""
+    """The recording of each case, or the reason why there is none."""
 
     def verdict_task(self, case: int, method: str) -> VerdictTask:
-        """Of a case and the method that is to judge it."""
+        """The task of a method to judge a case."""
         return VerdictTask(
             case, self.recordings[case], self._without(case), method, self.seed, targets=self._targets(case)
         )
 
     def is_real(self, case: int) -> bool:
-        """Whether a recording is of a rig with imperfections."""
+        """Whether a case is of a real rig, one with imperfections."""
         return self.tasks[case].design.flavour.is_real
 
     def experiment(self, verdict: Verdict) -> RecordingTask | None:
-        """The recording again, with the experiment that a verdict proposes; None if it promises nothing."""
+        """The task to record a case again with the experiment that its verdict proposes.
+
+        None if no proposal promises enough, and for real rigs.
+        """
         if (proposal := promising(verdict)) is None:
             return None
         task = self.tasks[verdict.case]
@@ -64,26 +67,26 @@ class Concealed:
         return replace(task, extra=_with_tip_loads(task.design, proposal.steps))
 
     def second_task(self, case: int, recording: Recording | str) -> VerdictTask:
-        """The diagnosis once more of a case, whose `recording` now holds the experiment that its first verdict proposed
-        (or is the reason why that could not be recorded)."""
+        """The task to diagnose a case once more, from a `recording` with the experiment that its first verdict proposed
+        (or the reason why that could not be recorded)."""
         return VerdictTask(case, recording, self._without(case), MAIN, self.seed)
 
     def _targets(self, case: int) -> tuple[Mapping[str, Any], ...]:
-        """What is asked beyond the verdict: other loads and another design, without what is true there."""
+        """Other loads and another design to predict, without the truth about them; none where a blunder was made."""
         label = self.tasks[case].label
         return () if label.blunder else label.targets
 
     def _without(self, case: int) -> frozenset[str]:
-        """Kinds taken out of the library of the diagnosis."""
+        """Kinds of effect that are taken out of the library of the diagnosis for a case."""
         return frozenset(self.tasks[case].label.without)
 
     def opened(self, verdicts: Iterable[Verdict]) -> list[OpenedCase]:
-        """Every verdict with its label.
+        """Every verdict with its label and the errors of its predictions.
 
         Raises
         ------
         EngineError
-            If there is a case without a verdict.
+            If there is a case without a verdict: the seal stays closed.
         """
         verdicts = list(verdicts)
         labels = {label.case: label for label in self.seal.opened({verdict.case for verdict in verdicts})}
@@ -94,34 +97,34 @@ class Concealed:
         ]
 
     def _friction(self, label: Label) -> float:
-        """Friction coefficient that a recording's rig has: the nominal one times the concealed factor."""
+        """True friction coefficient of a recording's rig: the nominal one times the concealed factor."""
         return self.designs[label.design].friction * float(np.exp(label.constants[1]))
 
 
 @dataclass(frozen=True)
 class Proof:
-    """All that a run has to show."""
+    """The results of a run."""
 
     seed: int
     digest: str
     """Hash of the labels, known before the first verdict."""
     designs: tuple[Design, ...]
     bias: tuple[float, ...]
-    """Whitened norm of engine less rig, of each design."""
+    """Whitened norm of the difference of engine and rig without effects, for each design of a bench rig."""
     cases: Mapping[str, tuple[OpenedCase, ...]]
-    """By method."""
+    """Opened cases by method."""
     followed: tuple[tuple[OpenedCase, Verdict], ...]
-    """Ambiguous verdicts and those after the proposed experiment."""
+    """Cases of which a promising experiment was carried out, each with the verdict after it."""
     seconds: float
     environment: Mapping[str, Any]
 
     @property
     def main(self) -> tuple[OpenedCase, ...]:
-        """The opened cases of the diagnosis, none of its steps left out: those on which goals are measured."""
+        """The opened cases of the method `MAIN`, on which goals are measured."""
         return self.cases[MAIN]
 
     def scores(self, method: str = MAIN) -> list[tuple[Goal, Score]]:
-        """Each goal of the table with the score of a method, then what is told for information."""
+        """Every line of the table with the score of a method: goals and information of bench rigs, then real rigs."""
         measured = [(goal, goal.measure(self.cases[method])) for goal in (*GOALS, *INFORMATION)]
         after = share_of([resolved(*pair) for pair in self.followed if tested(pair[0])] if method == MAIN else [])
         real = [(goal, goal.measure(self.cases[method])) for goal in (*REAL_GOALS, *REAL_INFORMATION)]
@@ -140,19 +143,19 @@ def run_proof(
 
     Parameters
     ----------
-    cases : recordings of a run.
-    seed : of everything; the same seed, the same scores.
-    jobs : worker processes.
-    say : hears what is under way, the hash of the labels among it.
-    kept : file of what is there already if the run was interrupted; removed at the end.
-    classes : of recordings; empty: all.
+    cases : number of recordings.
+    seed : seed of everything that is drawn: the same seed gives the same scores.
+    jobs : number of worker processes.
+    say : is called with messages on the progress, the hash of the labels among them.
+    kept : file for the results so far, from which an interrupted run goes on; removed at the end.
+    classes : classes of recordings; empty: all.
 
     Raises
     ------
     EngineError
         If `kept` cannot be written.
     SpecError
-        If there is no such class.
+        If a class is unknown.
     """
     known = SETTINGS.population.shares
     if unknown := [name for name in classes if name not in known]:
@@ -195,13 +198,16 @@ def run_proof(
 def stages_of(
     cases: int, seed: int, jobs: int, say: Callable[[str], None], kept: Path | None, classes: Sequence[str] = ()
 ) -> Stages:
-    """Stages that go on where an interrupted run of the same benchmark stopped; arguments as of :func:`run_proof`."""
+    """Stages of a run with its journal, so that they go on where an interrupted run of the same benchmark stopped.
+
+    The arguments are those of :func:`run_proof`.
+    """
     journal = Journal(kept, f"{fingerprint('recording', 'diagnosis', 'proof')} {cases} {seed} {sorted(classes)}")
     return Stages(journal, jobs, say)
 
 
 def concealed_recordings(cases: int, seed: int, stages: Stages, classes: Sequence[str] = ()) -> Concealed:
-    """Draw designs and labels, seal the labels, and record; the hash of the labels is said before the recordings."""
+    """Draw designs and labels, seal the labels and make the recordings; the labels' hash is announced before these."""
     numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases, classes))]
     stages.say(f"{len(numbered)} designs")
     designs = stages.results("designs", drawn_design, numbered)
@@ -218,6 +224,6 @@ def concealed_recordings(cases: int, seed: int, stages: Stages, classes: Sequenc
 
 
 def _with_tip_loads(design: Design, steps: Sequence[Mapping[str, float]]) -> LoadSteps:
-    """Proposed steps with the load columns of a design."""
+    """Proposed steps with zero tip loads where they have none and the design's table has columns for them."""
     tip = {"tip_x_n": 0.0, "tip_y_n": 0.0} if "tip_x_n" in design.program[0][0] else {}
     return tuple({**tip, **step} for step in steps)

@@ -1,7 +1,7 @@
-"""How the scores of the benchmark move when each number among the settings of the diagnosis moves.
+"""Sensitivity of the benchmark's scores to each number among the settings of the diagnosis.
 
-The recordings are made once.  A variant of the settings judges those in whose diagnosis the number was read at all:
-on the others it can change nothing.
+The recordings are made once.  With a variant of the settings only those recordings are diagnosed again in whose first
+diagnosis the number was read: on the others it can change nothing.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -24,35 +24,35 @@ from prb3r.proof.tasks import VerdictTask
 
 @dataclass(frozen=True, eq=False)
 class NotingSettings(Settings):
-    """Settings that note which of them are read.
+    """Settings that note the names of those that are read.
 
-    A changed copy (`replace`) reads all of them, so that nothing that was read is missed.
+    Making a changed copy (`replace`) counts as reading all of them, so that none that matters is missed.
     """
 
     names: set[str] = field(default_factory=set)
-    """What was read so far, of these and of copies."""
+    """Names of the settings read so far, from this object and from copies of it."""
 
     def __getattribute__(self, name: str) -> Any:
-        """The value, noted if it is a setting."""
+        """The attribute; its name is noted if it is a setting."""
         if name in Settings.__dataclass_fields__:
             object.__getattribute__(self, "names").add(name)
         return object.__getattribute__(self, name)
 
     def plain(self) -> dict[str, Any]:
-        """As of the same settings that note nothing: to write all down is not to use them."""
+        """The settings as a dictionary; nothing is noted, since writing settings down does not use them."""
         values = {entry.name: object.__getattribute__(self, entry.name) for entry in fields(Settings)}
         return asdict(Settings(**values))
 
 
 class NotedVerdict(NamedTuple):
-    """A verdict and the settings that it could depend on."""
+    """A verdict and the names of the settings on which it could depend."""
 
     verdict: Verdict
     read: frozenset[str]
 
 
 def noted_answer(task: VerdictTask) -> NotedVerdict:
-    """The verdict with the settings as they are, and the names of those that were read on the way."""
+    """The verdict on a task with the default settings, and the names of those that were read on the way."""
     settings = NotingSettings()
     verdict = answer(task._replace(settings=settings))
     return NotedVerdict(verdict, frozenset(settings.names))
@@ -62,22 +62,24 @@ class Variant(NamedTuple):
     """Settings of which one number has moved."""
 
     field: str
+    """Name of the setting."""
     value: float
-    """That it was moved to."""
+    """Value to which it was moved."""
     settings: Settings
 
 
 @dataclass(frozen=True)
 class VariantScores:
-    """What a variant changes."""
+    """Scores with one variant of the settings."""
 
     field: str
+    """Name of the setting that was moved, to `value`."""
     value: float
     scores: tuple[tuple[Goal, Score], ...]
     changed: int
-    """Recordings on which the verdict, or what is named, is another than with the settings as they are."""
+    """Number of recordings on which the verdict, or what it names, differs from that with the default settings."""
     read: int
-    """Recordings in whose diagnosis the setting was read."""
+    """Number of recordings in whose diagnosis the setting was read."""
 
 
 @dataclass(frozen=True)
@@ -88,17 +90,20 @@ class SettingsSweep:
     digest: str
     """Hash of the labels, known before the first verdict."""
     cases: int
+    """Number of recordings."""
     settings: Settings
+    """The default settings."""
     scores: tuple[tuple[Goal, Score], ...]
-    """With the settings as they are."""
+    """Scores with the default settings."""
     lower: tuple[VariantScores, ...]
+    """Scores with each setting moved down."""
     higher: tuple[VariantScores, ...]
-    """Of the same fields, in the same order."""
+    """Scores with each setting moved up, in the same order."""
     seconds: float
 
 
 def numeric_settings(settings: Settings) -> dict[str, float]:
-    """Names and values of the settings that are one number each; truth values do not count."""
+    """Names and values of the settings that are a single number; truth values are left out."""
     values = {field.name: getattr(settings, field.name) for field in fields(settings)}
     return {name: v for name, v in values.items() if isinstance(v, int | float) and not isinstance(v, bool)}
 
@@ -106,8 +111,8 @@ def numeric_settings(settings: Settings) -> dict[str, float]:
 def moved(value: float, share: float) -> float:
     """A number moved by a share of itself, up or down.
 
-    A whole number moves by one at least.  Of a share near one, which the move would carry beyond one, what is left to
-    one moves the other way.
+    A whole number moves by one at least.  A value from 0.5 to 1 that the move up would carry to one or beyond moves by
+    the same share of its distance to one, so that it stays below one.
     """
     if isinstance(value, int):
         step = max(round(abs(share * value)), 1)
@@ -118,7 +123,7 @@ def moved(value: float, share: float) -> float:
 
 
 def variants(settings: Settings, share: float, only: Collection[str] = ()) -> Iterator[Variant]:
-    """Settings with each number (or those of `only`) moved by a share of itself."""
+    """For each number among the settings (or each of `only`), the settings with it moved by a share of itself."""
     for name, value in numeric_settings(settings).items():
         if not only or name in only:
             to = moved(value, share)
@@ -138,14 +143,14 @@ def run_sweep(
 
     Parameters
     ----------
-    only : fields that move; empty: all that are one number.
+    only : names of the settings that move; empty: all that are one number.
 
     The other parameters are those of :func:`prb3r.proof.prove.run_proof`.
 
     Raises
     ------
     SpecError
-        If a field of `only` is none of the numbers.
+        If a name in `only` is no number among the settings.
     EngineError
         If `kept` cannot be written.
     """
@@ -170,6 +175,7 @@ def run_sweep(
     base = [entry.verdict for entry in noted]
 
     def scored(variant: Variant, renewed: dict[int, Verdict]) -> VariantScores:
+        """Scores of a variant, from its own verdicts and, on all other recordings, the default ones."""
         verdicts = [renewed.get(case, base[case]) for case in range(cases)]
         differing = sum(_said(a) != _said(b) for a, b in zip(base, verdicts, strict=True))
         scores = _scores(concealed.opened(verdicts))
@@ -189,5 +195,5 @@ def _scores(cases: Sequence[OpenedCase]) -> tuple[tuple[Goal, Score], ...]:
 
 
 def _said(verdict: Verdict) -> tuple:
-    """What two verdicts must share to count as the same: the verdict, and kind and place of what it names."""
+    """The part of a verdict by which two count as equal: its word, and kind and place of every effect that it names."""
     return verdict.verdict, tuple((claim.kind, tuple(claim.place.items())) for claim in verdict.named)

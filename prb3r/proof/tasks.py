@@ -1,4 +1,4 @@
-"""What workers are asked for: recordings, and verdicts on them."""
+"""Tasks of the worker processes: making recordings, and giving verdicts on them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,30 +17,32 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True)
 class RecordingTask:
-    """A recording to be made of the rig."""
+    """A recording to be made: of a design with what its label says."""
 
     design: Design
     label: Label
     extra: LoadSteps = ()
-    """Steps of one more sequence."""
+    """Steps of one more sequence, on bench rigs only."""
 
 
 class VerdictTask(NamedTuple):
-    """A recording, or why there is none, and who is to judge it."""
+    """A recording, or the reason why there is none, and the method that is to judge it."""
 
     case: int
     recording: Recording | str
     without: frozenset[str]
+    """Kinds of effect taken out of the library of the diagnosis."""
     method: str
+    """Name of the method, one of `METHODS`."""
     seed: int
     settings: Settings = Settings()
-    """Of the diagnosis."""
+    """Settings of the diagnosis."""
     targets: tuple[Mapping[str, Any], ...] = ()
-    """Loads and designs that predictions are asked for."""
+    """Loads and designs for which predictions are asked."""
 
 
 def record(task: RecordingTask) -> Recording | str:
-    """The recording of a task, or the reason, as text, why the rig or its files gave none."""
+    """The recording of a task, or as text the reason why there is none: no equilibrium, or a folder that is refused."""
     try:
         if task.design.flavour.is_real:
             return recording_from_folder(task.design, task.label)
@@ -50,7 +52,7 @@ def record(task: RecordingTask) -> Recording | str:
 
 
 def answer(task: VerdictTask) -> Verdict:
-    """The verdict on a recording; on none, a failure."""
+    """The verdict on a recording; `failed` where there is none."""
     if isinstance(task.recording, str):
         return Verdict(task.case, task.method, "failed", reason=f"not recorded: {task.recording}")
     asked = task.without, task.method, task.seed, task.settings, task.targets
