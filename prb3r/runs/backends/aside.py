@@ -1,4 +1,4 @@
-"""What is done in a process of its own while this one goes on with something else."""
+"""Run a function in a separate process while this process goes on with other work."""
 
 import contextlib
 from collections import deque
@@ -12,14 +12,15 @@ T = TypeVar("T")
 
 
 class Aside(Generic[T]):
-    """One function on one thing after another, apart or, where that is not asked for, in this process at once.
+    """A function applied to one argument after another, in a separate process or, if not `apart`, in this one at once.
 
-    `done` holds what it returned, in the order of the things, all of it once the context is left.  Leaving it by an
-    interrupt ends what is under way; by anything else waits, and what the function raised earlier than that is raised.
+    `done` holds the values returned so far, in the order of the arguments, all of them once the context is left.
+    Leaving the context by an interrupt kills the process; leaving it otherwise waits for the process, and raises what
+    the function has raised.
     """
 
     def __init__(self, function: Callable[[Any], T], apart: bool) -> None:
-        """`function` of one thing, which returns or raises what can be pickled; `apart`: in a process of its own."""
+        """`function` of one argument, whose values and errors can be pickled; `apart`: run it in a separate process."""
         self.function, self.apart = function, apart
         self.done: list[T] = []
         self.under_way: deque[tuple[Any, contextlib.ExitStack]] = deque()
@@ -29,14 +30,14 @@ class Aside(Generic[T]):
         return self
 
     def begin(self, thing: Any, held: contextlib.ExitStack) -> None:
-        """Begin with a thing; `held` is closed when the function has ended for it.
+        """Start the function on `thing`; `held` is closed when the function has ended for it.
 
         Raises
         ------
         EngineError
-            If the process has died with an earlier thing.
+            If the process has died on an earlier argument.
         Exception
-            Whatever the function raised for an earlier one or, in this process, for this one.
+            Whatever the function raised for an earlier argument or, in this process, for this one.
         """
         with held:
             if self.apart:
@@ -49,7 +50,7 @@ class Aside(Generic[T]):
                 self.done.append(self.function(thing))
 
     def _take(self, wait: bool) -> None:
-        """Take what is done, in order; `wait` for all of it."""
+        """Move finished values to `done`, in order; with `wait`, wait for all of them."""
         from joblib.externals.loky.process_executor import BrokenProcessPool
 
         while self.under_way and (wait or self.under_way[0][0].done()):

@@ -14,14 +14,16 @@ from prb3r.runs.backends.shield import reason_of, shielded
 from prb3r.runs.tasks import Fate, Job, Workers
 
 PATIENCE_S = 30.0
-"""How long to wait for a dask scheduler to answer and for workers to appear."""
+"""How long to wait for a dask scheduler to answer and for workers to appear, s."""
 
 
 class DaskWorkers:
-    """A cluster that others keep running; its scheduler retries what loses a worker before it gives up."""
+    """Workers of a running dask cluster, whose scheduler retries a task that loses its worker before it gives up."""
 
     heartbeat_s = 2.0
+    """Time without an event, s, after which `check` is called."""
     strikes = 1
+    """Times that the scheduler may give up a job which runs alone, before the job counts as crashed."""
 
     def __init__(self, workers: Workers, function: Callable, events: SimpleQueue) -> None:
         self.address, self.function, self.events = workers.scheduler or "", function, events
@@ -35,7 +37,7 @@ class DaskWorkers:
             raise EngineError(Problem("dask", "is not installed; pip install 'prb3r[dask]'")) from None
         if not self.address:
             raise EngineError(Problem("dask", "needs the address of a running scheduler, such as tcp://host:8786"))
-        # It would print tracebacks of what is reported here in a sentence.
+        # The client would log tracebacks of errors that are reported here in a sentence.
         self.logger = logging.getLogger("distributed.client")
         self.level = self.logger.level
         self.logger.setLevel(logging.CRITICAL + 1)
@@ -56,6 +58,8 @@ class DaskWorkers:
         return self
 
     def _same_source(self) -> None:
+        """Raise EngineError if the scheduler or a worker imports another program text of prb3r than this process."""
+
         def source() -> str:
             import hashlib
             from pathlib import Path
@@ -80,7 +84,7 @@ class DaskWorkers:
             raise EngineError(*wrong)
 
     def submit(self, job: Job) -> None:
-        """Begin a job; an event `(job, fate, result)` follows when it ends."""
+        """Start a job; when it ends, `(job, fate, result)` is put on `events`: its value, or the reason in one line."""
         task = partial(shielded, self.function, job.task)
         future = self.futures[job] = self.client.submit(task, key=f"prb3r-{uuid4().hex}", pure=False)
         future.add_done_callback(partial(self._report, job))
@@ -98,14 +102,14 @@ class DaskWorkers:
             self.events.put(gone if lost else (job, "raised", reason_of(error)))
 
     def check(self) -> None:
-        """Give up once the cluster has been without workers for too long."""
+        """Raise EngineError once the cluster has been without workers for `PATIENCE_S`."""
         if self.client.scheduler_info()["workers"]:
             self.seen = time.monotonic()
         elif time.monotonic() - self.seen > PATIENCE_S:
             raise EngineError(Problem(self.address, f"the scheduler has had no workers for {PATIENCE_S:g} s"))
 
     def free(self, job: Job, fate: Fate) -> None:
-        """Give back what a job that ended has held."""
+        """Release the future of a job that has ended."""
         self.futures.pop(job).release()
         self.seen = time.monotonic()
 

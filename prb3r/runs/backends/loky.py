@@ -1,7 +1,8 @@
 """Worker processes on this machine, by joblib's loky.
 
-Every worker is a pool of its own, so a death names its task.  Workers outlive a run that went well and serve the next
-one of this process: to start one and to load what it needs takes longer than many studies do.
+Every worker is an executor of one process, so that a worker which dies tells which task killed it.  Workers outlive a
+run without errors and serve the next run of this process: starting one and loading the package takes longer than many
+studies do.
 """
 
 import atexit
@@ -24,18 +25,21 @@ from prb3r.runs.threads import LINEAR_ALGEBRA
 ENVIRONMENT = dict.fromkeys((*LINEAR_ALGEBRA, "NUMBA_NUM_THREADS"), "1") | {
     "PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", "")
 }
-"""Of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless asked for."""
+"""Environment of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless the user
+asks for it."""
 
 
 _KEPT: dict[int, list[Any]] = {}
-"""Idle workers of earlier runs, by the process that started them: one that was forked from it cannot use them."""
+"""Idle workers of earlier runs, by the number of the process that started them: a forked process cannot use them."""
 
 
 class LokyWorkers:
     """Processes on this machine, started when first needed and replaced when dead."""
 
     heartbeat_s = 60.0
+    """Time without an event, s, after which `check` is called."""
     strikes = 2
+    """Workers that a job may kill, running alone, before it counts as crashed."""
 
     def __init__(self, workers: Workers, function: Callable, events: SimpleQueue) -> None:
         self.slots, self.function, self.events = max(1, workers.jobs), function, events
@@ -47,7 +51,7 @@ class LokyWorkers:
         return self
 
     def submit(self, job: Job) -> None:
-        """Begin a job; an event `(job, fate, result)` follows when it ends."""
+        """Start a job; when it ends, `(job, fate, result)` is put on `events`: its value, or the reason in one line."""
         from joblib.externals.loky.process_executor import BrokenProcessPool
 
         while True:
@@ -72,10 +76,10 @@ class LokyWorkers:
             self.events.put((job, *(("raised", reason_of(error)) if error else future.result())))
 
     def check(self) -> None:
-        """Nothing to look after: a process that dies reports itself."""
+        """Do nothing: the death of a worker process is reported by its executor."""
 
     def free(self, job: Job, fate: Fate) -> None:
-        """Give back what a job that ended has held."""
+        """Make the worker of a job that has ended idle again, or shut it down if it crashed."""
         pool = self.busy.pop(job)
         if fate == "crashed":
             pool.shutdown()
@@ -91,29 +95,28 @@ class LokyWorkers:
 
 @atexit.register
 def end_kept_workers() -> None:
-    """End the workers that wait for another run of this process."""
+    """End the idle workers that are kept for further runs of this process."""
     end_workers(_KEPT.pop(os.getpid(), []))
 
 
 def new_worker() -> Any:
-    """An executor of one process, which starts with the first thing that it is given, under :func:`interrupt_held`."""
+    """An executor of one process, which starts at the first submission; make that one under :func:`interrupt_held`."""
     from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
-    # Started along with the first worker, it would undo `interrupt_held`.
+    # Started along with the first worker, the resource tracker would undo `interrupt_held`.
     with contextlib.suppress(ImportError):
         from multiprocessing import resource_tracker
 
         resource_tracker.ensure_running()
-    # a worker that has grown is replaced by a small one, which nobody needs to hear of
+    # loky replaces a worker whose memory has grown, and would warn of it
     warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
     return ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT)
 
 
 def end_workers(pools: list[Any]) -> None:
-    """End the processes of executors at once, whatever they do.
+    """Kill the processes of executors at once, whatever they are doing.
 
-    What waits for them is taken away before: loky would look for it once more after it has dropped it, and print a
-    KeyError.
+    Work that is still queued is removed before: loky would look it up again after dropping it, and print a KeyError.
     """
     for pool in pools:
         with contextlib.suppress(Empty):
@@ -123,7 +126,7 @@ def end_workers(pools: list[Any]) -> None:
 
 
 def _obey(parent: int) -> None:
-    """In a new worker: leave interrupts to the parent, and do not outlive it."""
+    """Initialise a worker: ignore SIGINT, which the parent handles, and exit when the process `parent` is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
@@ -136,7 +139,10 @@ def _obey(parent: int) -> None:
 
 @contextlib.contextmanager
 def interrupt_held() -> Iterator[None]:
-    """Keep SIGINT back while a worker starts: it inherits that, and would print a traceback before it can obey."""
+    """Block SIGINT within the context, in which a worker starts and inherits the blocking.
+
+    Otherwise a worker that is interrupted before `_obey` has run would print a traceback.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,4 +1,4 @@
-"""A map over worker processes that live as long as they are needed, by joblib."""
+"""A parallel map over worker processes that live as long as a context, by joblib."""
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
@@ -9,7 +9,7 @@ from typing import Any
 def process_map(jobs: int) -> Iterator[Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]]:
     """A function that maps another over a sequence in `jobs` worker processes, which live as long as the context.
 
-    One job, and sequences of one task, are worked off in this process.
+    With one job, and for sequences of one task, it runs in this process.
     """
     if jobs == 1:
         yield lambda function, tasks: [function(task) for task in tasks]

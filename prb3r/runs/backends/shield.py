@@ -1,4 +1,4 @@
-"""What runs in a worker around every task."""
+"""The wrapper that runs every task in a worker and turns its errors into data."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,10 @@ from prb3r.runs.tasks import Fate
 
 
 def shielded(function: Callable, task: Any) -> tuple[Fate, Any]:
-    """What became of a task, with one thread: its value if it is done, else the reason in one line."""
+    """`("done", value)` of a task, or `("raised", reason)` with the error in one line.
+
+    It limits the worker to one thread of linear algebra, for good.
+    """
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
