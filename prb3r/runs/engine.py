@@ -1,7 +1,7 @@
-"""Workers: run one function on many tasks so that a worker that dies costs nothing but its own case.
+"""Run one function on many tasks in worker processes, so that a worker that dies costs no more than its own case.
 
-A task that raises or loses its worker is split if it can be.  What has lost a worker then runs alone, with nothing else
-under way, and is `crashed` if it loses its worker again and again.
+A task that raises or loses its worker is split if it can be.  A job that has lost a worker is run again alone, with
+nothing else under way, and is `crashed` once it has lost as many workers alone as the backend allows (`strikes`).
 """
 
 import contextlib
@@ -32,21 +32,22 @@ def run_tasks(
     Parameters
     ----------
     function
-        Of one task; importable by the workers.  It may raise or kill its process.
+        Function of one task, importable by the workers.  It may raise or kill its process.
     tasks
-        A sequence, or a mapping from numbers of the caller's choice.
+        A sequence, or a mapping from numbers that the caller chooses to tasks.
     on_result
-        Called in this thread with the task's number and its pieces: one, or those of `split` in their order.
+        Called in this thread with the number of a task and its pieces: one, or one for each part in the order of
+        `split`.
     split
-        The parts of a task, for one that raised or lost its worker.
+        Gives the parts of a task that raised or lost its worker.
 
     Raises
     ------
     EngineError
         If there are no workers or none are left.
     KeyboardInterrupt
-        On SIGINT, SIGTERM or SIGHUP, after the `on_result` under way, with the workers gone.  A second one does not
-        wait.
+        On SIGINT, SIGTERM or SIGHUP, after the `on_result` under way has returned and the workers have ended.  A
+        second signal interrupts at once.
     """
     numbered = dict(tasks if isinstance(tasks, Mapping) else enumerate(tasks))
     if workers.backend not in BACKENDS:
@@ -59,7 +60,8 @@ def run_tasks(
 
 
 class _Run:
-    """What is waiting, suspected, under way and partly done."""
+    """The state of a run: jobs waiting, jobs suspected of killing workers, number of jobs under way (`flying`), whether
+    a suspect runs `alone`, and the pieces so far of tasks that were split."""
 
     def __init__(self, tasks: dict, split: Callable, on_result: Callable) -> None:
         self.split, self.on_result = split, on_result
@@ -69,7 +71,7 @@ class _Run:
         self.pieces: dict[int, list[Piece | None]] = {}
 
     def drive(self, pool: "LokyWorkers | DaskWorkers", events: SimpleQueue) -> None:
-        """Work everything off; each outcome is delivered as it comes."""
+        """Run all jobs to their end; each outcome is delivered as it comes."""
         while self.waiting or self.suspects or self.flying:
             while self.waiting and self.flying < (1 if self.alone else pool.slots):
                 self._launch(pool, self.waiting, alone=False)
@@ -93,6 +95,7 @@ class _Run:
         pool.submit(queue.popleft())
 
     def _settle(self, job: Job, fate: Fate, result: Any, strikes: int) -> None:
+        """Deliver the outcome of a job that has ended, split it, or queue it to run again alone."""
         parts = self.split(job.task) if fate != "done" and job.part is None else ()
         if fate == "done":
             self._deliver(job, Piece(job.task, fate, value=result))
@@ -107,6 +110,7 @@ class _Run:
             self._deliver(job, Piece(job.task, fate, reason=result))
 
     def _deliver(self, job: Job, piece: Piece) -> None:
+        """Record a piece, and call `on_result` when all pieces of the task are there."""
         pieces = self.pieces.setdefault(job.number, [None])
         pieces[job.part or 0] = piece
         if None not in pieces:
@@ -114,7 +118,7 @@ class _Run:
 
 
 def stopping_signals() -> list[int]:
-    """Signals that ask a run to stop: SIGINT, SIGTERM and, unless it is ignored as under `nohup`, SIGHUP."""
+    """The signals that stop a run: SIGINT, SIGTERM and, unless it is ignored as under `nohup`, SIGHUP."""
     hangup = [getattr(signal, name) for name in ("SIGHUP",) if hasattr(signal, name)]
     heard = [number for number in hangup if signal.getsignal(number) != signal.SIG_IGN]
     return [signal.SIGINT, signal.SIGTERM, *heard]
@@ -122,7 +126,7 @@ def stopping_signals() -> list[int]:
 
 @contextlib.contextmanager
 def _interrupts(events: SimpleQueue) -> Iterator[None]:
-    """Signals to stop as events, so that they come between deliveries."""
+    """Turn the signals that stop a run into events within the context, so that they take effect between deliveries."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and folders that take them."""
+"""Files written whole or not at all, and folders that are writable and have one writer."""
 
 import contextlib
 import errno
@@ -13,13 +13,13 @@ from typing import Any
 from prb3r.errors import EngineError, Problem, SpecError
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Flag for opening files: not through a link."""
+"""Flag of `os.open` that refuses symbolic links; 0 where the system has none."""
 LOCK = ".lock"
-"""The file that the writer into a folder holds; it stays there, empty."""
+"""Name of the lock file in a folder: the number of the writing process while one writes, empty afterwards."""
 
 
 def write_whole(path: Path, content: bytes) -> Path:
-    """Replace a file so that readers never see a part of it; its path.
+    """Write a file so that readers see the old content or the new one, never a part; returns `path`.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def write_whole(path: Path, content: bytes) -> Path:
 
 
 def write_json(path: Path, content: Any) -> Path:
-    """Replace a file by plain data as JSON, as :func:`write_whole` does: a value a line, words as they are; its path.
+    """Write plain data as JSON by :func:`write_whole`, one value a line, text not escaped to ASCII; returns `path`.
 
     Raises
     ------
@@ -46,12 +46,12 @@ def write_json(path: Path, content: Any) -> Path:
 
 @contextlib.contextmanager
 def replaced(path: Path, lasting: bool = True, make_folder: bool = True) -> Iterator[Path]:
-    """A temporary file beside `path` that takes its place when the context is left without an error.
+    """A temporary file beside `path` that is renamed to `path` when the context is left without an error.
 
     Parameters
     ----------
-    lasting : wait until the disk knows the file by its name.
-    make_folder : make the folder if it is not there; else its absence is an error.
+    lasting : sync the folder, so that the renaming outlasts a power cut.
+    make_folder : make the folder if it is missing; else a missing folder is an error.
 
     Raises
     ------
@@ -76,12 +76,14 @@ def replaced(path: Path, lasting: bool = True, make_folder: bool = True) -> Iter
 
 @contextlib.contextmanager
 def sole_writer(folder: Path) -> Iterator[None]:
-    """Keep `folder` to this process, until the context is left or the process is gone, however it went.
+    """Lock `folder` for this process until the context is left or the process ends, however it ends.
+
+    Where the system has no such locks, nothing is locked.
 
     Raises
     ------
     EngineError
-        If another process writes into it.
+        If another process holds the lock, or the lock file cannot be made.
     """
     try:
         import fcntl
@@ -115,12 +117,12 @@ def _lock_file(path: Path) -> Iterator[int]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those it is in.
+    """Make a folder and its parents.
 
     Raises
     ------
     EngineError
-        If that cannot be.
+        If the folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -129,7 +131,7 @@ def make_folder(folder: Path) -> None:
 
 
 def clear_left_over(folder: Path) -> None:
-    """Remove the temporary files that writers which were killed have left in a folder of one writer."""
+    """Remove the temporary files that killed writers have left in a folder which only this process writes into."""
     for path in folder.glob("*.tmp"):
         with contextlib.suppress(OSError):
             path.unlink()
@@ -145,6 +147,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _words(error: OSError) -> str:
+    """An error of the file system as the end of a sentence."""
     if error.errno == errno.ENOSPC:
         return "the disk is full; what is already written is kept, free some space and run again"
     if error.errno == errno.ENOENT:
@@ -153,12 +156,12 @@ def _words(error: OSError) -> str:
 
 
 def ensure_writable(folder: Path) -> None:
-    """Make `folder` and prove that files can be made in it, before any work is done.
+    """Make `folder` and check that files can be made in it, before any work is done.
 
     Raises
     ------
     SpecError
-        If not.
+        If the folder or a file in it cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

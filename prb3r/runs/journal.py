@@ -1,4 +1,4 @@
-"""Results on disk as they come: a run that was interrupted goes on where it stopped."""
+"""Results of tasks, written to disk as they come, so that an interrupted run goes on where it stopped."""
 
 import hmac
 import os
@@ -17,22 +17,22 @@ from prb3r.runs.secret import user_secret
 from prb3r.runs.tasks import Piece, Workers
 
 CODE = 32
-"""Bytes of the code of an entry."""
+"""Length of the authentication code (HMAC-SHA256) of an entry, bytes."""
 TOLD_EVERY_S = 20.0
-"""How often a stage says how far it is."""
+"""Time between two messages of a stage about its progress, s."""
 _Result = TypeVar("_Result")
 
 
 class Journal:
-    """Values by stage and number, appended to one file.
+    """Values of tasks by stage and task number, appended to one file.
 
-    Every entry carries a code that is made with a key of the user: what others have written is not read, as reading
-    values may run what they say.
+    Every entry carries an authentication code made with a secret of the user.  Entries with another code are not read,
+    as unpickling what somebody else has written could run their code.
 
     Parameters
     ----------
-    path : of the file; None keeps nothing.
-    key : of what the values are computed from; a journal of anything else is begun anew.
+    path : file of the journal; None: nothing is stored.
+    key : identifies what the values are computed from; a file with another key is emptied.
 
     Raises
     ------
@@ -59,26 +59,26 @@ class Journal:
 
     @property
     def seconds(self) -> float:
-        """Time spent so far, with that of earlier runs which were interrupted, s."""
+        """Time since this journal was opened, plus the time of interrupted runs before up to their last entry, s."""
         return self._spent + time.monotonic() - self._begin
 
     def known(self, stage: str) -> dict[int, Any]:
-        """Values of a stage that are there already, by number."""
+        """The values of a stage that an earlier run has stored, by task number."""
         return dict(self._values.get(stage, {}))
 
     def add(self, stage: str, number: int, value: Any) -> None:
-        """Keep the value of task `number` of a stage: it is on disk when this returns."""
+        """Append the value of task `number` of a stage to the file, which is closed when this returns."""
         if self._path:
             with open(self._path, "ab") as file:
                 self._write(file, (stage, number, value, self.seconds))
 
     def discard(self) -> None:
-        """Remove the file: nothing is left to go on from."""
+        """Remove the file."""
         if self._path:
             self._path.unlink(missing_ok=True)
 
     def _read(self, file: BinaryIO) -> None:
-        """All whole entries; what an interruption tore is cut off."""
+        """Read all whole entries from the position of the file on, and cut the file off after the last of them."""
         whole = file.tell()
         while (entry := self._entry(file)) is not None:
             stage, number, value, self._spent = entry
@@ -87,7 +87,7 @@ class Journal:
         file.truncate(whole)
 
     def _entry(self, file: BinaryIO) -> Any:
-        """The next entry; None where there is no whole one of this user."""
+        """The next entry of the file; None at its end, or where the entry is torn or was written by somebody else."""
         size, code = int.from_bytes(file.read(8), "big"), file.read(CODE)
         content = file.read(size) if 0 < size < 2**40 else b""
         if not content or not hmac.compare_digest(code, self._code(content)):
@@ -104,21 +104,21 @@ class Journal:
 
 @dataclass(frozen=True)
 class Stages:
-    """Work in stages of many tasks each, kept as it is done."""
+    """Work in stages of many tasks each, whose results are stored in a journal as they come."""
 
     journal: Journal
     jobs: int
-    """Worker processes."""
+    """Number of worker processes."""
     say: Callable[[str], None] = lambda text: None
-    """Hears how far a stage is."""
+    """Called with a message about the progress of a stage."""
 
     def results(self, stage: str, function: Callable[[Any], _Result], tasks: Sequence[Any]) -> list[_Result]:
-        """Results in the order of the tasks; those that are there already are not made again.
+        """Results of `function` in the order of the tasks; results that the journal holds are not computed again.
 
         Raises
         ------
         RuntimeError
-            If a task has none.
+            If a task raises or loses its worker.
         """
         out: dict[int, _Result] = self.journal.known(stage)
         told = time.monotonic()

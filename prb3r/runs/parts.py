@@ -1,8 +1,9 @@
-"""What is computed already, case by case: a case is known by the hash of its content, whatever study asks for it.
+"""Stored results of cases: a case is found by its key, the hash of its content, whichever study asks for it.
 
-A part holds some cases: rows of numbers under their keys, and rows of states.  What a column depends on beside its case
-(a metric's settings, the program) is the item that the column belongs to; a case may have some items and lack others.
-Parts live in `<study>/.parts/`, one level below every glob over a study's results.
+A part is a table of some cases: one row of numbers for each key, and rows of states in files of their own.  Each column
+belongs to an item, which names what the column depends on beside its case (the settings of a metric, the program text);
+a case may have some items and lack others.  Parts live in `<study>/.parts/`, one level below every glob over a study's
+results.
 """
 
 import contextlib
@@ -25,76 +26,82 @@ from prb3r.runs.states import STATES, Columns, StateFiles, States, write_block
 
 FOLDER = ".parts"
 CASES = "cases"
+"""Suffix of the tables of cases, and the kind of table under which they are sealed."""
 ITEM, BLOCKS, KEY, COUNT = b"item", b"blocks", " key", " states"
-"""Item of a column (metadata of its field) or of the states (of the table), rows of the files of states as JSON;
-columns of the cases' keys and of their numbers of states."""
+"""`ITEM`: metadata key for the item of a column (on its field) or of the states (on the table).  `BLOCKS`: metadata key
+of the table for the numbers of rows in the files of states, as JSON.  `KEY`, `COUNT`: columns of the keys of the cases
+and of their numbers of rows of states."""
 KEY_BYTES = 16
+"""Length of the key of a case."""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """Where rows are kept: (n,) part, -1 where a row is in none, and (n,) row of the part's cases."""
+    """Where an item of `n` cases is stored among the parts."""
 
     part: np.ndarray
+    """(n,) number of the part, -1 where no part holds the item of the case."""
     row: np.ndarray
+    """(n,) row of the case in that part, -1 where there is none."""
 
     @property
     def known(self) -> np.ndarray:
-        """(n,) whether a row is kept, that is whether its `part` is not -1."""
+        """(n,) whether the item of a case is stored, that is whether its `part` is not -1."""
         return self.part >= 0
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Some cases as they are kept."""
+    """Some cases as stored on disk."""
 
     path: Path
-    """Of the table of cases."""
+    """File of the table of cases."""
     cases: pa.Table
+    """One row for each case: its key, its number of states, and the columns of its items."""
 
     @cached_property
     def items(self) -> set[str]:
-        """The items that it holds something of: those named with its columns, and that of its states if it has any."""
+        """The items of the columns of the part, and the item of its states if it has any."""
         metadata = [self.cases.schema.metadata, *(field.metadata for field in self.cases.schema)]
         return {known[ITEM].decode() for known in metadata if known and ITEM in known}
 
     @cached_property
     def states(self) -> StateFiles:
-        """The states of its cases, without files if there are none."""
+        """The files of states of the part, none if no states were kept."""
         blocks = json.loads((self.cases.schema.metadata or {}).get(BLOCKS, b"[]"))
         return StateFiles(self.path.parent, self.path.stem, tuple(blocks))
 
     @property
     def files(self) -> list[Path]:
-        """Its files in the order in which they are written: blocks of states, then the table of cases."""
+        """The files of the part in the order in which they are written: blocks of states, then the table of cases."""
         return [*self.states.paths, self.path]
 
     def has(self, item: str) -> bool:
-        """Whether an item of its cases is kept whole."""
+        """Whether the part holds an item; states count only if all their files are undamaged."""
         of_states = (self.cases.schema.metadata or {}).get(ITEM) == item.encode()
         return item in self.items and (not of_states or self.states.whole)
 
     @cached_property
     def keys(self) -> list[bytes]:
-        """What its cases are known by, in their order."""
+        """Keys of the cases of the part, in the order of its rows."""
         return self.cases[KEY].to_pylist()
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """(cases,) row of the states where those of each case end."""
+        """(cases,) row after the last state of each case, in the states of the part."""
         return np.cumsum(self.cases[COUNT].to_numpy())
 
     def column(self, name: str) -> np.ndarray:
-        """A column of its cases as an array."""
+        """(cases,) a column of the table of cases."""
         return self.cases[name].to_numpy()
 
 
 class Parts:
-    """The parts in the folder of a study, and those that are added.
+    """The parts stored in the folder of a study, and those added during a run.
 
     Parameters
     ----------
-    folder : of the study's results.
+    folder : folder of the study's results; the parts are in its sub-folder `.parts`.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -103,24 +110,26 @@ class Parts:
         self.made = False
 
     def ready(self) -> None:
-        """Make the folder of the parts, once: where it is removed afterwards, the next part cannot be written.
+        """Make the folder of the parts, at the first call only.
+
+        If the folder is removed afterwards, writing the next part fails instead of starting a new folder.
 
         Raises
         ------
         EngineError
-            If that cannot be.
+            If the folder cannot be made.
         """
         if not self.made:
             make_folder(self.home)
             self.made = True
 
     def add_block(self, stem: str, number: int, columns: Columns) -> None:
-        """Write a block of the states of a part that is not there yet; see :meth:`add`."""
+        """Write block `number` of the states of a part that :meth:`add` completes later; its name will be `stem`."""
         self.ready()
         write_block(self.home, stem, number, columns)
 
     def place(self, item: str, keys: Sequence[bytes]) -> Kept:
-        """Where an item of the cases with these keys is kept."""
+        """Where an item of the cases with these keys is stored; where several parts hold it, in the last of them."""
         rows: dict[bytes, int] = {}
         ends = [0]
         for part in self.parts:
@@ -133,12 +142,14 @@ class Parts:
         return Kept(number, np.where(index < 0, -1, index - np.asarray(ends)[number]))
 
     def add(self, keys: Sequence[bytes], cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
-        """Keep some cases.
+        """Store some cases as a new part.
 
         Parameters
         ----------
-        cases : their columns.
-        items : item of each of these columns.
+        keys : key of each case.
+        cases : columns of the cases.
+        items : item of each column to be stored; other columns are left out.
+        states : rows of states of the cases; None if states are not among what was computed.
         """
         self.ready()
         count = np.zeros(len(keys), np.int64) if states is None else states.count
@@ -160,29 +171,30 @@ class Parts:
         self.parts.append(Part(path, table))
 
     def adopt(self, lacking: Mapping[str, Collection[bytes]]) -> None:
-        """Copy the parts of other studies beside this one that have something of what is lacking.
+        """Copy those parts of other studies in the same folder of results that hold a lacking item of a case.
 
         Parameters
         ----------
-        lacking : keys of the cases that lack each item.
+        lacking : for each item, the keys of the cases that lack it.
         """
         self.ready()
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _stored(home) if home != self.home else ():
                 if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
-                    for path in (path for path in part.files if path.exists()):  # without states there is but one
+                    for path in (path for path in part.files if path.exists()):  # files of states may be gone
                         with replaced(self.home / path.name) as copy:
                             shutil.copyfile(path, copy)
                     self.parts.append(Part(self.home / part.path.name, part.cases))
 
     def discard(self) -> None:
-        """Remove the files of all parts, and forget them."""
+        """Remove the folder of the parts with all its files, and forget the parts."""
         with contextlib.suppress(FileNotFoundError):
             shutil.rmtree(self.home)
         self.parts, self.made = [], False
 
     def clear(self, outdated: Callable[[str], bool]) -> None:
-        """Remove the parts all of whose items are outdated, and what interrupted runs have left."""
+        """Remove the parts all of whose items are `outdated`, files of states without a part, and other leftovers of
+        interrupted runs."""
         kept = set()
         for part in self.parts:
             if all(outdated(item) for item in part.items):
@@ -196,7 +208,7 @@ class Parts:
 
 
 def gathered(parts: Parts, place: Kept, name: str) -> np.ndarray:
-    """A column of cases that are all kept."""
+    """(n,) the column `name` of `n` cases, all of which are stored; `place` says where."""
     out: np.ndarray | None = None
     for number in present(place.part):
         rows, values = place.part == number, parts.parts[number].column(name)
@@ -206,23 +218,27 @@ def gathered(parts: Parts, place: Kept, name: str) -> np.ndarray:
 
 
 def present(part: np.ndarray) -> np.ndarray:
-    """The numbers that occur among those of parts, ascending."""
+    """The numbers of parts that occur in `part`, ascending, each once."""
     return np.flatnonzero(np.bincount(part))
 
 
 def state_counts(parts: Parts, place: Kept) -> np.ndarray:
-    """(n,) number of states of cases that are all kept."""
+    """(n,) number of rows of states of each of `n` cases, all of which are stored."""
     return _states(parts, place)[0]
 
 
 def rows_of_states(
     parts: Parts, place: Kept, ends: np.ndarray, rows: slice
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of some rows of the states of cases in their order: the index of the case, its part and its row of states there.
+    """Where some rows of the table of states of `n` cases are stored: three arrays, one entry for each row.
+
+    The table has the states of the cases one after the other.  The arrays are the index of the case, the number of its
+    part, and the row among the states of that part.
 
     Parameters
     ----------
-    ends : (n,) row where the states of each case end.
+    ends : (n,) row of the table after the last state of each case.
+    rows : the rows of the table that are asked for.
     """
     row = np.arange(rows.start, rows.stop)
     case = np.searchsorted(ends, row, side="right")
@@ -233,7 +249,7 @@ def rows_of_states(
 
 
 def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
-    """Of every case, the number of its states and the row of the first among those of its part."""
+    """(n,) number of states of each case and (n,) row of the first of them among the states of its part."""
     count, begin = np.zeros(len(place.part), np.int64), np.zeros(len(place.part), np.int64)
     for number in present(place.part):
         rows, ends = place.part == number, parts.parts[number].ends
@@ -244,7 +260,7 @@ def _states(parts: Parts, place: Kept) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _stored(home: Path) -> Iterator[Part]:
-    """The parts in a folder, sorted by name, but for those whose table of cases is damaged."""
+    """The parts stored in a folder, sorted by name, without those whose table of cases is damaged."""
     for path in sorted(home.glob(f"*.{CASES}")):
         cases = read_sealed(path, f"{CASES} {path.stem}")
         if cases is not None:
@@ -252,6 +268,6 @@ def _stored(home: Path) -> Iterator[Part]:
 
 
 def part_name(keys: Iterable[bytes], items: Iterable[str]) -> str:
-    """Of a part: the same for the same content."""
+    """Name of a part, 16 hexadecimal digits: the hash of the keys of its cases and of its items."""
     text = json.dumps(sorted(items)).encode()
     return hashlib.blake2b(b"".join(keys) + text, digest_size=8).hexdigest()

@@ -1,6 +1,8 @@
-"""Blocks of a case that is not whole yet: a run that ends half-way leaves them for the next one.
+"""Results of tasks that are not part of a stored case yet: a run that ends half-way leaves them for the next one.
 
-What all blocks are gathered into is kept beside the states of each, and goes when the case is there as a part.
+A large case, a cloud of loads, is solved in blocks.  The columns of each solved block are kept beside its states, and
+are removed when the whole case is stored as a part.  Columns of a chunk of cases that a worker writes itself wait here
+too, until the gathering process has stored them.
 """
 
 from pathlib import Path
@@ -11,10 +13,11 @@ from prb3r.runs.sealed import is_sealed, mapped, read_sealed, write_sealed
 from prb3r.runs.states import STATES, Columns, block_path
 
 PENDING = "pending"
+"""Suffix of these files, and the kind of table under which they are sealed."""
 
 
 def write_pending(home: Path, stem: str, number: int, columns: Columns) -> None:
-    """Keep what a block gives to its case; raises what `write_sealed` raises.
+    """Write the columns of block `number` of a case; raises what `write_sealed` raises.
 
     Parameters
     ----------
@@ -25,11 +28,12 @@ def write_pending(home: Path, stem: str, number: int, columns: Columns) -> None:
 
 
 def read_pending(home: Path, stem: str, number: int, states: bool) -> tuple[Columns, int] | None:
-    """What an earlier run has kept of a block, and the number of its rows of states; None if there is no such block.
+    """The stored columns of block `number` and its number of rows of states; None if they are missing or damaged.
 
     Parameters
     ----------
-    states : whether its states must be there, whole.
+    stem : name of the part that the case becomes.
+    states : whether the block must have undamaged states too; where not, its number of rows is given as 0.
     """
     path, block = pending_path(home, stem, number), block_path(home, stem, number)
     if not path.exists() or (states and not is_sealed(block, f"{STATES} {block.stem}")):
@@ -41,11 +45,11 @@ def read_pending(home: Path, stem: str, number: int, states: bool) -> tuple[Colu
 
 
 def drop_pending(home: Path, stem: str = "*") -> None:
-    """Remove what is kept of the blocks of a case, or of all cases."""
+    """Remove the stored columns of all blocks of the case that becomes the part `stem`, or of all cases."""
     for path in home.glob(f"{stem}-*.{PENDING}"):
         path.unlink(missing_ok=True)
 
 
 def pending_path(home: Path, stem: str, number: int) -> Path:
-    """The file of what a block gives to its case."""
+    """Path of the stored columns of block `number` of the case that becomes the part `stem`."""
     return home / f"{stem}-{number}.{PENDING}"

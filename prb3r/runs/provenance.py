@@ -1,4 +1,4 @@
-"""Under what a run was made: versions, revision, platform, the text of the program; and the manifest that says so."""
+"""Provenance of results: versions, git revision, platform, hash of the program text; and the manifest of a run."""
 
 import hashlib
 import json
@@ -15,14 +15,14 @@ from prb3r.runs.files import write_whole
 MANIFEST = "manifest.json"
 PACKAGE = Path(__file__).parents[1]
 KINDS = {"study": dict, "manipulator": dict, "run": dict, "timing": list, "key": str, "engine": str, "file": str}
-"""What later runs read of a manifest."""
+"""Entries of a manifest that later runs read, and the type that each must have."""
 STUDY_ROOMS = ("mechanics", "model", "runs", "study")
-"""Rooms of the package whose text decides what is in the tables of a study."""
+"""Sub-packages whose program text is hashed into the keys of the results of a study."""
 PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
 
 
 def environment(spec: Path) -> dict[str, Any]:
-    """Versions, platform and git revision under which the study of the file `spec` runs, and the time of writing."""
+    """Entries of a manifest: name of the file `spec`, versions of packages, platform, git revision, current time."""
     return {
         "spec": spec.name,
         "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
@@ -33,7 +33,7 @@ def environment(spec: Path) -> dict[str, Any]:
 
 
 def git_state(folder: Path) -> dict[str, Any] | None:
-    """Revision of the program and whether it has uncommitted changes; None outside a checkout."""
+    """Git revision of the checkout around `folder` and whether it has uncommitted changes; None outside a checkout."""
 
     def git(*words: str) -> str:
         return subprocess.run(
@@ -47,12 +47,12 @@ def git_state(folder: Path) -> dict[str, Any] | None:
 
 
 def fingerprint(*more: str) -> str:
-    """Hash of the program text that the tables of a study depend on, and of `more` rooms of the package."""
+    """Hash of the program text of `STUDY_ROOMS` and of `more` sub-packages: 16 hexadecimal digits."""
     return text_hash(*(PACKAGE / room for room in (*STUDY_ROOMS, *more)))
 
 
 def text_hash(*folders: Path) -> str:
-    """Hash of the places and the text of all Python files in folders and their sub-folders: 16 hexadecimal digits."""
+    """Hash of the relative paths and the text of all Python files below some folders: 16 hexadecimal digits."""
     sources = {path.relative_to(folder.parent).as_posix(): path for folder in folders for path in folder.rglob("*.py")}
     content = b"\0".join(place.encode() + b"\0" + sources[place].read_bytes() for place in sorted(sources))
     return hashlib.sha256(content).hexdigest()[:16]
@@ -61,7 +61,7 @@ def text_hash(*folders: Path) -> str:
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """The manifest of an earlier run; None if there is none or it is damaged.
 
-    Parts of another kind than a run writes are left out.
+    Entries of another type than a run writes are left out.
     """
     try:
         manifest = json.loads((folder / MANIFEST).read_bytes())
@@ -73,5 +73,5 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
-    """Write the manifest whole or not at all; raises what `write_whole` raises."""
+    """Write the manifest into `folder`, whole or not at all; raises what `write_whole` raises."""
     write_whole(folder / MANIFEST, (json.dumps(manifest, indent=1, default=str) + "\n").encode())

@@ -1,8 +1,8 @@
-"""Tables that say themselves whether they are whole: a digest before the content, the kind of table within it.
+"""Tables in files that carry a digest of their content, so that damage is noticed, and the kind of table they hold.
 
-What is read back is what was written, or nothing: cut off, flipped or foreign files are told by their digest, a table
-of one kind under the name of another by its kind.  So nobody waits until the disk has them: what a power cut tears is
-missing afterwards.  The content is mapped into memory, not read; a digest alone is checked by reading, piece by piece.
+A reader gets what was written, or nothing: truncated, corrupted and foreign files are found by their digest, a table of
+one kind under the name of another by its kind.  Writing therefore does not wait for the disk: a file that a power cut
+tears counts as missing afterwards.  The content is memory-mapped, not read; `is_sealed` reads it piece by piece.
 """
 
 import hashlib
@@ -14,21 +14,22 @@ from prb3r.runs.files import replaced
 
 MAGIC = b"prb3r sealed 1\n\0"
 HEADER = 64
-"""Bytes before the content: as many as keep columns aligned in memory."""
+"""Bytes before the content: a multiple of 64, which keeps columns aligned in memory."""
 DIGEST = 16
+"""Length of the digest, bytes."""
 KIND = b"kind"
-"""Key of the table's metadata that says what it holds."""
+"""Metadata key of the table for its kind."""
 PIECE = 2**20
-"""Bytes that are read at once where a digest is checked."""
+"""Bytes that `is_sealed` reads at once."""
 
 
 def write_sealed(path: Path, kind: str, table: pa.Table) -> None:
-    """Write a table whole or not at all.
+    """Write a table of a kind to `path`, whole or not at all.
 
     Raises
     ------
     EngineError
-        If the disk is full or the folder is not there or does not take it.
+        If the disk is full, or the folder is missing or not writable.
     """
     table = table.replace_schema_metadata({**(table.schema.metadata or {}), KIND: kind.encode()})
     sink = pa.BufferOutputStream()
@@ -41,7 +42,7 @@ def write_sealed(path: Path, kind: str, table: pa.Table) -> None:
 
 
 def read_sealed(path: Path, kind: str) -> pa.Table | None:
-    """The table of that kind in a file; None if there is none, or if it is damaged."""
+    """The table in a file, memory-mapped; None if there is no file, or it is damaged or holds another kind of table."""
     try:
         with pa.memory_map(str(path)) as file:
             whole = file.read_buffer()
@@ -55,7 +56,7 @@ def read_sealed(path: Path, kind: str) -> pa.Table | None:
 
 
 def is_sealed(path: Path, kind: str) -> bool:
-    """Whether a file holds an undamaged table of that kind; no more than a piece of it is in memory."""
+    """Whether a file holds an undamaged table of that kind; at most `PIECE` bytes of it are in memory at once."""
     digest = hashlib.blake2b(digest_size=DIGEST)
     try:
         with open(path, "rb", buffering=0) as file:
@@ -68,14 +69,16 @@ def is_sealed(path: Path, kind: str) -> bool:
 
 
 def mapped(path: Path) -> pa.Table:
-    """The table in a file that is known to be undamaged, in memory only where it is looked at."""
+    """The table in a file that is known to be undamaged, memory-mapped: pages are read when they are used."""
     with pa.memory_map(str(path)) as file:
         return pa.ipc.open_file(file.read_buffer()[HEADER:]).read_all()
 
 
 def _header(content: pa.Buffer) -> bytes:
+    """The header of a file with this content."""
     return _sealed(hashlib.blake2b(content, digest_size=DIGEST).digest())
 
 
 def _sealed(digest: bytes) -> bytes:
+    """The header of a file whose content has this digest."""
     return (MAGIC + digest).ljust(HEADER, b"\0")

@@ -1,7 +1,7 @@
-"""Rows of states of the cases of a part, in one file or in blocks of rows, of which as few as possible are in memory.
+"""The table of states of the cases of a part, kept on disk in one file or in several, one for each block of rows.
 
-A file is read through once to see that it is whole.  Afterwards it is mapped for as long as some rows are picked from
-it and not longer, so that the memory depends on the rows that are asked for alone, whatever the number of all rows.
+Each file is read through once to check its digest.  Afterwards a file is memory-mapped only while rows are picked from
+it, so that the memory used depends on the number of rows picked and not on the number of rows in the files.
 """
 
 from collections.abc import Collection
@@ -15,6 +15,7 @@ import pyarrow as pa
 from prb3r.runs.sealed import is_sealed, mapped, write_sealed
 
 STATES = "states"
+"""Suffix of the files of states, and the kind of table under which they are sealed."""
 
 Columns = dict[str, np.ndarray]
 """Columns of a table by their names, all of one length."""
@@ -22,39 +23,41 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class States:
-    """Rows of states of some cases, one case after the other."""
+    """Rows of states of some cases, one case after the other, as they are handed to `Parts.add`."""
 
     item: str
+    """The item that the states belong to, see `parts`."""
     count: np.ndarray
-    """(cases,) rows of each."""
+    """(cases,) number of rows of states of each case."""
     columns: Columns | None
-    """None: they are in files already."""
+    """Columns of states; None: the rows are in files already."""
     blocks: tuple[int, ...] = ()
-    """Rows of each of these files."""
+    """Number of rows in each of these files; empty where `columns` are given."""
 
 
 @dataclass(frozen=True, eq=False)
 class StateFiles:
-    """The states of a part as they are kept."""
+    """The states of a part as files on disk."""
 
     home: Path
+    """Folder of the parts."""
     stem: str
     """Name of the part."""
     blocks: tuple[int, ...]
-    """Rows of each file."""
+    """Number of rows in each file."""
 
     @property
     def paths(self) -> list[Path]:
-        """The files of its blocks, in the order of the rows."""
+        """The files of states, in the order of the rows."""
         return [block_path(self.home, self.stem, number) for number in range(len(self.blocks))]
 
     @cached_property
     def whole(self) -> bool:
-        """Whether every file of its blocks is there and has the content that its digest says; checked once."""
+        """Whether every file of states exists and matches its digest; checked once."""
         return all(is_sealed(path, f"{STATES} {path.stem}") for path in self.paths)
 
     def picked(self, rows: np.ndarray, names: Collection[str]) -> Columns:
-        """Columns of some rows, at least one; nothing else stays in memory."""
+        """The columns `names` at `rows`, at least one, numbered through all blocks; nothing else stays in memory."""
         ends = np.cumsum(self.blocks)
         within = np.searchsorted(ends, rows, side="right")
         out: Columns = {}
@@ -69,11 +72,11 @@ class StateFiles:
 
 
 def block_path(home: Path, stem: str, number: int) -> Path:
-    """The file of a block of the states of a part; the first is named like the part."""
+    """Path of block `number` (from 0) of the states of the part named `stem`; block 0 has the bare name of the part."""
     return home / f"{stem}{f'-{number}' if number else ''}.{STATES}"
 
 
 def write_block(home: Path, stem: str, number: int, columns: Columns) -> None:
-    """Write a block of the states of a part; raises what `write_sealed` raises."""
+    """Write block `number` of the states of the part named `stem`; raises what `write_sealed` raises."""
     path = block_path(home, stem, number)
     write_sealed(path, f"{STATES} {path.stem}", pa.table({name: pa.array(values) for name, values in columns.items()}))

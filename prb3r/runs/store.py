@@ -1,4 +1,4 @@
-"""Tables on disk as Parquet: one pinned schema, units and descriptions with every column, whole files or none."""
+"""Parquet tables on disk: fixed column types, unit and description with every column, written whole or not at all."""
 
 import contextlib
 import hashlib
@@ -17,7 +17,7 @@ from prb3r.quantities import Quantity, describe
 from prb3r.runs.files import replaced
 
 ROW_GROUP = 65_536
-"""Rows of a row group in final tables, whatever the parts were."""
+"""Rows of a row group in final tables, however the rows were computed."""
 
 PROVENANCE = b"prb3r"
 """Key of the file metadata that holds the provenance as JSON."""
@@ -26,16 +26,16 @@ PROVENANCE = b"prb3r"
 def arrow_table(
     columns: Mapping[str, Any], quantities: Iterable[Quantity] = (), provenance: Mapping[str, Any] | None = None
 ) -> pa.Table:
-    """A table of float64, int64, bool and text columns without nan, each field with its unit and description.
+    """A table of float64, int64, bool and text columns, each field with its unit and description.
 
     Parameters
     ----------
     columns
-        Arrays or sequences of one length.  None and nan are missing values.
+        Arrays or sequences of one length.  None and nan become missing values.
     quantities
-        What is not in the nomenclature, such as metrics.
+        Unit and meaning of columns that are not in the nomenclature, such as metrics.
     provenance
-        Goes into the file's metadata; the same for the same spec, or the bytes of the file would differ.
+        Goes into the file's metadata; it must be equal for equal specs, or the bytes of the file would differ.
     """
     known = {quantity.name: quantity for quantity in quantities}
     arrays = [_array(values) for values in columns.values()]
@@ -48,6 +48,7 @@ def arrow_table(
 
 
 def _array(values: Any) -> pa.Array:
+    """Values as an Arrow array of one of the four types of columns; nan becomes null."""
     array = values.combine_chunks() if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
     if pa.types.is_dictionary(array.type) or pa.types.is_large_string(array.type):
         return array.cast(pa.string())
@@ -57,7 +58,7 @@ def _array(values: Any) -> pa.Array:
 
 
 def typed_schema(schema: pa.Schema) -> pa.Schema:
-    """The schema with a type for columns in which every value is missing."""
+    """The schema with float64, or text where the unit is empty, for columns in which every value is missing."""
     for index, field in enumerate(schema):
         if pa.types.is_null(field.type):
             text = (field.metadata or {}).get(b"unit") == b""
@@ -70,17 +71,17 @@ def _metadata(quantity: Quantity) -> dict[str, str]:
 
 
 def provenance_of(path: Path) -> dict[str, Any]:
-    """What a table was made from, as given to :func:`table`."""
+    """The provenance of a table on disk, as given to :func:`arrow_table`; empty if it has none."""
     return json.loads((pq.read_schema(path).metadata or {}).get(PROVENANCE, b"{}"))
 
 
 def canonical(content: Any) -> str:
-    """JSON with sorted keys and shortest exact floats: equal for equal content.
+    """JSON with sorted keys and the shortest exact form of floats, so that equal content gives equal text.
 
     Raises
     ------
     ValueError
-        For nan and inf, which have no place in a spec.
+        For nan and inf, which a spec cannot hold.
     """
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
 
@@ -91,16 +92,16 @@ def content_hash(content: Any) -> str:
 
 
 def write_arrow(data: pa.Table, path: Path) -> None:
-    """Write a whole table or nothing; raises what `replaced` raises."""
+    """Write a table to `path`, whole or not at all; raises what `replaced` raises."""
     schema = typed_schema(data.schema)
     with whole_table(path, schema) as writer:
         writer.write_table(data.cast(schema).combine_chunks(), row_group_size=ROW_GROUP)
 
 
 def write_one_below_another(tables: Iterable[Mapping[str, Any]], path: Path) -> None:
-    """Write tables of the same columns, one at least, as one that is whole or not there; one at a time is in memory.
+    """Write tables of the same columns, at least one, below each other as one table, whole or not at all.
 
-    Raises what `replaced` raises.
+    Only one of them is in memory at a time.  Raises what `replaced` raises.
     """
     with contextlib.ExitStack() as opened:
         writer = None
@@ -113,9 +114,9 @@ def write_one_below_another(tables: Iterable[Mapping[str, Any]], path: Path) -> 
 
 @contextlib.contextmanager
 def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
-    """A Parquet file that appears under its name when complete."""
+    """A writer of a Parquet file that appears as `path` once the context is left without an error."""
     with replaced(path) as temporary:
-        # Only text repeats enough for a dictionary; numbers would be stored twice.
+        # only text repeats enough for a dictionary; numbers would be stored twice
         text = [field.name for field in schema if pa.types.is_string(field.type)]
         with pq.ParquetWriter(
             temporary, schema, compression="zstd", use_dictionary=text, write_page_checksum=True
@@ -131,9 +132,9 @@ def count_rows(path: Path) -> int:
 
 
 def read_first(path: Path, wanted: Collection[str], by: str, most: int) -> pa.Table:
-    """The wanted ones among the columns, of the rows of a table in which the column `by` is at most `most`.
+    """The rows of a table on disk in which the column `by` is at most `most`, with those of its columns in `wanted`.
 
-    No more than these and one row group are in memory.
+    No more than these rows and one row group are in memory.
     """
     groups = []
     with pq.ParquetFile(path, page_checksum_verification=True) as file:
@@ -148,17 +149,17 @@ def read_first(path: Path, wanted: Collection[str], by: str, most: int) -> pa.Ta
 
 
 def read_some(path: Path, by: str, values: Collection[int]) -> pa.Table:
-    """The rows of a table in which the column `by` has one of some values."""
+    """The rows of a table on disk in which the column `by` has one of some values."""
     return pq.read_table(path, filters=[(by, "in", list(values))], page_checksum_verification=True)
 
 
 def read_arrow(path: Path) -> pa.Table:
-    """A table with its metadata.
+    """A table on disk with its metadata.
 
     Raises
     ------
     SpecError
-        If there is none or it is damaged.
+        If there is no such file or it is damaged.
     """
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:

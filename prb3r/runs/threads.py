@@ -1,18 +1,18 @@
-"""How many threads the libraries of linear algebra use: read by them as they are loaded, or told to them later."""
+"""Number of threads of the linear algebra libraries: set in the environment before they load, or limited later."""
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 LINEAR_ALGEBRA = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-"""Variables of the environment that say so."""
+"""Environment variables from which these libraries read their number of threads as they are loaded."""
 
 
 def one_thread_unless_asked() -> None:
-    """Let linear algebra use one thread where the environment does not say otherwise.
+    """Set linear algebra to one thread in the environment, unless the user has set a number of threads.
 
-    The systems here are small: more threads wait for each other, busily, and a diagnosis takes twice the CPU time.  Of
-    no effect once numpy is loaded.
+    The systems here are small: more threads wait for each other, busily, and a diagnosis takes twice the CPU time.
+    This has no effect once numpy is loaded.
     """
     for name in LINEAR_ALGEBRA:
         os.environ.setdefault(name, "1")
@@ -20,9 +20,10 @@ def one_thread_unless_asked() -> None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """The same for what is done within, where numpy is loaded already: in Python, beside other work of the caller.
+    """Limit linear algebra to one thread within the context, unless the user has set a number of threads.
 
-    Two threads that wait for each other on two cores that others use too made 94 s of a diagnosis of 6 s.
+    This works where numpy is loaded already, as in a Python session of the user.  Two threads that wait for each other
+    on two cores that others use too made 94 s of a diagnosis of 6 s.
     """
     if any(name in os.environ for name in LINEAR_ALGEBRA):
         yield
