@@ -1,8 +1,8 @@
-"""Metrics: numbers that a case is judged by, each one small class.
+"""Metrics: numbers that describe a case, one class for each kind.
 
-A metric names its columns and computes them from a solved case.  Some read the states of the case, others load the
-case further (`coupling`, `drive-tension`, ...): they are small experiments on the same manipulator.  To add one, write
-a class in the file of its family and name it in `AnyMetric`.
+A metric names its columns and computes them from solved cases.  Some read the states of a case, others solve further
+loads on the same manipulator (`coupling`, `drive-tension`, ...).  To add one, write a class in the file of its family
+and name it in `AnyMetric`.
 """
 
 from typing import Annotated

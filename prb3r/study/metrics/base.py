@@ -1,4 +1,4 @@
-"""What a metric is, and the solved cases that it measures."""
+"""The base class of metrics, and the solved cases that they measure."""
 
 import dataclasses
 from abc import ABC, abstractmethod
@@ -20,40 +20,39 @@ from prb3r.quantities import Quantity
 from prb3r.study.workspace import Tips
 
 LEFT_OUT_OF_FURTHER = ("lowest_eigenvalue", "closed")
-"""What equilibria of a metric's own loads do without."""
+"""Fields of `Equilibria` that are not computed for further loads of a metric."""
 
 DiskNumber = Annotated[int, Field(ge=0)] | Literal["tip"]
+"""A disk: its number from 0, the base disk, or `tip`."""
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Cases of one manipulator with their equilibria: `c` cases of `s` load steps each, one case after the other.
-
-    `initial` tells whether the first load step is the initial configuration (else a case starts from rest).
-    """
+    """Cases of one manipulator with their equilibria: `c` cases of `s` load steps each, one case after the other."""
 
     manipulator: Manipulator
     chain: Chain
     loads: Loads
-    """`c s` steps."""
+    """Loads of the `c s` steps."""
     states: Equilibria
-    """Of `c s` steps."""
+    """Equilibria at the `c s` steps."""
     initial: bool = False
+    """Whether the first step of a case is the initial configuration; else that is the unloaded manipulator."""
     cloud: bool = False
-    """Whether the steps of a case are independent loads; then of the places that of the tip disk is last, and loads
-    and other fields of the states may be left out."""
+    """Whether the steps of a case are independent loads of a cloud.  The positions in `states` may then be those of the
+    tip disk alone, and `loads` and other fields of `states` may be empty."""
     count: int = 1
     """Number of cases, `c`."""
     tips: Tips | None = None
-    """Of clouds: what is known of each load."""
+    """For a cloud: tip position and peak values under each load."""
     safety: float = 0.0
-    """Of clouds: loads nearer to yield than this factor do not count."""
+    """For a cloud: loads that bring a plate nearer to yield than this factor do not count."""
     targets: tuple[Target, ...] = ()
-    """Of each step, where the loads are to bring a disk, if they are; then there is one case."""
+    """Target of each step, if the loads bring a disk along targets; there is one case then."""
 
     @property
     def steps(self) -> int:
-        """Number of load steps of a case, `s`, the same for all: rows of `states` divided by `count`."""
+        """Number of load steps of each case, `s`."""
         return len(self.states.outcome) // self.count
 
     @property
@@ -67,7 +66,7 @@ class Solved:
         return self.begins + self.steps - 1
 
     def by_case(self, values: np.ndarray) -> np.ndarray:
-        """(c, s, ...) what is known of every step."""
+        """(c, s, ...) values of all steps, from (c s, ...)."""
         return values.reshape(self.count, self.steps, *values.shape[1:])
 
     def part(self, cases: np.ndarray) -> "Solved":
@@ -82,7 +81,7 @@ class Solved:
         return dataclasses.replace(self, loads=loads, states=Equilibria(**known), count=int(cases.sum()))
 
     def at(self, disk: DiskNumber) -> int:
-        """Number of a disk.
+        """Number of a disk, which may be given as `tip`.
 
         Raises
         ------
@@ -105,7 +104,7 @@ class Solved:
 
     @cached_property
     def unloaded(self) -> "Solved":
-        """The manipulator before any load of a table acts, as one case of one step; cables are then drawn in."""
+        """The manipulator without loads, as one case of one step; its cables are declared drawn in (slip -1)."""
         idle = no_loads(self.chain)
         idle = idle._replace(slip=-np.ones_like(idle.slip))
         return Solved(self.manipulator, self.chain, idle, equilibria_of(self.chain, idle))
@@ -115,11 +114,11 @@ class Solved:
 
         Parameters
         ----------
-        further : `c` steps each.
+        further : loads of `c` steps each, one step for each case.
 
         Returns
         -------
-        Those of the first loads for all cases, then those of the second, and so on.
+        Equilibria under the first loads for all cases, then under the second, and so on; without eigenvalues.
         """
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
         from_rest = np.arange(2 * self.count) % 2 == 0
@@ -137,20 +136,20 @@ class Metric(Strict, ABC):
 
     kind: str
     together: ClassVar[bool] = False
-    """Whether it takes many cases at once; else it is asked about one after the other."""
+    """Whether `values` takes many cases at once; else it gets one case at a time."""
     of_clouds: ClassVar[bool] = False
-    """Whether it can be had of a cloud of loads."""
+    """Whether the metric can be computed from a cloud of loads."""
     from_rest: ClassVar[bool] = False
-    """Of clouds: whether it is had of the manipulator without loads, as their loads have no last step."""
+    """Whether, for a case with a cloud, which has no last step, the metric is computed for the unloaded manipulator."""
     of_paths: ClassVar[bool] = False
-    """Whether it can be had of a path of targets alone."""
+    """Whether the metric needs a path of targets, `[reach]`."""
 
     @abstractmethod
     def quantities(self) -> list[Quantity]:
         """Name, symbol, unit and meaning of each column that `values` gives, in the same order."""
 
     def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
-        """What keeps it from being had on a manipulator, by the names of its fields: disks, segments, cables.
+        """Why the metric cannot be computed for a manipulator: disks, segments or cables that it lacks, or the loads.
 
         Parameters
         ----------
@@ -170,20 +169,23 @@ class Metric(Strict, ABC):
 
     @abstractmethod
     def values(self, cases: Solved) -> Sequence[np.ndarray | float]:
-        """Its columns in their order: (c,) numbers, or one number for all; NaN where a load has no equilibrium."""
+        """The columns of the metric in the order of `quantities`: (c,) numbers, or one number for all cases.
+
+        NaN where a load has no equilibrium.
+        """
 
 
 def largest(values: np.ndarray) -> np.ndarray:
-    """(c,) largest number of each row of `values` (c, n), NaN where there is none."""
+    """(c,) largest number in each row of `values` (c, n); NaN where all of a row are NaN."""
     numbers = np.where(np.isnan(values), -np.inf, values).max(1)
     return np.where(np.isneginf(numbers), np.nan, numbers)
 
 
 def column_stem(disk: DiskNumber) -> str:
-    """How the columns of a disk begin: `disk7` or `tip`."""
+    """First part of the names of a disk's columns: `disk7` or `tip`."""
     return "tip" if disk == "tip" else f"disk{disk}"
 
 
 def disk_in_words(disk: DiskNumber) -> str:
-    """A disk as the descriptions of columns name it."""
+    """A disk in words, for the descriptions of columns."""
     return "the tip disk" if disk == "tip" else f"disk {disk}"

@@ -1,4 +1,4 @@
-"""Tensions that bring a segment to a given bend."""
+"""Metrics of tensions that bring a segment to a given bend, or make it straight."""
 
 import math
 from collections.abc import Sequence
@@ -37,11 +37,15 @@ class DriveTension(Metric):
 
 
 def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: int, bend: float, up_to: float) -> float:
-    """Tension (N) of `cable` alone at which `segment` (from 1) bends by `bend` (rad); NaN above `up_to`."""
+    """Smallest tension of `cable` alone, N, at which `segment` (from 1) bends by `bend` (rad) either way.
+
+    NaN if it does not bend that far up to the tension `up_to` (N), searched at 40 equal steps.
+    """
     start, end = [0, *manipulator.segment_ends][segment - 1 : segment + 1]
     column = manipulator.cable_names.index(cable)
 
     def bends(pulls: np.ndarray) -> np.ndarray:
+        """(s,) magnitude of the segment's bend, rad, under tensions `pulls` (s,), N, applied one after the other."""
         tension = np.zeros((len(pulls), len(manipulator.cable)))
         tension[:, column] = pulls
         states = equilibria_of(chain, loads(chain, tension))
@@ -73,6 +77,7 @@ class ChangingPoint(Metric):
         slip = -np.ones_like(case.last.slip)  # at a straight segment the direction of friction does not matter
 
         def bend(pull: float) -> float:
+            """Bend of the segment, rad, at the tension `pull`, N, of the cable, from rest."""
             tension = case.last.tension.copy()
             tension[0, case.cable(self.cable)] = pull
             states = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))

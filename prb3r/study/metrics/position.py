@@ -1,4 +1,4 @@
-"""Where disks are and how far they lie from simpler shapes."""
+"""Metrics of the positions of disks and their distances from shapes of constant curvature."""
 
 from collections.abc import Sequence
 from typing import ClassVar, Literal
@@ -12,7 +12,7 @@ from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import DiskNumber, Metric, Solved, column_stem, disk_in_words
 
 CIRCLE_POINTS = 6
-"""Gauss points that integrate a circular arc to rounding error."""
+"""Number of Gauss points that integrate a circular arc up to rounding errors."""
 
 
 class Position(Metric):
@@ -101,6 +101,7 @@ class LocusError(Metric):
         arcs = gauss_collocation(CIRCLE_POINTS)
 
         def tip(total: float) -> tuple[float, float]:
+            """Position (x, y) of the tip disk, m, under constant curvature with the total angle, rad."""
             bends = np.full(chain.plates, total / chain.plates)
             circle = pose(chain._replace(plate=arcs), bends[:, None] * arcs.end)
             return circle.x[-1], circle.y[-1]

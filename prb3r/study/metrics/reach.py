@@ -1,4 +1,4 @@
-"""What the tip can reach, and how a disk follows a path."""
+"""Metrics of the workspace of the tip, and of how a disk follows a path of targets."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal

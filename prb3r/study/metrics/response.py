@@ -1,4 +1,4 @@
-"""How disks answer to a little more load, to other friction and to a cable that is let go and drawn in again."""
+"""Metrics of how disks move under a small additional load, reversed friction, or a cable released and pulled again."""
 
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
@@ -123,7 +123,7 @@ class Loop(Metric):
 
 
 def last_loop(tension: np.ndarray) -> tuple[int, int, int]:
-    """Rows at which the last two monotonic parts of `tension` begin and the last one ends."""
+    """Rows where the last but one monotonic part of `tension` starts, where the last one starts, and where it ends."""
     going = np.sign(np.diff(tension))
     moving = np.flatnonzero(going)
     turns = moving[1:][np.diff(going[moving]) != 0]

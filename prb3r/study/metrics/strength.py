@@ -1,4 +1,4 @@
-"""How far the loads are from yield, instability and the end of the branch."""
+"""Metrics of the distance of the loads from yield, instability and the end of the equilibrium branch."""
 
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
