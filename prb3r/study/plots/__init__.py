@@ -1,4 +1,4 @@
-"""What a study may draw: each kind of plot one class, with its own fields and what it needs of the tables.
+"""Spec of the plots of a study: one class for each kind, with its fields and the tables that it needs.
 
 To add one, write a class in `kinds.py`, name it in `AnyPlot`, and say in `present/study/figures.py` how it is drawn.
 """

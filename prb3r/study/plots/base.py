@@ -1,4 +1,4 @@
-"""What a plot is: what it names, what tells apart what it draws, and what it needs of the tables of a study."""
+"""Base classes of plots: the columns that a plot names and groups by, and the tables of a study that it needs."""
 
 from abc import ABC
 from collections.abc import Iterator
@@ -11,32 +11,34 @@ from prb3r.model.manipulator import Strict
 from prb3r.study.wishes import Scalar
 
 COLUMN = "_column"
-"""Key column of a plot of several columns in one panel: which of them a row is about."""
+"""Column that is added to the rows of a plot of several columns in one panel: name of the column of the row."""
 
 
 class Grouping(NamedTuple):
-    """The columns that tell apart what is drawn; None: nothing is told apart so."""
+    """The columns by whose values a plot distinguishes what it draws; None: that distinction is not made."""
 
     by: str | None = None
-    """By colour and mark."""
+    """Column distinguished by colour and mark."""
     style: str | None = None
-    """By the style of lines."""
+    """Column distinguished by line style."""
     panel: str | None = None
+    """Column with a panel for each value."""
 
 
 @dataclass(frozen=True)
 class KeptTables:
-    """What a study has for its plots beside the table of cases."""
+    """What a study keeps for its plots besides the table of cases."""
 
     states: Literal["none", "final", "path"]
+    """States that are kept: none, those of the last step, or those of all steps."""
     disks: tuple[int, ...] | None
-    """Those whose states are kept; None: all."""
+    """Disks whose states are kept; None: all."""
     cloud: bool
-    """Whether its loads are a cloud."""
+    """Whether the loads of the study are a cloud."""
     targets: bool
-    """Whether its loads bring a disk to targets."""
+    """Whether the loads of the study bring a disk to targets."""
     fits: frozenset[tuple[str, str]]
-    """Columns (x, y) that it fits lines through."""
+    """Pairs (x, y) of columns that the study fits lines through."""
 
 
 class Plot(Strict, ABC):
@@ -51,39 +53,39 @@ class Plot(Strict, ABC):
     """Colour and mark: one line, shape or region for each value of this column."""
 
     stepwise: ClassVar[bool] = False
-    """Whether a row that it draws is a step of a case, where it names columns of states; else a disk in a step."""
+    """Whether a row of states, as the plot takes them, is one step of a case; else it is one disk in a step."""
     of_states: ClassVar[bool] = False
-    """Whether it draws states, whatever columns it names."""
+    """Whether the plot draws states, whichever columns it names."""
 
     def columns(self) -> list[str | None]:
-        """Every column that it names, of cases or states."""
+        """Every column of cases or states that the plot names; None for absent options."""
         return [self.by, *self.where]
 
     def drawn(self) -> list[str | None]:
-        """The columns that its rows must have, from the states where the cases have none of that name."""
+        """The columns that the rows of the plot must have, taken from states where the cases have no such column."""
         return [*self.groups]
 
     @property
     def groups(self) -> Grouping:
-        """Columns by which what is drawn is told apart: colour and mark, line style, panel; here `by` alone."""
+        """The columns by which the plot distinguishes what it draws; in this base class `by` alone."""
         return Grouping(by=self.by)
 
     @property
     def stacked(self) -> list[str]:
-        """Columns that share a panel, which are stacked: a row of a case becomes one for each of them."""
+        """Columns drawn in one panel: the row of a case is repeated for each of them, see `COLUMN`; here none."""
         return []
 
     @property
     def behind(self) -> dict[str, Scalar]:
-        """Factor values of cases that stand behind all others; empty: none do."""
+        """Factor values of the cases that are drawn behind all others; empty: there are none."""
         return {}
 
     def units(self) -> Iterator[tuple[str, str]]:
-        """Columns and the units that they are to be shown in."""
+        """Pairs of a column and the unit in which it is shown."""
         yield from ()
 
     def needs(self, kept: KeptTables) -> Iterator[str]:
-        """What it lacks of the tables that a study keeps, a sentence each."""
+        """A sentence for each thing that the plot needs and the study does not keep."""
         yield from ()
 
 

@@ -1,4 +1,4 @@
-"""The kinds of plots, each one class with its own fields."""
+"""The kinds of plots, one class for each."""
 
 import re
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ class LinesPlot(Charted, Styled, Panelled):
 
     @property
     def groups(self) -> Grouping:
-        """Several columns are told apart by colour, or by style where `by` has the colour."""
+        """The grouping of the bases; several columns `y` differ by colour, or by line style if `by` is given."""
         groups = super().groups
         if len(self.y) == 1:
             return groups
@@ -139,6 +139,6 @@ class PathPlot(Panelled):
 
 
 def disk_of(column: str, tip: int) -> int:
-    """The disk that a column of positions, such as `disk7_y_m` or `tip_y_m`, is about; -1 for any other column."""
+    """Number of the disk of a column such as `disk7_y_m` or `tip_y_m`, with `tip` as that of the tip; -1 for others."""
     match = re.fullmatch(r"(?:disk(\d+)|tip)_(?:x_m|y_m|angle_rad)", column)
     return -1 if match is None else int(match[1]) if match[1] else tip
