@@ -1,4 +1,4 @@
-"""A decision in sentences: what is recommended and why, what is out and by how much, what would change it."""
+"""A decision in sentences: the recommendation and its reasons, excluded designs, and what would change the ranking."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,15 +20,15 @@ from prb3r.study.phrases import (
 from prb3r.study.wishes import plain_text
 
 ALIKE_SHARE = 0.05
-"""Designs within this share of each other are called alike."""
+"""Relative difference in a preference below which designs are called alike."""
 LEVEL = 0.02
-"""Scores that differ by less are called level: weights are not known that well."""
+"""Difference of scores below which designs are called level, as weights are not known that well."""
 MOST_TOLD = 12
-"""Up to this many designs that are out are told one by one."""
+"""Largest number of designs that are described one by one."""
 
 
 def recommendation(decision: Decision) -> str:
-    """What to build, with its reasons; where nothing keeps the requirements, what comes closest."""
+    """The recommended design with reasons; where no design keeps the requirements, the one that comes closest."""
     if decision.winner is None:
         return _nothing_does(decision)
     k = decision.ranking[0]
@@ -45,6 +45,7 @@ def recommendation(decision: Decision) -> str:
 
 
 def _ranked(decision: Decision, k: int) -> list[str]:
+    """Sentences on why preferences put design `k` first."""
     front = [j for j, on in enumerate(decision.front) if on]
     if len(front) == 1:
         several = len(decision.ranking) > 1
@@ -75,7 +76,7 @@ def _ranked(decision: Decision, k: int) -> list[str]:
 
 
 def _nothing_does(decision: Decision) -> str:
-    """The design whose largest shortfall is smallest, and the bounds it would need."""
+    """That no design keeps the requirements, with the bounds that the design with the smallest shortfall breaks."""
     reserve = decision.margins.min(1, initial=np.inf)
     k = int(np.argmax(reserve))
     if not np.isfinite(reserve[k]):
@@ -89,7 +90,7 @@ def _nothing_does(decision: Decision) -> str:
 
 
 def exclusions(decision: Decision) -> list[str]:
-    """Of each design that is out, the bounds that it breaks, the worst first; of many designs how many."""
+    """A sentence for each excluded design, with the bounds it breaks, the worst first; of many, only their number."""
     out = _numbers(~decision.feasible)
     said = [f"{len(out)} of {len(decision.designs)} designs are out."] if len(out) > MOST_TOLD else []
     for k in out if len(out) <= MOST_TOLD else ():
@@ -100,7 +101,7 @@ def exclusions(decision: Decision) -> list[str]:
 
 
 def bindings(decision: Decision) -> list[str]:
-    """Of each requirement how many designs it excludes, and which of them no other requirement does."""
+    """A sentence for each requirement: how many designs it excludes, and which of these it alone excludes."""
     said = []
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
@@ -113,9 +114,10 @@ def bindings(decision: Decision) -> list[str]:
 
 
 def trades(decision: Decision) -> list[str]:
-    """Of each other design that keeps the requirements: what it is better at, or which design leaves it no reason.
+    """A sentence for each design that keeps the requirements and is not recommended.
 
-    Of many, the first ones on the front.
+    It tells what the design is better and worse at, or which design dominates it.  Of many designs, only the best
+    ranked ones on the Pareto front are described.  Without preferences there are no sentences.
     """
     said, ranking = [], decision.ranking if decision.preferences else []
     if len(ranking) > MOST_TOLD:
@@ -138,7 +140,7 @@ def trades(decision: Decision) -> list[str]:
 
 
 def _trade(decision: Decision, k: int) -> str:
-    """A design against the one that is recommended."""
+    """What design `k` is better and worse at than the recommended one, the two largest differences of each."""
     first, count = decision.ranking[0], range(len(decision.preferences))
     gains = decision.worth[k] - decision.worth[first]
     better = sorted((j for j in count if gains[j] > 0), key=lambda j: -gains[j])
@@ -153,7 +155,8 @@ def _trade(decision: Decision, k: int) -> str:
 
 
 def changes_with_weights(decision: Decision) -> list[str]:
-    """How far each weight can move alone before another design comes first."""
+    """Sentences on how far each weight can move alone before another design comes first, and on preferences in which
+    designs hardly differ."""
     if len(decision.preferences) < 2 or sum(decision.front) < 2:
         return []
     said, steady = [], []
@@ -179,7 +182,12 @@ def changes_with_weights(decision: Decision) -> list[str]:
 
 
 def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]]) -> list[str]:
-    """Which design comes first in each circumstance, by its title, looked at by itself."""
+    """A sentence for each circumstance: which design wins at which of its values.
+
+    Parameters
+    ----------
+    winners : by title of the circumstance, its values with the winner, see `by_circumstance`.
+    """
     said = []
     for title, pairs in winners.items():
         names = list(dict.fromkeys(winner or "no design" for _, winner in pairs))
@@ -196,28 +204,29 @@ def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | N
 
 
 def _span(values: Sequence[Any]) -> str:
-    """Numbers from the first to the last, names in a row."""
+    """Numbers as `first to last`, names as a list."""
     texts = [plain_text(value) or "none" for value in values]
     return listed_names(texts) if any(isinstance(value, str) for value in values) else f"{texts[0]} to {texts[-1]}"
 
 
 def _numbers(true: np.ndarray) -> list[int]:
+    """Indices at which a mask is true."""
     return np.flatnonzero(true).tolist()
 
 
 def _is_best(decision: Decision, k: int, j: int) -> bool:
-    """Whether no design on the front is better, and some is worse by more than a little."""
+    """Whether design `k` is the best by preference `j`, in which the designs on the front differ noticeably."""
     return decision.worth[k, j] == 1.0 and _spread(decision, j) > ALIKE_SHARE
 
 
 def _spread(decision: Decision, j: int) -> float:
-    """How much the designs on the front differ in a preference, as a share of the largest value."""
+    """Range of the numbers of preference `j` on the front, as a share of the largest magnitude."""
     values = decision.values.to_numpy(float)[decision.front, j]
     values = values[np.isfinite(values)]
     return float(np.ptp(values) / np.abs(values).max()) if len(values) and np.abs(values).max() > 0 else 0.0
 
 
 def _dominating(decision: Decision, k: int) -> int:
-    """The best ranked design that leaves no reason for design `k`."""
+    """Index of the best ranked design that dominates design `k`."""
     scores = decision.scores
     return next(j for j in decision.ranking if np.all(scores[j] >= scores[k]) and np.any(scores[j] > scores[k]))

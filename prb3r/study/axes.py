@@ -1,4 +1,4 @@
-"""The axes of a study's grid: factors alone, zipped together, or sampled together."""
+"""The axes of a study's grid: one for each factor alone, each zip group, all searched and all sampled factors."""
 
 import itertools
 from collections.abc import Mapping
@@ -14,21 +14,21 @@ from prb3r.study.spec import Study
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of the grid: `n` values of each of some factors, which advance together."""
+    """An axis of the grid: one or several factors with `n` values each, which advance together."""
 
     values: Mapping[str, list[Any]]
-    """By name of the factor, as the spec gives them."""
+    """The `n` values by name of the factor: numbers, texts or levels, as the spec gives them."""
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values())))
 
 
 def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
-    """The axes of the grid, slowest first; without factors there are none.
+    """The axes of the grid of cases, slowest first; empty for a study without factors.
 
     Parameters
     ----------
-    designs : (n, factors) values of the factors that are searched; absent: the first generation.
+    designs : (n, factors) values of the searched factors; None: the first generation of the search.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
 
 
 def _named(factors: list[Factor], rows: np.ndarray) -> dict[str, list[Any]]:
-    """Values of each factor, or its levels where `rows` holds their numbers."""
+    """Values of each factor by name, from the columns of `rows`; for factors with levels, numbers of levels."""
     return {
         factor.name: [factor.level[int(number)] for number in column] if factor.level else column
         for factor, column in zip(factors, rows.T.tolist(), strict=True)
@@ -64,7 +64,12 @@ def _named(factors: list[Factor], rows: np.ndarray) -> dict[str, list[Any]]:
 
 
 def count_cases(study: Study, designs: int | None = None) -> int:
-    """Number of cases of a study, found without making them; of a search by its number of designs."""
+    """Number of cases of a study, found without making them.
+
+    Parameters
+    ----------
+    designs : number of designs of a search; None: those of its first generation.
+    """
     lengths: dict[str, int] = {}
     for factor in study.factor:
         span = factor.linspace or factor.geomspace
@@ -76,7 +81,10 @@ def count_cases(study: Study, designs: int | None = None) -> int:
 
 
 def sample_count(study: Study) -> int:
-    """Number of samples; the sample of a case is its number modulo that, as no axis is faster."""
+    """Number of samples of the sampled factors, 1 if there are none.
+
+    The sample of a case is its number modulo this, as the axis of the samples is the fastest of all.
+    """
     if study.sampling is None:
         return 1
     blocks = len(study.sampled) + 2 if study.sampling.method == "saltelli" else 1
@@ -84,7 +92,7 @@ def sample_count(study: Study) -> int:
 
 
 def sampled_points(study: Study) -> np.ndarray:
-    """(samples, factors) values of the factors that are sampled, numbers from 0 of those that have levels.
+    """(samples, factors) values of the sampled factors; of factors with levels, the number of the level from 0.
 
     With the method `saltelli`, blocks of `count` rows: two independent samples A and B, then for each factor A with
     that factor's column from B (Saltelli et al., Computer Physics Communications 181, 2010, 259).
@@ -100,7 +108,7 @@ def sampled_points(study: Study) -> np.ndarray:
 
 
 def first_designs(study: Study) -> np.ndarray:
-    """(n, factors) the designs that a search begins with: a generation of them, spread by a Sobol sequence."""
+    """(n, factors) the first generation of designs of a search, spread over the ranges by a Sobol sequence."""
     assert study.search is not None
     factors, count = study.searched, study.search.generation
     shares = _unit_points(Sampling(method="sobol", count=count), study.seed, len(factors))
@@ -108,27 +116,28 @@ def first_designs(study: Study) -> np.ndarray:
 
 
 def corners(study: Study) -> np.ndarray:
-    """(2^factors, factors) designs at the ends of the ranges that are searched."""
+    """(2^factors, factors) the designs at all corners of the ranges searched."""
     return np.array(list(itertools.product(*((f.range.low, f.range.high) for f in study.searched if f.range))))
 
 
 def _in_range(factor: Factor, share: np.ndarray) -> np.ndarray:
+    """Values of a searched factor, to five digits, at shares (0 to 1) of its range."""
     assert factor.range is not None
     return five_digits(factor.range.values(share))
 
 
 def five_digits(values: np.ndarray) -> np.ndarray:
-    """Values of designs to five digits, as they are told: nobody makes a plate more exactly."""
+    """Values of designs rounded to five significant digits: nobody makes a plate more exactly."""
     return np.vectorize(lambda value: float(f"{value:.5g}"), otypes=[float])(values)
 
 
 def short(value: float) -> float:
-    """A number rounded to twelve significant digits, without errors of rounding: 0.3 for 0.30000000000000004."""
+    """A number rounded to twelve significant digits, which removes rounding errors: 0.3 for 0.30000000000000004."""
     return float(f"{value:.12g}")
 
 
 def _values(factor: Factor) -> list[Any]:
-    """The values of a factor that is not sampled, in the order of the spec."""
+    """The listed values of a factor that is not drawn, in the order of the spec."""
     if factor.level is not None:
         return list(factor.level)
     if (span := factor.linspace) is not None:
@@ -141,6 +150,7 @@ def _values(factor: Factor) -> list[Any]:
 
 
 def _unit_points(sampling: Sampling, seed: int, dimensions: int) -> np.ndarray:
+    """(samples, dimensions) points in the unit cube; their number and order are as in `sampled_points`."""
     rng = np.random.default_rng(seed)
     if sampling.method == "latin-hypercube":
         return scipy.stats.qmc.LatinHypercube(dimensions, rng=rng).random(sampling.count)

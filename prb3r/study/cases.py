@@ -1,8 +1,8 @@
-"""From a study file to its cases: every factor value applied to a plain tree of settings, then checked.
+"""From a study to its cases: the value of every factor is set in a tree of settings.  `resolve` checks the results.
 
 A case is a tree of plain values (manipulator, broken cables, initial loads, load steps, cloud), so that it can be
 hashed, sent to a worker and written down; the same spec and seed always give the same cases in the same order.  Cases
-that differ in the values of their loads alone are a family: one tree, in which such a load holds the values of all.
+that differ only in the values of their loads form a family: one tree, in which such a load is an array over the cases.
 """
 
 import hashlib
@@ -24,16 +24,17 @@ from prb3r.study.tree import Tree, setting_at, with_setting
 
 @dataclass(frozen=True)
 class Case:
-    """A case as resolved: its factors, and all that they set."""
+    """One case: the values of its factors, and the settings that follow from them."""
 
     number: int
+    """Number of the case in the study, from 0."""
     factors: dict[str, Any]
-    """Value or label of each factor: columns of the table of cases."""
+    """Value or label of each factor by name, as in the table of cases."""
     settings: Tree
-    """`manipulator, broken, initial, step, sweep, cloud, reach`, all plain values."""
+    """Tree with the entries `manipulator, broken, initial, step, sweep, cloud, reach`, all plain values."""
 
     def manipulator(self) -> Manipulator:
-        """The manipulator of the case, checked already when the case was resolved."""
+        """The manipulator of the case, made from its settings, which were checked when the case was resolved."""
         return Manipulator.model_validate(self.settings["manipulator"])
 
 
@@ -42,16 +43,16 @@ class Family:
     """`c` cases that differ in the values of their loads alone."""
 
     numbers: np.ndarray
-    """(c,) of the cases, ascending."""
+    """(c,) numbers of the cases in the study, ascending."""
     settings: Tree
-    """As of a case, but a load of `initial` and `step` that differs holds (c,) values."""
+    """As in `Case`, but a load in `initial` or `step` that differs between the cases is an array (c,)."""
 
     def __len__(self) -> int:
         return len(self.numbers)
 
     @property
     def loads(self) -> int:
-        """Number of what is to be solved: cases, or the loads of their clouds."""
+        """Number of cases, or of the loads in their clouds if they have clouds."""
         cloud = self.settings["cloud"]
         return len(self) * (cloud["count"] if cloud else 1)
 
@@ -60,19 +61,19 @@ class Family:
         return Manipulator.model_validate(self.settings["manipulator"])
 
     def part(self, rows: slice | np.ndarray) -> "Family":
-        """The cases in some rows, as a family."""
+        """The cases at some rows of the family, as a family of their own."""
         return Family(self.numbers[rows], _with_loads(self.settings, lambda values: values[rows]))
 
     def single(self) -> Iterator["Family"]:
-        """Each case of the family as a family of its own, in the same order, to be solved apart from the others."""
+        """Each case as a family of its own, in the same order."""
         return (self.part(slice(row, row + 1)) for row in range(len(self)))
 
     def settings_of(self, row: int) -> Tree:
-        """The settings of a case, by its place in the family."""
+        """The settings of the case at `row` of the family, with plain numbers as loads."""
         return _with_loads(self.settings, lambda values: float(values[row]))
 
     def keys(self) -> list[bytes]:
-        """What every case is known by: 16 bytes that follow from its settings."""
+        """The key of each case: 16 bytes, a hash of its settings."""
         loads = [self.settings["initial"], *self.settings["step"]]
         named = self.settings | {"initial": list(loads[0]), "step": [list(step) for step in loads[1:]]}
         begin = hashlib.blake2b(canonical(named).encode(), digest_size=16)
@@ -88,7 +89,7 @@ class Family:
 
 
 def _with_loads(settings: Tree, pick: Callable[[np.ndarray], Any]) -> Tree:
-    """The settings with something else in place of all loads that hold many values."""
+    """The settings with `pick(array)` in place of each load that is an array over the cases."""
 
     def picked(step: Tree) -> Tree:
         return {name: pick(value) if isinstance(value, np.ndarray) else value for name, value in step.items()}
@@ -98,11 +99,12 @@ def _with_loads(settings: Tree, pick: Callable[[np.ndarray], Any]) -> Tree:
 
 @dataclass(frozen=True, eq=False)
 class Cases(Sequence[Case]):
-    """All cases of a study in their order; a case is made when it is asked for."""
+    """All cases of a study in the order of their numbers; a `Case` object is made on access."""
 
     factors: dict[str, np.ndarray]
-    """Column of values or labels of each factor."""
+    """(cases,) values or labels of each factor, by name."""
     families: tuple[Family, ...]
+    """Families that together hold every case once."""
 
     def __len__(self) -> int:
         return len(self._place[0])
@@ -119,12 +121,12 @@ class Cases(Sequence[Case]):
         return Case(number, self.labels(number), self.families[family].settings_of(row))
 
     def labels(self, number: int) -> dict[str, Any]:
-        """Value or label of each factor of a case."""
+        """Value or label of each factor of the case `number`, as plain Python values."""
         values = {name: column[number] for name, column in self.factors.items()}
         return {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
 
     def between(self, start: int, stop: int) -> tuple[Family, ...]:
-        """The families of the cases from `start` to before `stop`, without all others."""
+        """Families of the cases with numbers from `start` to before `stop`, cut so that they hold no others."""
         families, rows = (places[start:stop] for places in self._place)
         order = np.argsort(families, kind="stable")
         parts = np.split(order, np.flatnonzero(np.diff(families[order])) + 1)
@@ -132,7 +134,7 @@ class Cases(Sequence[Case]):
 
     @cached_property
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of every case, its family and its row there."""
+        """(cases,) index of the family of each case and (cases,) row of the case in it."""
         count = sum(map(len, self.families))
         family, row = np.empty(count, np.int64), np.empty(count, np.int64)
         for index, members in enumerate(self.families):
@@ -141,7 +143,15 @@ class Cases(Sequence[Case]):
 
 
 def unchecked_cases(base: Tree, study: Study, grid: Sequence[Axis]) -> Iterator[tuple[Family, list[str]]]:
-    """Families of a study's cases, which are the product of its axes, and what keeps the factors from being set."""
+    """The families of a study's cases, each with the problems met in setting its factors.
+
+    The cases are the product of the axes `grid`, the first axis slowest.  Axes whose factors set loads alone vary
+    within a family, all others between families.
+
+    Parameters
+    ----------
+    base : settings that all cases begin with.
+    """
     factors = {factor.name: factor for factor in study.factor}
     shape = [len(axis) for axis in grid]
     numbers = np.arange(int(np.prod(shape, dtype=np.int64))).reshape(shape)
@@ -158,7 +168,7 @@ def unchecked_cases(base: Tree, study: Study, grid: Sequence[Axis]) -> Iterator[
 
 
 def _columns(grid: Sequence[Axis]) -> dict[str, np.ndarray]:
-    """Values of every factor over the product of axes, the last axis fastest: numbers, or whatever they are."""
+    """(cases,) values of each factor over the product of axes, the last axis fastest; of levels, their labels."""
     columns = {}
     for axis, rows in zip(grid, np.indices([len(axis) for axis in grid]), strict=True):
         for name, values in axis.values.items():
@@ -168,29 +178,31 @@ def _columns(grid: Sequence[Axis]) -> dict[str, np.ndarray]:
 
 
 def _numbers(values: list[Any]) -> bool:
+    """Whether all values are floats."""
     return {float}.issuperset(map(type, values))
 
 
 def label_columns(study: Study, grid: Sequence[Axis]) -> dict[str, np.ndarray]:
-    """Value or label of each factor of all cases, which are the product of the study's axes."""
+    """(cases,) values or labels of each factor, in the order of the spec; the cases are the product of the axes."""
     columns = _columns(grid)
     return {factor.name: columns[factor.name] for factor in study.factor}
 
 
 def _sets_a_load(factor: Factor, values: list[Any]) -> bool:
-    """Whether a factor sets nothing but the value of a load, by numbers."""
+    """Whether a factor sets nothing but values of loads, and all its values are numbers."""
     paths = [*factor.changed, *(factor.ratio or ())]
     loads = bool(paths) and all(_is_load(path) for path in paths)
     return loads and _numbers(values)
 
 
 def _is_load(path: str) -> bool:
+    """Whether a path leads to a single load of `initial` or of a step."""
     part, *rest = path.removeprefix("manipulator.").split(".")
     return (part == "initial" and len(rest) == 1) or (part == "step" and len(rest) == 2)
 
 
 def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, Any]) -> tuple[Tree, list[str]]:
-    """The settings with every factor set, in the order of the spec, and what cannot be set."""
+    """The settings with every factor set, in the order of the spec, and the problems of those that cannot be set."""
     wrong = []
     for name, factor in factors.items():
         value = values[name]
@@ -209,7 +221,10 @@ def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, 
 
 
 def _changed(settings: Tree, path: str, by: Any, multiplied: bool) -> Any:
-    """What stands at `path`, a number or a list of them, each times `by` or with it added."""
+    """The number or list of numbers at `path`, each multiplied by `by` or with `by` added.
+
+    Raises KeyError without a value at `path`, and TypeError if it is not a number.
+    """
     stands = setting_at(settings, path)
     numbers = stands if isinstance(stands, list) else [stands]
     if not numbers or any(isinstance(n, bool) or not isinstance(n, int | float | np.ndarray) for n in numbers):
@@ -219,6 +234,7 @@ def _changed(settings: Tree, path: str, by: Any, multiplied: bool) -> Any:
 
 
 def _with_level(settings: Tree, level: Level) -> Tree:
+    """The settings with everything that a level sets."""
     parts = {part: getattr(level, part) for part in ("broken", "initial", "step")}
     settings = settings | {part: value for part, value in parts.items() if value is not None}
     if level.model is not None:

@@ -1,4 +1,4 @@
-"""Cases for one task of a worker, and the columns that come back, whatever became of the cases."""
+"""Chunks of cases that workers compute, and the columns that come back for solved and for failed cases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,42 +10,44 @@ from prb3r.study.cases import Family
 from prb3r.study.metrics.base import Metric
 
 CASE_FAILED, CASE_CRASHED = "failed", "crashed"
+"""Outcomes of a case that raised an error, and of one that killed its worker."""
 FAILURES = (ValueError, ArithmeticError, MemoryError, IndexError, np.linalg.LinAlgError)
-"""What makes a case or a metric fail, instead of the run."""
+"""Errors that make a case or a metric fail, but not the whole run."""
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Cases for one task of a worker, and what to measure."""
+    """Cases for one task of a worker, and the metrics and states to compute for them."""
 
     families: tuple[Family, ...]
     metrics: tuple[Metric, ...]
     states: str
-    """`none`, `final` or `path`."""
+    """States to keep: `none`, `final` (last step) or `path` (all steps)."""
     state_disks: tuple[int, ...] | None
+    """Disks whose states are kept; None: all."""
     cables: tuple[str, ...]
     """Names of the cables in the table of states."""
     items: tuple[str, ...] = ()
-    """What is asked for, as parts name it."""
+    """Items to compute, as parts name them."""
 
     @property
     def loads(self) -> int:
-        """Number of what is to be solved: cases, or the loads of their clouds."""
+        """Number of cases, or of the loads in their clouds if they have clouds."""
         return sum(family.loads for family in self.families)
 
     @property
     def numbers(self) -> np.ndarray:
-        """(cases,) numbers that its cases have in the study, ascending, whatever their families."""
+        """(cases,) numbers of the cases in the study, ascending, across families."""
         return np.sort(np.concatenate([family.numbers for family in self.families]))
 
     def single(self) -> list["Chunk"]:
-        """Chunks of a single case each, in their order, for finding the one that kills its worker."""
+        """A chunk for each case, in the order of their numbers, to find the case that fails or kills its worker."""
         cases = [case for family in self.families for case in family.single()]
         return [replace(self, families=(case,)) for case in sorted(cases, key=lambda case: case.numbers[0])]
 
 
 def blank_columns(numbers: np.ndarray, metrics: Sequence[Metric], outcome: str, reason: str) -> Columns:
-    """The columns of cases that could not be computed."""
+    """Columns of cases without results: `outcome` and `reason` for all of them, NaN for numbers and metrics."""
     count = len(numbers)
     measured = [quantity.name for metric in metrics for quantity in metric.quantities()]
     reasons = {reason_column(metric): np.full(count, "", object) for metric in metrics}
@@ -59,16 +61,16 @@ def blank_columns(numbers: np.ndarray, metrics: Sequence[Metric], outcome: str, 
 
 
 def reason_column(metric: Metric) -> str:
-    """The column that says why a metric could not be had; empty where it could."""
+    """Name of the column with the reason why a metric failed, an empty text where it did not."""
     return f"reason of {metric.quantities()[0].name}"
 
 
 def one_below_another(tables: Sequence[Columns]) -> Columns:
-    """Tables of the same columns as one, their rows in the order of the tables."""
+    """Tables of the same columns below each other, as one table."""
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
 def state_columns(cables: Sequence[str]) -> Columns:
-    """The columns of a table of states without rows."""
+    """The columns of a table of states without rows, for the cables of these names."""
     numbers = {name: np.zeros(0, np.int64) for name in ("case_id", "step", "disk")}
     return numbers | {name: np.zeros(0) for name in ("x_m", "y_m", "angle_rad", *(f"cable_{c}_n" for c in cables))}

@@ -1,7 +1,7 @@
-"""Clouds of loads: solved block by block, in as many workers as there are, so that none holds more than a block.
+"""Clouds of loads, solved block by block by any number of workers, so that none has more than a block in memory.
 
-What all blocks are gathered into is a few numbers for each load, from which the metrics of the case are had; the
-states that are kept go to disk block by block.
+A few numbers for each load are gathered from all blocks, and the metrics of the case are computed from these; states
+that are kept go to disk block by block.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -27,24 +27,27 @@ GATHERED = {
     "residual": float,
     "lowest_eigenvalue": float,
 }
-"""What is kept in memory of the equilibrium under each load, beside its `Tips`."""
+"""Fields of `Equilibria` that are gathered for each load, with their types."""
 OF_TIPS = {"x": float, "y": float, "solved": bool, "strain": float, "pull": float}
+"""Fields of `Tips` that are gathered for each load, with their types."""
 
 
 @dataclass(frozen=True)
 class CloudBlock:
-    """Some loads of a cloud, and what to measure."""
+    """A block of the loads of a cloud, and what to compute for them."""
 
     chunk: Chunk
-    """Of a single case."""
+    """The single case of the cloud, with its metrics and states."""
     number: int
-    """Of the block, from 0 on."""
+    """Number of the block, from 0."""
     start: int
+    """Number of its first load in the cloud, from 0."""
     stop: int
+    """Number after its last load."""
 
     @property
     def loads(self) -> int:
-        """Number of loads in the block: those of the cloud from number `start` to `stop`, the latter excluded."""
+        """Number of loads in the block."""
         return self.stop - self.start
 
     @property
@@ -53,22 +56,22 @@ class CloudBlock:
         return int(self.chunk.numbers[0])
 
     def single(self) -> list["CloudBlock"]:
-        """Itself: the loads of a block stay together."""
+        """The block itself, as its loads are never separated."""
         return [self]
 
 
 @dataclass(frozen=True)
 class SolvedCloudBlock:
-    """What is known of the loads of a block."""
+    """Results of the loads of a block."""
 
     loads: Columns
-    """As `GATHERED` says."""
+    """(loads,) each of the fields in `GATHERED` and `OF_TIPS`."""
     states: Columns
-    """Those that are kept."""
+    """Columns of the states that are kept."""
 
     @property
     def rows(self) -> int:
-        """Number of rows in the columns of states: one for every disk that is kept under every load that is kept."""
+        """Number of rows of states: one for each kept disk under each kept load."""
         return len(self.states["case_id"])
 
 
@@ -78,14 +81,17 @@ def failed_loads(loads: Columns) -> int:
 
 
 def blocks(chunk: Chunk) -> list[CloudBlock]:
-    """The blocks of the cloud of a single case; the same whoever computes them."""
+    """The blocks of the cloud of a chunk of a single case; they do not depend on the workers."""
     settings = chunk.families[0].settings
     count, size = settings["cloud"]["count"], block_size(sum(s["plates"] for s in settings["manipulator"]["segment"]))
     return [CloudBlock(chunk, k, start, min(start + size, count)) for k, start in enumerate(range(0, count, size))]
 
 
 def solve_cloud_block(block: CloudBlock) -> SolvedCloudBlock:
-    """Equilibria of the loads of a block, each from rest."""
+    """Solve the loads of a block, each from rest.
+
+    States of loads that bring a plate nearer to yield than the safety factor of the cloud are not kept.
+    """
     (family,), chunk = block.chunk.families, block.chunk
     manipulator = family.manipulator()
     chain, cloud = manipulator.chain(family.settings["broken"]), Cloud.model_validate(family.settings["cloud"])
@@ -104,11 +110,11 @@ def solve_cloud_block(block: CloudBlock) -> SolvedCloudBlock:
 
 
 class Gathering:
-    """The blocks of a cloud as they come in.
+    """Collects the results of the blocks of a cloud, in any order, until the case can be measured.
 
     Parameters
     ----------
-    block : any of them.
+    block : any block of the cloud.
     """
 
     def __init__(self, block: CloudBlock) -> None:
@@ -116,24 +122,25 @@ class Gathering:
         self.count = self.family.loads
         self.known = {name: np.empty(self.count, kind) for name, kind in (GATHERED | OF_TIPS).items()}
         self.rows = [0] * len(blocks(self.chunk))
-        """Kept states of each block."""
+        """Number of rows of states of each block."""
         self.missing = len(self.rows)
+        """Number of blocks still to come."""
         self.lost: tuple[str, str] | None = None
-        """Outcome and reason of the case where a block could not be computed."""
+        """Outcome and reason of the case if a block could not be computed."""
 
     def add(self, block: CloudBlock, loads: Columns, rows: int) -> None:
-        """Take in what came of the loads of a block, of which `rows` of states are kept."""
+        """Take in the results of the loads of a block, of which `rows` rows of states are kept."""
         for name, values in loads.items():
             self.known[name][block.start : block.stop] = values
         self.rows[block.number] = rows
         self.missing -= 1
 
     def lose(self, outcome: str, reason: str) -> None:
-        """Do without a block, and so without the case."""
+        """Record that a block could not be computed, which leaves the case without results."""
         self.lost, self.missing = self.lost or (outcome, reason), self.missing - 1
 
     def columns(self) -> Columns:
-        """Outcome and metrics of the case, of which no block is missing."""
+        """Columns of the outcome and metrics of the case, once no block is missing."""
         numbers, metrics = self.family.numbers, self.chunk.metrics
         if self.lost:
             return blank_columns(numbers, metrics, *self.lost)
@@ -149,7 +156,7 @@ class Gathering:
 
 
 def cloud_tables(chunk: Chunk) -> tuple[Columns, Columns]:
-    """Columns of a single case with a cloud, and of its states that are kept."""
+    """Columns of the single case of a chunk, which has a cloud, and of its states that are kept."""
     todo = blocks(chunk)
     gathering, states = Gathering(todo[0]), []
     try:
@@ -172,7 +179,13 @@ def limits_of(cloud: Cloud, manipulator: Manipulator, chain: Chain) -> dict[str,
 
 
 def bend_limit(manipulator: Manipulator, cable: str, cloud: Cloud) -> float:
-    """Tension at which `cable` alone, nothing broken, bends the outermost segment it drives by the cloud's bend, N."""
+    """Tension at which `cable` alone, with no cable broken, bends the last segment it drives by the cloud's bend, N.
+
+    Raises
+    ------
+    ValueError
+        If it does not up to 20 times the tension that the cloud gives for the cable.
+    """
     most = 20 * cloud.tension_n[cable]
     segment = next(other.ends_at_segment for other in manipulator.cable if other.name == cable)
     tension = drive_tension(manipulator, manipulator.chain(), cable, segment, cloud.bend_rad or np.pi, most)

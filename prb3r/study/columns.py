@@ -1,4 +1,4 @@
-"""What the columns of a study mean, and whether plots and comparisons name columns that exist."""
+"""Units and meanings of the columns of a study, and a check that the spec names only columns that exist."""
 
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import replace
@@ -19,16 +19,17 @@ FIXED_COLUMNS = (
     "residual_n_m",
     "lowest_eigenvalue_n_m_per_rad",
 )
-"""Columns of the cases of every study, beside its factors, metrics and comparisons."""
+"""Columns that the table of cases has in every study, besides factors, metrics and comparisons."""
 
 
 def described(study: Study) -> list[Quantity]:
-    """What the columns of a study mean beyond the nomenclature: its factors, metrics and comparisons."""
+    """Units and meanings of columns that a study adds to the nomenclature: factors, then metrics, then comparisons."""
     metrics = [quantity for metric in study.metric for quantity in metric.quantities()]
     return [*map(_factor, study.factor), *metrics, *map(_comparison, study.comparison)]
 
 
 def _factor(factor: Factor) -> Quantity:
+    """Unit and meaning of the column of a factor."""
     if not factor.target or factor.path == "model":
         return Quantity(factor.name, "", "", "factor: named alternatives")
     if factor.ratio is not None or factor.times:
@@ -37,6 +38,7 @@ def _factor(factor: Factor) -> Quantity:
 
 
 def _comparison(comparison: CaseComparison) -> Quantity:
+    """Unit and meaning of the column of a comparison."""
     unit = "1" if comparison.relative_to_length or comparison.kind == "ratio" else describe(comparison.name).unit
     to = " and ".join(
         f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {value}"
@@ -47,7 +49,12 @@ def _comparison(comparison: CaseComparison) -> Quantity:
 
 
 def known_columns(study: Study, cables: Iterable[str]) -> set[str]:
-    """All columns of cases and states of a study that plots, comparisons and wishes may name."""
+    """Names of all columns of cases and states of a study that plots, comparisons and wishes may name.
+
+    Parameters
+    ----------
+    cables : names of the cables of the manipulator.
+    """
     names = {
         *FIXED_COLUMNS,
         *(factor.name for factor in study.factor),
@@ -58,7 +65,7 @@ def known_columns(study: Study, cables: Iterable[str]) -> set[str]:
 
 
 def _named(study: Study) -> Iterator[tuple[Keys, str | None]]:
-    """Every column that the spec names, with the place where it does."""
+    """Every column that the spec names, None for absent options, with the keys of the place in the spec."""
     for number, plot in enumerate(study.plot):
         yield from ((("plot", number), name) for name in plot.columns())
     for number, fit in enumerate(study.fit):
@@ -73,18 +80,18 @@ def _named(study: Study) -> Iterator[tuple[Keys, str | None]]:
 
 
 def criteria_of(study: Study) -> Iterator[tuple[Keys, Criterion]]:
-    """Requirements and preferences with their places in the spec."""
+    """Requirements, then preferences of a study, each with its keys in the spec."""
     for kind, criteria in (("requirement", study.requirement), ("preference", study.preference)):
         yield from (((kind, number), criterion) for number, criterion in enumerate(criteria))
 
 
 def named_columns(study: Study) -> set[str]:
-    """Every column that plots, fits, comparisons and wishes of a study name."""
+    """Names of all columns that plots, fits, comparisons, designs and wishes of a study refer to."""
     return {name for _, name in _named(study) if name is not None}
 
 
 def _twice(study: Study) -> Iterator[tuple[Keys, str]]:
-    """Columns of cases that would have one name, with their place in the spec."""
+    """Problems of columns of cases that would have the same name, with their keys in the spec."""
     metrics = [quantity.name for metric in study.metric for quantity in metric.quantities()]
     for name in sorted({name for name in metrics if metrics.count(name) > 1}):
         yield ("metric",), f"two metrics give the column {name!r}"
@@ -99,7 +106,14 @@ def _twice(study: Study) -> Iterator[tuple[Keys, str]]:
 
 
 def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
-    """Two columns of one name, names without a column, units that do not fit and plots without states."""
+    """Problems of the columns that a spec defines and names, with their keys in the spec.
+
+    These are two columns of one name, names without a column, units that do not fit, and plots that lack tables.
+
+    Parameters
+    ----------
+    columns : names of all columns that may be named, see `known_columns`.
+    """
     yield from _twice(study)
     for keys, name in _named(study):
         if name is not None and name not in columns:

@@ -1,4 +1,4 @@
-"""Comparisons between cases of one study: differences to a baseline, fitted laws."""
+"""Comparisons between cases of one study: differences to a baseline case, and fitted straight lines."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,7 +11,7 @@ from prb3r.study.wishes import Scalar
 
 
 def select(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
-    """Rows whose columns have the given value, or one of the given values; numbers to nine digits."""
+    """The rows where each column of `where` has the given value or one of a list; numbers compared to nine digits."""
     for name, wanted in where.items():
         options = wanted if isinstance(wanted, list) else [wanted]
         frame = frame[np.any([_equal(frame[name], option) for option in options], axis=0)]
@@ -19,13 +19,19 @@ def select(frame: pd.DataFrame, where: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def _equal(column: pd.Series, value: Scalar) -> np.ndarray:
+    """(rows,) whether a column has the value, numbers up to a relative difference of 1e-9."""
     if isinstance(value, (int, float)) and not isinstance(value, bool) and column.dtype.kind in "fi":
         return np.isclose(column.to_numpy(float), value, rtol=1e-9, atol=1e-12)
     return (column == value).to_numpy()
 
 
 def with_comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, float]) -> pd.DataFrame:
-    """`cases` with a column for each comparison; NaN where the case to compare with is missing or failed."""
+    """`cases` with a column for each comparison; NaN where either case has no value or the baseline case is missing.
+
+    Parameters
+    ----------
+    lengths : straight length of the manipulator, m, by number of the case; needed by comparisons relative to it.
+    """
     cases = cases.copy()
     factors = [factor.name for factor in study.factor]
     for comparison in study.comparison:
@@ -52,11 +58,12 @@ def with_comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, fl
 
 
 def fitted_lines(cases: pd.DataFrame, study: Study) -> list[dict[str, Any]]:
-    """Straight lines through the columns that the study names, with their largest deviation."""
+    """The straight lines that the study asks for: columns, number of points, slope, intercept and largest deviation."""
     return [_fit(select(cases, fit.where), fit) for fit in study.fit]
 
 
 def _fit(cases: pd.DataFrame, fit: LineFit) -> dict[str, Any]:
+    """A straight line fitted to the cases by least squares; None for its numbers with fewer than two points."""
     points = cases[[fit.x, fit.y]].dropna().to_numpy(float)
     law: dict[str, Any] = {"x": fit.x, "y": fit.y, "where": fit.where, "points": len(points)}
     if len(points) < 2:

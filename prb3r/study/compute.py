@@ -1,4 +1,4 @@
-"""Bring the cases of a plan among the parts: from other studies, or from workers."""
+"""Obtain the results of all cases of a plan as parts: taken over from other studies, or computed by workers."""
 
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,9 @@ from prb3r.study.work import StudyTask, tasks_of
 
 
 def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
-    """Bring all cases of a plan among the parts, from other studies or computed; the number of the latter.
+    """Obtain all items of the cases of a plan as parts, from other studies or by computing.
+
+    Returns the number of cases that lacked an item and were computed.
 
     Parameters
     ----------
@@ -30,7 +32,7 @@ def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fres
 
 
 def adopt(plan: Plan, parts: Parts) -> None:
-    """Take what other studies in the same folder have computed of the cases."""
+    """Copy parts of other studies in the same folder of results that hold items which cases of the plan lack."""
     missing = plan.missing(parts)
     lacking = zip(plan.items, missing.T, strict=True)
     if missing.any():
@@ -38,7 +40,7 @@ def adopt(plan: Plan, parts: Parts) -> None:
 
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
-    """Compute what is not among the parts and add it to them; the number of cases that lacked something."""
+    """Compute the items that no part holds and add them as parts; returns the number of cases that lacked any."""
     parts.ready()
     missing = plan.missing(parts)
     asked = missing & plan.first_of_its_key[:, None]
@@ -62,16 +64,19 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
 
 
 class _Keeper:
-    """Takes what comes of tasks to the parts: chunks as they are, clouds when all their blocks are there."""
+    """Stores the results of tasks as parts: a chunk as it comes, a cloud once all its blocks have come.
+
+    As the `on_result` of `run_tasks` it is called with the number of a task and its pieces.
+    """
 
     def __init__(self, plan: Plan, parts: Parts, tasks: Sequence[StudyTask], progress: Progress) -> None:
         self.plan, self.parts, self.tasks, self.progress = plan, parts, tasks, progress
         self.clouds: dict[int, Gathering] = {}
         self.known = 0
-        """Loads that an earlier run, which did not come to its end, has left in blocks."""
+        """Number of loads in blocks that an interrupted run has left on disk."""
 
     def resumed(self) -> dict[int, StudyTask]:
-        """The tasks, by number, that are left when what an earlier run has kept of clouds is taken in."""
+        """Take in blocks of clouds that an interrupted run has left on disk; returns the remaining tasks by number."""
         left = {}
         for number, task in enumerate(self.tasks):
             kept = None
@@ -85,13 +90,13 @@ class _Keeper:
         return left
 
     def stored(self, tasks: Mapping[int, StudyTask], place: Storage) -> dict[int, StoredTask]:
-        """The tasks, by number, as such that workers put on the disk what comes of them."""
+        """The tasks, by number, as tasks whose results the workers write to disk themselves."""
         return {
             number: StoredTask(task, place, self._part(task), self._with_states(task)) for number, task in tasks.items()
         }
 
     def finish(self) -> None:
-        """Keep the cases of clouds of which no block is missing."""
+        """Store the cases of all clouds of which no block is missing."""
         for cloud in [cloud for cloud in self.clouds.values() if not cloud.missing]:
             self._keep_cloud(cloud)
 
@@ -101,7 +106,7 @@ class _Keeper:
         self.progress.advance(task.loads, failed)
 
     def _chunk(self, chunk: Chunk, pieces: list[Piece]) -> int:
-        """Keep the cases of a chunk; the number of those that failed, or of the loads of their clouds."""
+        """Store the cases of a chunk; returns how many failed or, if they have clouds, the number of loads of these."""
         if isinstance(pieces[0].value, Stored):
             cases = fetched(pieces[0].task)
             count, states = cases.pop(COUNT), None
@@ -118,7 +123,7 @@ class _Keeper:
         return int(failed.sum()) * (chunk.loads // len(failed))
 
     def _block(self, block: CloudBlock, piece: Piece) -> int:
-        """Keep a block and, when it is the last one, the case; the number of loads that failed."""
+        """Take in a block of a cloud and, if it is the last, store the case; returns the number of failed loads."""
         cloud, failed = self._cloud(block), block.loads
         if piece.fate == "done":
             loads = self._loads(block, piece)
@@ -131,7 +136,7 @@ class _Keeper:
         return failed
 
     def _loads(self, block: CloudBlock, piece: Piece) -> Columns:
-        """What is known of the loads of a solved block, which are on the disk with its states."""
+        """The columns of a solved block's loads, written to disk here with its states if no worker has done so."""
         if isinstance(piece.value, Stored):
             return fetched(piece.task)
         stem = self._part(block)
@@ -141,15 +146,17 @@ class _Keeper:
         return piece.value.loads
 
     def _cloud(self, block: CloudBlock) -> Gathering:
+        """The gathering of the cloud of a block, a new one for the first block."""
         if block.case not in self.clouds:
             self.clouds[block.case] = Gathering(block)
         return self.clouds[block.case]
 
     def _with_states(self, task: StudyTask) -> bool:
+        """Whether states are to be kept of a task."""
         return self.plan.states_item in _chunk_of(task).items
 
     def _keep_cloud(self, cloud: Gathering) -> None:
-        """Keep the case of a cloud, of which no block is missing."""
+        """Store the case of a cloud of which no block is missing."""
         states, block = None, cloud.block
         if self._with_states(block):
             rows = tuple(cloud.rows) if cloud.lost is None else ()
@@ -159,6 +166,7 @@ class _Keeper:
         del self.clouds[block.case]
 
     def _part(self, task: StudyTask) -> str:
+        """Name of the part that the cases of a task become."""
         items = list(item_columns(self.plan, _chunk_of(task)).values())
         if self._with_states(task):
             items.append(str(self.plan.states_item))
@@ -170,11 +178,12 @@ def _chunk_of(task: StudyTask) -> Chunk:
 
 
 def _lost_as(piece: Piece) -> str:
+    """The outcome of the cases of a piece that is not done."""
     return CASE_CRASHED if piece.fate == "crashed" else CASE_FAILED
 
 
 def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Columns | None]:
-    """Columns of a chunk's cases and, if they are kept, of their states, from the pieces that it was computed in."""
+    """Columns of a chunk's cases and of their states (None if not kept or all failed), from the pieces of its task."""
     cases, states = [], []
     for piece in pieces:
         if piece.fate == "done":
@@ -186,7 +195,7 @@ def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Column
 
 
 def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
-    """Add the items that a chunk was computed for to the parts."""
+    """Add computed columns of a chunk's cases and of their states to the parts."""
     kept, numbers = None, cases["case_id"]
     if chunk.states != "none" and plan.states_item:
         states = states or {"case_id": np.zeros(0, np.int64)}
@@ -196,12 +205,12 @@ def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: C
 
 
 def keep_columns(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: States | None) -> None:
-    """Add columns of the cases of a chunk to the parts, and their states."""
+    """Add columns of a chunk's cases to the parts, together with their states."""
     parts.add([plan.keys[number] for number in cases["case_id"]], cases, item_columns(plan, chunk), states)
 
 
 def item_columns(plan: Plan, chunk: Chunk) -> dict[str, str]:
-    """The columns that a chunk was computed for, with the item that each belongs to."""
+    """The columns to be stored of a chunk, each with its item."""
     names = {}
     if plan.items[0] in chunk.items:
         outcome = blank_columns(np.zeros(0, np.int64), (), "", "")

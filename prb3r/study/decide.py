@@ -1,4 +1,4 @@
-"""A decision between the designs of results: over all their cases, or at each value of a circumstance by itself."""
+"""Decisions between designs: over all their cases, or for each value of a circumstance by itself."""
 
 from typing import Any
 
@@ -11,12 +11,15 @@ from prb3r.study.designs import DesignCases
 
 
 def decide(cases: DesignCases) -> Decision:
-    """What follows for the designs of `cases` from what is wanted of them.
+    """The decision between the designs of `cases` by their requirements and preferences.
+
+    Requirements are judged over all cases of a design, preferences over the scenarios that all designs share and in
+    which no design that keeps the requirements fails.
 
     Raises
     ------
     SpecError
-        If the designs share no case.
+        If no scenario has cases of all designs.
     """
     frame, names, wishes = cases.frame, cases.names, cases.wishes
     bounded = cases.values(wishes.requirement, frame)
@@ -43,9 +46,10 @@ def decide(cases: DesignCases) -> Decision:
 
 
 def by_circumstance(cases: DesignCases) -> dict[str, list[tuple[Any, str | None]]]:
-    """The winner at each value of each circumstance by itself, None where nothing keeps the requirements.
+    """By circumstance, each of its values with the design that wins in the cases with this value alone.
 
-    Circumstances in which a wish has no cases that count are left out.
+    The winner is None where no design keeps the requirements.  Circumstances with a single value, or with a value at
+    which a wish has no cases that count, are left out.
     """
     winners = {}
     for column in cases.circumstances:

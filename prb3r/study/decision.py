@@ -1,10 +1,10 @@
-"""From what designs are worth to a decision: who keeps the requirements, the Pareto front, and a ranking by weights.
+"""A decision between designs: which keep the requirements, the Pareto front, and a ranking by weights.
 
-A design's score is the weighted mean of its worth by the preferences, which goes from 0 for the worst to 1 for the
-best design to choose from (additive value with swing weights: Keeney and Raiffa, Decisions with Multiple Objectives,
-1976).  How far the ranking hangs on the weights is told twice: within which bounds a weight may move alone, and by the
-share of all weights at which a design comes first (rank acceptability: Lahdelma, Hokkanen and Salminen, European
-Journal of Operational Research 106, 1998).
+A design's score is the weighted mean of its worth by each preference, which goes from 0 for the worst to 1 for the best
+design on the Pareto front (additive value with swing weights: Keeney and Raiffa, Decisions with Multiple Objectives,
+1976).  Two numbers tell how far the ranking depends on the weights: the bounds within which one weight may move alone,
+and the share of all weights at which a design comes first (rank acceptability: Lahdelma, Hokkanen and Salminen,
+European Journal of Operational Research 106, 1998).
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from prb3r.quantities import Quantity
 from prb3r.study.wishes import Criterion, Preference, Requirement
 
 WEIGHT_DRAWS, WEIGHT_SEED = 16_384, 1998
-"""Weights drawn, all alike likely: shares are known within 0.4 % (one standard deviation, 0.5 / sqrt(draws))."""
+"""Number and seed of weights drawn uniformly; shares have a standard error of at most 0.4 % (0.5 / sqrt(draws))."""
 ALL_THE_WEIGHT = 0.99
-"""A bound on a weight that lies beyond this share of all weights is none."""
+"""Share of the sum of all weights beyond which a bound on a weight counts as none."""
 NOT_TO_BE_HAD = -1.0
-"""Worth of what a design does not have at all: as far below the worst as the best is above it."""
+"""Smallest worth, also that of a missing value: as far below the worst on the front as the best is above it."""
 NO_DIFFERENCE = 1e-9
-"""Designs that differ by less than this share in a preference do not differ there: rounding of the solver."""
+"""Relative difference below which values count as equal, as it may come from rounding in the solver."""
 
 
 @dataclass(frozen=True)
@@ -34,40 +34,46 @@ class Move:
     low: float
     """Least weight, 0 if there is no bound."""
     below: str | None
-    """The design that comes first below it."""
+    """The design that comes first below `low`; None if there is no bound."""
     high: float
     """Greatest weight, infinite if there is no bound."""
     above: str | None
+    """The design that comes first above `high`; None if there is no bound."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """`d` designs, what each is worth by `r` requirements and `p` preferences, and what follows from it."""
+    """A decision between `d` designs by `r` requirements and `p` preferences."""
 
     designs: list[str]
+    """Names of the designs."""
     requirements: list[Requirement]
     preferences: list[Preference]
     bounded: np.ndarray
-    """(d, r) the numbers that requirements bound, over all cases of the design."""
+    """(d, r) the number that each requirement bounds, over all cases of the design."""
     values: pd.DataFrame
-    """(d, p) the numbers of the preferences, over the cases that all designs share."""
+    """(d, p) the number of each preference, over the cases that all designs share and that count, see `failed`."""
     quantities: list[Quantity]
-    """Of the requirements, then of the preferences."""
+    """Unit and meaning of the requirements' columns, then of the preferences' columns."""
     shared: int
-    """Cases that every design has."""
+    """Number of cases (scenarios) that every design has."""
     left_out: int
-    """Cases that only some designs have."""
+    """Number of cases (scenarios) that only some designs have."""
     failed: int
-    """Shared cases in which a design that keeps the requirements has no equilibrium: left out in preferences."""
+    """Number of shared cases that preferences leave out, as a design that keeps the requirements fails in them; where
+    no design keeps them, as any design fails."""
 
     @cached_property
     def margins(self) -> np.ndarray:
-        """(d, r) how far each design is inside each bound, as a share of the bound."""
+        """(d, r) distance of each design inside each bound, negative outside, as a share of the bound."""
         rows = [[r.margin(v) for r, v in zip(self.requirements, row, strict=True)] for row in self.bounded]
         return np.array(rows, float).reshape(self.bounded.shape)
 
     def beside(self, c: int) -> list[float]:
-        """The numbers of criterion `c`, requirements before preferences, that are told beside each other."""
+        """All numbers that are shown together for criterion `c`: of the designs, and the bound of a requirement.
+
+        Criteria are numbered from 0, requirements before preferences.
+        """
         bounds = len(self.requirements)
         if c < bounds:
             return [*self.bounded[:, c].tolist(), self.requirements[c].limit]
@@ -80,13 +86,17 @@ class Decision:
 
     @cached_property
     def scores(self) -> np.ndarray:
-        """(d, p), more is better; what a design does not have is infinitely bad."""
+        """(d, p) values by each preference, signed so that more is better; -inf where a design has none."""
         signs = np.array([preference.sign for preference in self.preferences])
         return np.nan_to_num(self.values.to_numpy(float) * signs, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
 
     @cached_property
     def front(self) -> list[bool]:
-        """Whether a design keeps the requirements and none that does is as good in everything, better in something."""
+        """(d,) whether a design is on the Pareto front.
+
+        It then keeps the requirements, and no other design that keeps them is at least as good by every preference and
+        better by one.
+        """
         rivals = self.scores[self.feasible]
         better = lambda a, b: np.all(a >= b) and np.any(a > b)  # noqa: E731
         return [
@@ -96,11 +106,15 @@ class Decision:
 
     @cached_property
     def worth(self) -> np.ndarray:
-        """(d, p) from 0 for the worst to 1 for the best design on the front; NaN off the requirements."""
+        """(d, p) worth by each preference, from 0 for the worst to 1 for the best design on the front.
+
+        It is clipped to `NOT_TO_BE_HAD` and 1, 0 where the front does not differ, and NaN for designs that break a
+        requirement.
+        """
         return self._worth_among(np.array(self.front))
 
     def _worth_among(self, some: np.ndarray) -> np.ndarray:
-        """(d, p) from 0 for the worst to 1 for the best of some designs, a mask (d,); NaN off the requirements."""
+        """(d, p) worth as in `worth`, measured between the worst and best of the designs in the mask `some` (d,)."""
         choice = np.where(np.isfinite(self.scores), self.scores, np.nan)[some]
         worth = np.full(self.scores.shape, np.nan)
         if len(choice) and self.preferences:
@@ -124,9 +138,10 @@ class Decision:
 
     @cached_property
     def ranking(self) -> list[int]:
-        """The designs that keep the requirements, best first; without preferences the one with most reserve first.
+        """Indices of the designs that keep the requirements, best first; without preferences, by their smallest margin.
 
-        Where the front tells designs behind it not apart, as it is a single design, all that keep the requirements do.
+        Designs on the front come first, then higher scores.  Designs of equal score (a front of a single design gives
+        all the score 0) are ranked by a score between the worst and best of all that keep the requirements.
         """
         keys = [-self.margins.min(1, initial=np.inf)]
         if self.preferences:
@@ -137,12 +152,12 @@ class Decision:
 
     @property
     def winner(self) -> str | None:
-        """The design that is recommended, if any keeps the requirements."""
+        """Name of the recommended design; None if no design keeps the requirements."""
         return self.designs[self.ranking[0]] if self.ranking else None
 
     @cached_property
     def win_share(self) -> np.ndarray:
-        """(d,) share of all weights at which a design comes first; designs that are level share it."""
+        """(d,) share of all weights, drawn uniformly, at which a design comes first; equal scores share the place."""
         share = np.zeros(len(self.designs))
         choice = np.flatnonzero(self.front)
         if len(choice) and self.preferences:
@@ -154,7 +169,7 @@ class Decision:
 
     @property
     def table(self) -> pd.DataFrame:
-        """A row for each design: what requirements and preferences look at, and what follows."""
+        """A row for each design: its numbers by requirements and preferences, margins, and results of the decision."""
         columns = {f"required_{name}": self.bounded[:, r] for r, name in enumerate(wish_columns(self.requirements))}
         columns |= {f"requirement_{r + 1}_margin": self.margins[:, r] for r in range(len(self.requirements))}
         follows = {
@@ -167,7 +182,7 @@ class Decision:
 
     @property
     def column_quantities(self) -> list[Quantity]:
-        """Name, symbol, unit and meaning of the columns of `table` but for `design`, as tables on disk carry them."""
+        """Name, symbol, unit and meaning of the columns of `table` except `design`."""
         names = [*(f"required_{name}" for name in wish_columns(self.requirements)), *self.values]
         known = [replace(quantity, name=name) for name, quantity in zip(names, self.quantities, strict=True)]
         return [
@@ -183,9 +198,10 @@ class Decision:
         ]
 
     def move(self, j: int) -> Move:
-        """How far the weight of preference `j` can move before the winner changes.
+        """Bounds within which the weight of preference `j` can move, the other weights kept, before the winner changes.
 
-        With share `t` of all weights a design scores ``t worth_j + (1 - t) rest``, the rest by the other weights.
+        If preference `j` has the share `t` of all weights, a design scores ``t worth_j + (1 - t) rest``, where `rest`
+        is its score by the other weights.
         """
         if len(self.preferences) < 2 or not self.ranking:
             return Move(0.0, None, np.inf, None)
@@ -196,7 +212,7 @@ class Decision:
         for k in (k for k in self.ranking[1:] if self.front[k]):
             here, elsewhere = self.worth[first, j] - self.worth[k, j], rest[first] - rest[k]
             level = elsewhere / (elsewhere - here) if here * elsewhere < 0 else 1.0
-            if level > ALL_THE_WEIGHT:  # ahead at all weights, or nearly
+            if level > ALL_THE_WEIGHT:  # the winner stays ahead at nearly all weights
                 continue
             weight = rest_weight * level / (1 - level)
             if here > 0 and weight > low:
@@ -206,14 +222,14 @@ class Decision:
         return Move(low, below, high, above)
 
     def excluded_alone(self, r: int) -> list[str]:
-        """The designs that would do without requirement `r`."""
+        """Names of the designs that break requirement `r` and no other one."""
         others = np.delete(self.margins, r, 1)
         alone = (others >= 0).all(1) & (self.margins[:, r] < 0)
         return [name for name, out in zip(self.designs, alone, strict=True) if out]
 
 
 def wish_columns(criteria: Sequence[Criterion]) -> list[str]:
-    """Names of columns: the metrics, numbered where one is wanted in several circumstances."""
+    """Names of columns for criteria: their metrics, with a number where several criteria have the same metric."""
     metrics = [criterion.metric for criterion in criteria]
     return [
         name if metrics.count(name) == 1 else f"{name}_{metrics[: k + 1].count(name)}" for k, name in enumerate(metrics)

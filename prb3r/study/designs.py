@@ -1,4 +1,4 @@
-"""The designs of one or several study results, with the cases of each, and what each is worth by a criterion."""
+"""Designs of one or several study results: the cases of each, and its number by each requirement or preference."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Sequence
@@ -22,45 +22,47 @@ from prb3r.study.spec import Study
 from prb3r.study.wishes import Criterion, Wishes, load_wishes, plain_text
 
 THE_DESIGN = "the design"
-"""Name of the design of a study that is about one."""
+"""Name of the only design of a study in which no factor tells designs apart."""
 HANDIER_UNITS = {
     "m": (0.0, 0.1, 1e3, "mm"),
     "m/N": (0.0, 0.1, 1e3, "mm/N"),
     "m^2": (0.0, 0.01, 1e4, "cm^2"),
     "Pa": (1e5, np.inf, 1e-6, "MPa"),
 }
-"""Of a unit between which numbers values are told in another one, how many of that it is, and that."""
+"""By SI unit: lower and upper end of the magnitudes that are shown in another unit, factor to that unit, its name."""
 
 
 @dataclass(frozen=True)
 class DesignCases:
-    """Cases of several designs, and what is wanted of these."""
+    """The cases of several designs, and the requirements and preferences for the designs."""
 
     frame: pd.DataFrame
-    """One row a case: its columns, and `design` and `scenario`, what it shares with cases of other designs."""
+    """The table of cases with columns `design`, its name, and `scenario`, the values (text) of the factors that tell no
+    designs apart: cases of different designs with the same scenario are compared."""
     circumstances: list[str]
-    """Factors that tell neither designs nor rigs apart."""
+    """Names of the factors that tell neither designs nor rigs apart."""
     wishes: Wishes
+    """Requirements and preferences."""
     quantities: dict[str, Quantity] = dataclasses.field(default_factory=dict)
-    """Of the columns, by name."""
+    """Unit and meaning of columns, by name."""
     firsts: dict[str, tuple[Path, int]] = dataclasses.field(default_factory=dict)
-    """Of each design the folder and the number of its first case."""
+    """Folder of the results and number of the first case of each design; empty for cases that are not on disk."""
 
     @property
     def names(self) -> list[str]:
-        """The designs in the order of their cases."""
+        """Names of the designs in the order of their first cases."""
         return list(dict.fromkeys(self.frame["design"]))
 
     def quantity(self, criterion: Criterion) -> Quantity:
-        """What the column of a criterion means, and its unit: as the studies say, else by its name."""
+        """Meaning and unit of the column of a criterion, from the studies or else from its name."""
         return self.quantities.get(criterion.metric) or describe(criterion.metric)
 
     def only(self, column: str, value: Any) -> "DesignCases":
-        """The cases in which a circumstance has one value."""
+        """The cases in which the factor `column` has the value."""
         return replace(self, frame=select(self.frame, {column: value}))
 
     def values(self, criteria: Sequence[Criterion], rows: pd.DataFrame) -> np.ndarray:
-        """(designs, criteria) the numbers of the designs over `rows`; NaN where a design has no case that counts."""
+        """(designs, criteria) numbers of designs by the criteria over the cases `rows`; NaN where no case counts."""
         numbers = np.full((len(self.names), len(criteria)), np.nan)
         for j, criterion in enumerate(criteria):
             counted = select(rows, criterion.where)
@@ -71,7 +73,12 @@ class DesignCases:
 
 
 def read_designs(folders: Sequence[Path], requirements: str | Path | None = None) -> DesignCases:
-    """The designs of one or several results, with what a file, or else the first of their studies, wants of them.
+    """The designs of one or several study results.
+
+    Parameters
+    ----------
+    folders : of the results.
+    requirements : file of wishes; without any wish in it, those of the first study count.
 
     Raises
     ------
@@ -108,7 +115,10 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
 
 
 def _factors_of(study: Study, asked: Wishes, where: str) -> list[str]:
-    """The factors that tell the designs of a study apart; raises SpecError if there are none."""
+    """Names of the factors that tell the designs of a study apart, by the wishes `asked` or else by the study.
+
+    Raises SpecError, with `where` as its place, if there are none or the study has no such factor.
+    """
     names, factors = [factor.name for factor in study.factor], study.design_factors
     if asked.designs is not None:
         factors = asked.designs.factors
@@ -126,6 +136,7 @@ def _factors_of(study: Study, asked: Wishes, where: str) -> list[str]:
 
 
 def _study_of(folder: Path) -> Study:
+    """The study, without plots, whose results are in a folder, from its manifest; raises SpecError if there is none."""
     manifest = read_manifest(folder)
     if manifest is None:
         what = "holds no result of a study (no manifest.json); give folders under results/"
@@ -138,7 +149,7 @@ def _study_of(folder: Path) -> Study:
 
 
 def designs_of(study: Study, frame: pd.DataFrame) -> DesignCases:
-    """The designs among cases of a study that are not on disk yet, with what the study wants of them."""
+    """The designs in a table of cases of a study that need not be on disk, with the wishes of the study."""
     names = [factor.name for factor in study.factor]
     rest = [name for name in names if name not in study.design_factors]
     circumstances = [name for name in rest if name not in {error.name for error in study.errors}]
@@ -147,13 +158,14 @@ def designs_of(study: Study, frame: pd.DataFrame) -> DesignCases:
 
 
 def _with_designs(frame: pd.DataFrame, factors: list[str], rest: list[str], prefix: str) -> pd.DataFrame:
+    """The table of cases with columns `design`, named after `factors`, and `scenario`, the values of factors `rest`."""
     rows = frame[rest].itertuples(index=False) if rest else [()] * len(frame)
     scenarios = [tuple(map(plain_text, row)) for row in rows]
     return frame.assign(design=[prefix + name for name in design_names(frame, factors)], scenario=scenarios)
 
 
 def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
-    """The name of the design of every case, from the factors that tell designs apart; of a single one, that."""
+    """The name of the design of each case, made of the values of `factors`; without factors, `THE_DESIGN`."""
     if not factors:
         return [THE_DESIGN] * len(frame)
     return [
@@ -163,7 +175,7 @@ def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
 
 
 def _named(factor: str, value: Any) -> str:
-    """A factor with its value, `Thickness 0.8 mm`, exact enough to tell all values apart."""
+    """A factor with its value to six digits, such as `Thickness 0.8 mm`."""
     quantity = describe(SHORT_FOR.get(factor, factor))
     if not isinstance(value, (int, float)) or quantity.unit in ("1", ""):
         return f"{quantity.title} {plain_text(value)}"
@@ -172,7 +184,13 @@ def _named(factor: str, value: Any) -> str:
 
 
 def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> None:
-    """Raise SpecError where a wish names a column that is not there or no number, or a case that nobody has."""
+    """Raise SpecError if there is nothing to decide, or a wish names a missing or non-numeric column or fits no case.
+
+    Parameters
+    ----------
+    where : place of problems of the results.
+    place_in : place of a wish, from its keys.
+    """
     problems, frame = [], cases.frame
     if not cases.wishes.given:
         problems.append(Problem(where, "nothing says what is wanted: give [[preference]] or [[requirement]]"))
@@ -194,22 +212,27 @@ def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> N
 
 
 def _quantity_of(field: Any) -> Quantity:
+    """Unit and meaning of a column, from the metadata of its Parquet field."""
     metadata = {key.decode(): text.decode() for key, text in (field.metadata or {}).items()}
     name = field.name
     return Quantity(name, "", metadata.get("unit", "1"), metadata.get("description", name))
 
 
 def _unit_of(values: Iterable[float], quantity: Quantity) -> tuple[float, str]:
-    """The factor from the SI unit to the one that values are told in, and this: a handier one if one asks for it."""
+    """Factor from the SI unit to the unit that values are shown in, and that unit.
+
+    It is the handier unit if one of the values lies in the interval of `HANDIER_UNITS`.
+    """
     low, high, per_unit, handier = HANDIER_UNITS.get(quantity.unit, (0.0, 0.0, 1.0, ""))
     called_for = any(low < abs(value) < high for value in values)
     return (per_unit, printed(handier)) if called_for else (1.0, printed(quantity.unit))
 
 
 def value_in_words(value: float, quantity: Quantity, beside: Iterable[float] = ()) -> str:
-    """A value with three digits, a real minus, and its unit, that of the values `beside` it; `-` where there is none.
+    """A value with three digits, a real minus sign and its unit; `-` if it is not finite.
 
-    Lengths are told in mm and areas in cm² where one of them is small, stresses in MPa where one of them is large.
+    The unit is chosen for the value and those `beside` it: lengths are in mm and areas in cm² where one of them is
+    small, stresses in MPa where one of them is large.
     """
     if not np.isfinite(value):
         return "-"

@@ -1,4 +1,4 @@
-"""What a sampled factor is drawn from."""
+"""Spec of the distributions that values of sampled factors are drawn from."""
 
 from abc import ABC, abstractmethod
 from typing import Annotated
@@ -16,11 +16,11 @@ class Distribution(Strict, ABC):
 
     @abstractmethod
     def values(self, share: np.ndarray, neutral: float) -> np.ndarray:
-        """Values below which each `share` of the distribution lies.
+        """Quantiles of the distribution at each `share`, from 0 to 1.
 
         Parameters
         ----------
-        neutral : its middle, where it does not say one.
+        neutral : mean or median of a distribution that gives none.
         """
 
 
@@ -42,7 +42,7 @@ class Interval(Distribution):
 
     @property
     def steps(self) -> int:
-        """Number of steps from `low` up to `high`; 0 where any value between them will do."""
+        """Number of steps from `low` up to `high`; 0 without `step`, where any value between them is allowed."""
         return 0 if self.step is None else int((self.high - self.low) / self.step * (1 + 1e-9))
 
     def values(self, share: np.ndarray, neutral: float = 0.0) -> np.ndarray:
@@ -95,5 +95,5 @@ class Alternatives(Distribution):
     count: Annotated[int, Field(ge=1)]
 
     def values(self, share: np.ndarray, neutral: float = 0.0) -> np.ndarray:
-        """The number of an alternative, counted from 0, as a float."""
+        """The number of an alternative, from 0, as a float, at each `share` from 0 to 1."""
         return np.minimum(np.floor(share * self.count), self.count - 1)

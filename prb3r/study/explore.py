@@ -1,4 +1,4 @@
-"""A search for the best design as a run: every generation of designs is a plan of its own, then all are one."""
+"""Runs a search for the best design: each generation of designs is a plan of its own, and at the end all form one."""
 
 from dataclasses import replace
 
@@ -16,14 +16,15 @@ from prb3r.study.tables import tabulated
 
 
 def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> tuple[Plan, int]:
-    """The plan with every design that a search tries, generation by generation, and the number of computed cases.
+    """The plan of all designs that a search tries, whose results parts then hold, and the number of cases computed.
 
-    The search is the same every time: where designs are known already it goes through them again without computing.
+    The search is deterministic: in a later run it goes through stored designs again without computing them.
     """
     study, counted = plan.study, []
     assert study.search is not None
 
     def judged(designs: np.ndarray) -> Judged:
+        """Margins and scores of designs (n, factors), solved where parts lack them."""
         asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
         counted.append(brought(asked, parts, workers, Quiet(progress), fresh))
         cases = designs_of(study, tabulated(asked, parts))

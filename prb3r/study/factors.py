@@ -13,11 +13,15 @@ from prb3r.study.wishes import Scalar
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Paths = str | Annotated[list[str], Field(min_length=1)]
 MAX_CASES = 1_000_000
+"""Largest number of cases of a study."""
 LOADS = ("initial", "step", "sweep", "cloud", "reach", "broken")
-"""Parameter paths that begin so change what is done to a manipulator, not its design."""
+"""First parts of the parameter paths that change what is done to a manipulator, not its design."""
 TARGETS = ("path", "ratio", "added_to", "times", "level")
+"""Fields of a factor that say what it sets; exactly one of them is given."""
 GRIDS = ("values", "linspace", "geomspace")
+"""Fields that list the values of a factor."""
 DRAWN = ("range", "normal", "lognormal")
+"""Fields that give a range or distribution from which the values of a factor are drawn."""
 
 
 class Range(Strict):
@@ -72,31 +76,31 @@ class Factor(Strict):
 
     @property
     def drawn(self) -> Distribution | None:
-        """What it is sampled from or searched between, if its values are not given."""
+        """The distribution that values are drawn from, or the range that is searched; None if the values are listed."""
         if self.level and not self.chosen:
             return Alternatives(count=len(self.level))
         return self.range or self.normal or self.lognormal
 
     @property
     def is_error(self) -> bool:
-        """Whether it is something that nobody chooses: an error of the rig, or scatter."""
+        """Whether nobody chooses the value of the factor: it is an error of the rig, or scatter."""
         return bool(self.added_to or self.times or self.normal or self.lognormal) or not self.chosen
 
     @property
     def neutral(self) -> float:
-        """The value that changes nothing, of an error."""
+        """The value of an error that changes nothing: 0 for one that is added, else 1."""
         return 0.0 if self.added_to else 1.0
 
     @property
     def changed(self) -> list[str]:
-        """The paths whose values it sets or changes; none of named alternatives."""
+        """Parameter paths whose values the factor sets or changes; empty for named alternatives (levels)."""
         several = self.added_to or self.times or ()
         paths = [several] if isinstance(several, str) else list(several)
         return [*([self.path] if self.path else []), *(self.ratio or ())[:1], *paths]
 
     @property
     def target(self) -> str:
-        """What it sets, in words; nothing for named alternatives."""
+        """What the factor sets, in words; empty for named alternatives (levels)."""
         if self.ratio is not None:
             return f"{self.ratio[0]} over {self.ratio[1]}"
         before = "error of " if self.added_to else "factor on " if self.times else ""
@@ -110,7 +114,7 @@ class Factor(Strict):
 
 
 def _factor_problems(factor: Factor) -> Iterator[str]:
-    """What does not go together in a factor, the first of it first."""
+    """Contradictions and gaps within a factor, as sentences; the first of them is reported."""
     targets, grids, drawn = (
         [name for name in names if getattr(factor, name) is not None] for names in (TARGETS, GRIDS, DRAWN)
     )

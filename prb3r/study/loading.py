@@ -1,4 +1,4 @@
-"""What is done to the manipulators of a study beside steps: a cloud of loads, a sweep of one, a path to follow."""
+"""Spec of loads other than steps: a cloud of independent loads, a sweep of one column, a path of targets."""
 
 import itertools
 from typing import Annotated, Literal

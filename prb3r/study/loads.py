@@ -1,4 +1,4 @@
-"""Initial loads, steps and sweep of a case, or of many cases that differ in the values of their loads, as columns."""
+"""Load steps as columns, from the initial loads, steps and sweep of a case or of a family of cases."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +13,10 @@ _short_of_many = np.vectorize(short, otypes=[float])
 
 
 def load_columns(settings: Tree, count: int) -> dict[str, np.ndarray]:
-    """(count, s) values of each load in `s` steps; a load of the settings is a number or holds (count,) of them."""
+    """(count, s) values by name of the load column, for `count` cases of `s` steps each.
+
+    In the settings of a family, a load is a number that all cases share or an array of (count,) numbers.
+    """
     rows = load_rows(settings)
     columns = {}
     for name in dict.fromkeys(name for row in rows for name in row):
@@ -25,14 +28,17 @@ def load_columns(settings: Tree, count: int) -> dict[str, np.ndarray]:
 
 
 def steps_frame(settings: Tree) -> pd.DataFrame:
-    """The steps of a single case as a table."""
+    """The load steps of a single case as a table, a row for each step."""
     rows = load_rows(settings)
     absent = {name: _absent(name) for row in rows for name in row}
     return pd.DataFrame([absent | row for row in rows])
 
 
 def load_rows(settings: Tree) -> list[dict[str, Any]]:
-    """Initial loads, steps and sweep, a row each, which keeps what it does not name from the row before."""
+    """The loads in each step: initial loads, steps, then steps of the sweep.
+
+    A load that a step does not name keeps its value from the step before.
+    """
     rows: list[dict[str, Any]] = []
     steps = ([settings["initial"]] if settings["initial"] else []) + settings["step"]
     for step in [*steps, *_swept(settings.get("sweep"), steps)]:
@@ -43,17 +49,18 @@ def load_rows(settings: Tree) -> list[dict[str, Any]]:
 
 
 def in_other_unit(name: str) -> str:
-    """The column that gives the same load in kilograms instead of newtons, or the reverse; nothing for others."""
+    """The column of the same load in kilograms instead of newtons, or the reverse; empty for other columns."""
     pairs = (("_n", "_kg"), ("_kg", "_n"))
     return next((name.removesuffix(ending) + other for ending, other in pairs if name.endswith(ending)), "")
 
 
 def _absent(name: str) -> float:
+    """The value of a load column that is not named: -1 (drawn in) for slip, else 0."""
     return -1.0 if name.startswith("slip_") else 0.0
 
 
 def _swept(sweep: Tree | None, before: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """The steps of a sweep, which begins where the steps before it have left its column."""
+    """The steps of a sweep, which starts from the value that the steps `before` give its column, 0 without any."""
     if not sweep:
         return
     column, value = sweep["column"], 0.0

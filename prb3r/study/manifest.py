@@ -1,4 +1,4 @@
-"""What a study's manifest says beside its provenance: what changed since the last run, and the time per equilibrium."""
+"""Entries of a study's manifest besides provenance: changes since the last run, and time per equilibrium."""
 
 import json
 import time
@@ -13,10 +13,13 @@ from prb3r.study.cases import Case
 from prb3r.study.loads import steps_frame
 
 TIMED_EQUILIBRIA = 2000
+"""Number of equilibria that are timed together, roughly."""
 REPEATS = 5
+"""Number of times that the timing is repeated; the shortest time counts."""
 
 
 def _flat(tree: Any, path: str = "") -> dict[str, Any]:
+    """The plain values of nested dicts and lists, by their dotted paths; list positions count from 0."""
     items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else None
     if items is None:
         return {path: tree}
@@ -24,7 +27,10 @@ def _flat(tree: Any, path: str = "") -> dict[str, Any]:
 
 
 def changes(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
-    """What differs between two runs of a study, in words; only what the tables depend on."""
+    """Differences between the manifests of two runs of a study, in words; empty if their tables have the same key.
+
+    Plots, designs, requirements and preferences are left out, as tables do not depend on them.
+    """
     if before.get("key") == after["key"]:
         return []
     said = []
@@ -39,7 +45,10 @@ def changes(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
 
 
 def timing(cases: list[Case]) -> list[dict[str, Any]]:
-    """Time per equilibrium of each model in bulk: the loads of its cases, solved over and over in one call."""
+    """Time per equilibrium of each model, microseconds, when the loads of its cases are solved many times in one call.
+
+    All cases of a model are timed on the manipulator of the first of them.
+    """
     groups: dict[str, list[Case]] = {}
     for case in cases:
         description = case.settings["manipulator"]

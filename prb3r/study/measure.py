@@ -1,4 +1,4 @@
-"""What is told of solved cases: their outcome, their metrics, and the states that are kept."""
+"""Columns of solved cases: their outcome, their metrics, and the states that are kept."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +13,14 @@ from prb3r.study.metrics.base import Metric, Solved, largest
 
 
 def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metric]) -> Columns:
-    """Outcome and metrics of solved cases, and why a metric could not be had."""
+    """Columns of the outcome and metrics of solved cases, and the reason where a metric failed.
+
+    Metrics are NaN for a case without equilibrium at its last step, and for a cloud with none under any of its loads.
+
+    Parameters
+    ----------
+    numbers : (c,) numbers of the cases in the study.
+    """
     columns = blank_columns(numbers, metrics, "", "") | outcome_columns(solved)
     lost = [outcome.label for outcome in Outcome if not outcome.solved]
     good = ~np.isin(columns["outcome"].astype(str), lost)
@@ -30,7 +37,7 @@ def measured_columns(numbers: np.ndarray, solved: Solved, metrics: Sequence[Metr
 
 
 def _asked(metric: Metric, solved: Solved, good: np.ndarray) -> Iterator[tuple[np.ndarray, Solved]]:
-    """The cases that a metric is asked about, all at once or one after the other, with their rows."""
+    """The good cases as a metric takes them, all at once or one by one, with their rows; `good` is a mask (c,)."""
     if metric.together or solved.count == 1:
         yield np.flatnonzero(good), solved.part(good)
         return
@@ -39,7 +46,7 @@ def _asked(metric: Metric, solved: Solved, good: np.ndarray) -> Iterator[tuple[n
 
 
 def outcome_columns(solved: Solved) -> Columns:
-    """How the solution of each case went: outcome, reason, and numbers over all its steps."""
+    """Columns on how the solution of each case went: its outcome and reason, and sums and extremes over its steps."""
     states = solved.states
     code = solved.by_case(states.outcome)
     failed, unstable = np.isin(code, [o for o in Outcome if not o.solved]), code == Outcome.UNSTABLE
@@ -60,11 +67,13 @@ def outcome_columns(solved: Solved) -> Columns:
 
 
 def _eigenvalues(states: Equilibria) -> np.ndarray:
+    """Lowest eigenvalue of each step, N m/rad; NaN where it was not computed or is infinite."""
     lowest = states.lowest_eigenvalue
     return np.full(len(states.x), np.nan) if lowest is None else np.where(np.isinf(lowest), np.nan, lowest)
 
 
 def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray) -> str:
+    """Why a case is not simply converged: the reason of its last step, or the number of such steps; masks are (s,)."""
     states, end = solved.states, int(solved.ends[case])
     if not solved.cloud and states.outcome[end] != Outcome.CONVERGED:
         in_balance = states.closed is None or states.closed[end] or states.outcome[end] == Outcome.GAVE_UP
@@ -76,11 +85,12 @@ def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray)
 
 
 def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int = 0) -> Columns:
-    """The states of cases that the spec keeps; step 0 is the initial configuration.
+    """Columns of the states that the spec keeps; step 0 is the initial configuration.
 
     Parameters
     ----------
-    before : steps of the cases that are told elsewhere.
+    numbers : (c,) numbers of the cases in the study.
+    before : number of loads of the cloud that come before those of `solved`.
     """
     states, names = solved.states, solved.manipulator.cable_names
     steps = np.arange(solved.steps) if chunk.states == "path" else np.array([solved.steps - 1])
@@ -91,7 +101,7 @@ def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int =
     shape = solved.count, len(steps), len(disks)
 
     def kept(values: np.ndarray) -> np.ndarray:
-        """Of every step and disk (c s, n + 1): those of the table, one after the other."""
+        """Values (c s, n + 1) of all steps and disks, reduced to those that are kept, flat."""
         return solved.by_case(values)[:, steps[:, None], disks].ravel()
 
     return {

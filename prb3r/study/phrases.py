@@ -1,4 +1,4 @@
-"""The parts of the sentences about a decision: what is wanted, its bound, its value, how far off it is."""
+"""Phrases for sentences about a decision: names of criteria, their bounds, values and distances from a bound."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,11 +12,11 @@ from prb3r.study.designs import value_in_words
 from prb3r.study.wishes import Criterion, Requirement, plain_text
 
 MOST_NAMED = 6
-"""Up to this many designs of a kind are named."""
+"""Largest number of names that are listed in a sentence."""
 
 
 def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
-    """What a criterion looks at, as the subject of a sentence."""
+    """The number that a criterion bounds or prefers, in words, as the subject of a sentence."""
     if criterion.words:
         return criterion.words
     title = quantity.title[:1].lower() + quantity.title[1:]
@@ -27,13 +27,13 @@ def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
 
 
 def bound_in_words(requirement: Requirement, quantity: Quantity, beside: Sequence[float] = ()) -> str:
-    """What a requirement allows, such as `at most 150 N`, in the unit of the values `beside` it."""
+    """The bound of a requirement, such as `at most 150 N`, in a unit that suits the values `beside` it too."""
     side = "at most" if requirement.at_least is None else "at least"
     return f"{side} {value_in_words(requirement.limit, quantity, beside)}"
 
 
 def listed_names(names: Sequence[str]) -> str:
-    """Names in a sentence; of many the first, and how many more."""
+    """Names as a list in a sentence; of many, the first ones and the number of the others."""
     names = list(names)
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
@@ -41,28 +41,28 @@ def listed_names(names: Sequence[str]) -> str:
 
 
 def capitalised(text: str) -> str:
-    """A sentence with a capital first letter, its other letters kept (units and names)."""
+    """A text with a capital first letter, its other letters unchanged."""
     return text[:1].upper() + text[1:]
 
 
 def weights_in_words(decision: Decision, k: int) -> str:
-    """`40 % of all weights`: those at which design `k` comes first."""
+    """The share of weights at which design `k` comes first, such as `40 % of all weights`."""
     return f"{100 * decision.win_share[k]:.0f} % of all weights"
 
 
 def preference_in_words(decision: Decision, j: int) -> str:
-    """What preference `j` of a decision, counted from 0, looks at, as the subject of a sentence."""
+    """The number of preference `j` (from 0) in words, as the subject of a sentence."""
     return wish_in_words(decision.preferences[j], decision.quantities[len(decision.requirements) + j])
 
 
 def preferred_value_in_words(decision: Decision, k: int, j: int) -> str:
-    """What design `k` is worth by preference `j`, as a number with its unit."""
+    """The number of design `k` by preference `j`, with its unit."""
     c = len(decision.requirements) + j
     return value_in_words(decision.values.iloc[k, j], decision.quantities[c], decision.beside(c))
 
 
 def requirement_in_words(decision: Decision, k: int, r: int) -> str:
-    """Design `k` against requirement `r`: `drive tension is 162 N, at most 150 N allowed (8 % off)`."""
+    """Number of design `k` and bound of requirement `r`: `drive tension is 162 N, at most 150 N allowed (8 % off)`."""
     requirement, quantity, value = decision.requirements[r], decision.quantities[r], decision.bounded[k, r]
     beside = decision.beside(r)
     wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity, beside)
@@ -74,12 +74,12 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
 
 
 def tightest_in_words(decision: Decision, k: int) -> str:
-    """Design `k` against the requirement that it keeps with the least reserve."""
+    """Number of design `k` and bound of the requirement with its smallest margin, as in `requirement_in_words`."""
     return requirement_in_words(decision, k, int(np.argmin(decision.margins[k])))
 
 
 def _distance(margin: float, requirement: Requirement, quantity: Quantity, beside: Sequence[float]) -> str:
-    """`12 % off` or `12 % inside`, of the bound; in its unit where the bound is 0."""
+    """Distance from the bound, such as `12 % off` or `12 % inside`; in the unit of the bound where that is 0."""
     if not np.isfinite(margin):
         return "nothing to go by" if margin < 0 else "far inside"
     side = "off" if margin < 0 else "inside"
@@ -89,7 +89,7 @@ def _distance(margin: float, requirement: Requirement, quantity: Quantity, besid
 
 
 def _circumstance(name: str, value: Any) -> str:
-    """A condition on the cases: the factor with its value or values, or which cables are broken."""
+    """A condition on cases in words: the factor with its value or values, or the broken cables."""
     if name == "broken_cables":
         return "all cables intact" if value == "" else f"cables {value} broken"
     values = value if isinstance(value, list) else [value]

@@ -1,4 +1,4 @@
-"""A study as resolved: what will be computed, under which keys, and where it goes."""
+"""The plan of a study: its checked cases, the keys and items of their results, and the folder that these go to."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -26,28 +26,28 @@ from prb3r.study.selections import selection_problems
 from prb3r.study.spec import Study, load_study
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
-"""Cases of a task at least; tasks of a study at most, so that what a part costs on disk does not count."""
+"""Smallest size of a full chunk, cases, and number of chunks above which they grow, as each part costs disk."""
 MOST_CORNERED = 8
-"""Up to so many searched factors, all corners of their ranges are checked before a search begins."""
+"""Largest number of searched factors for which all corners of their ranges are checked before a search begins."""
 LONG_CHECK = 1000
-"""Cases from which on progress tells how far checking them is."""
+"""Number of cases from which on progress of checking them is reported."""
 
 
 class Progress(Protocol):
-    """Something that hears how a run of a study goes: cases, or the loads of clouds, each of which counts as one."""
+    """A listener to the progress of a study, counted in cases or, where the cases have clouds, in their loads."""
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
-        """A study starts with `done` of its `cases` stored by an earlier run; `what` they are: cases or loads."""
+        """A study starts; of its `cases`, `done` are stored already.  `what` names what is counted: cases or loads."""
 
     def advance(self, cases: int, failed: int) -> None:
-        """So many more cases are computed, `failed` of them without a converged equilibrium."""
+        """`cases` more are done, `failed` of them without a stable equilibrium or with a failed metric."""
 
     def end(self) -> None:
-        """The study is over, whether or not it got to its end."""
+        """The study has ended, whether or not it was completed."""
 
 
 class Silent:
-    """A listener that tells nobody."""
+    """A listener that does nothing."""
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None: ...
 
@@ -58,9 +58,10 @@ class Silent:
 
 @dataclass(frozen=True)
 class Quiet:
-    """Passes on how many cases are stored, of several runs that are told as one."""
+    """A listener to one of several runs that are reported as one: it passes on counts, but no beginning and no end."""
 
     whole: Progress
+    """The listener to all runs together."""
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
         self.whole.advance(done, 0)
@@ -73,14 +74,16 @@ class Quiet:
 
 @dataclass(frozen=True)
 class Plan:
-    """A study as resolved: what will be computed and where it goes."""
+    """A resolved study: its cases, the items to be computed for each, and the folder of the results."""
 
     path: Path
+    """The study file."""
     study: Study
     cases: Cases
     folder: Path
+    """Folder of the results."""
     engine: str = field(default_factory=fingerprint)
-    """Hash of the program text that the tables depend on."""
+    """Hash of the program text, see `fingerprint`; results of another engine are computed anew."""
 
     @cached_property
     def cables(self) -> tuple[str, ...]:
@@ -89,7 +92,7 @@ class Plan:
 
     @cached_property
     def keys(self) -> list[bytes]:
-        """Of each case, in their order, the 16 bytes by which parts know it; they follow from its settings alone."""
+        """The key of each case in the parts, in the order of the cases: 16 bytes, a hash of the settings of a case."""
         keys = [b""] * len(self.cases)
         for family in self.cases.families:
             for number, key in zip(family.numbers.tolist(), family.keys(), strict=True):
@@ -98,7 +101,10 @@ class Plan:
 
     @cached_property
     def items(self) -> list[str]:
-        """What is computed of every case: how its solution went, every metric, and the states if they are kept."""
+        """Names of what is computed for every case: outcome, each metric, and last the states if they are kept.
+
+        An item is the engine and a hash of the settings that its columns depend on.
+        """
         study = self.study
         wanted: list[Any] = ["outcome", *(metric.model_dump() for metric in study.metric)]
         if study.states != "none":
@@ -107,7 +113,7 @@ class Plan:
 
     @cached_property
     def key(self) -> str:
-        """Hash of everything that the tables depend on."""
+        """Hash of everything that the tables of cases and states depend on."""
         factors = {
             name: values.tobytes().hex() if values.dtype == float else values.tolist()
             for name, values in self.cases.factors.items()
@@ -117,7 +123,7 @@ class Plan:
 
     @cached_property
     def first_of_its_key(self) -> np.ndarray:
-        """(cases,) whether no case before is the same but for its label: one of them is computed for all."""
+        """(cases,) whether a case is the first one with its key.  Cases of equal settings are computed once for all."""
         numbers = dict[bytes, int]()
         for number, key in enumerate(self.keys):
             numbers.setdefault(key, number)
@@ -126,21 +132,25 @@ class Plan:
         return first
 
     def missing(self, parts: Parts) -> np.ndarray:
-        """(cases, items) whether an item of a case is not among the parts."""
+        """(cases, items) whether no part holds an item of a case."""
         known = [parts.place(item, self.keys).known for item in self.items]
         return ~np.stack(known, axis=1)
 
     def loads(self, wanted: Any = None) -> int:
-        """Number of what is to be solved: cases, or the loads of their clouds; of all cases or where a mask holds."""
+        """Number of cases, or of the loads of their clouds; of all cases, or of those in the mask `wanted` (cases,)."""
         every = [np.full(len(family), family.loads // len(family)) for family in self.cases.families]
         rows = np.concatenate([family.numbers for family in self.cases.families])
         counts = np.concatenate(every)
         return int(counts.sum() if wanted is None else counts[wanted[rows]].sum())
 
     def chunks(self, missing: np.ndarray) -> list[Chunk]:
-        """Tasks for the items that are missing; cases of one family stay together as far as they can.
+        """Chunks of cases that together compute all missing items; cases of one family stay together where possible.
 
-        Bounds depend on the cases alone, never on the workers.
+        The cases of a chunk lack the same items.  Its bounds depend on the cases alone, never on the number of workers.
+
+        Parameters
+        ----------
+        missing : (cases, items) which items to compute.
         """
         count = int(missing.any(1).sum())
         size = self.study.chunk or max(SMALLEST_CHUNK, -(-count // MOST_CHUNKS))
@@ -156,27 +166,32 @@ class Plan:
 
     @property
     def metric_items(self) -> Iterator[tuple[Metric, str]]:
-        """Each metric with the item that its columns belong to."""
+        """Each metric with the item of its columns."""
         return zip(self.study.metric, self.items[1:], strict=False)
 
     @property
     def states_item(self) -> str | None:
-        """The item of the states, if they are kept."""
+        """The item of the states; None if the study keeps none."""
         return self.items[-1] if self.study.states != "none" else None
 
     @property
     def columns(self) -> set[str]:
-        """All columns of cases and states that plots and comparisons may name."""
+        """Names of all columns of cases and states that plots, comparisons and wishes may name."""
         return known_columns(self.study, self.cables)
 
     @property
     def quantities(self) -> list[Quantity]:
-        """What the columns mean beyond the nomenclature: factors, metrics, comparisons."""
+        """Unit and meaning of the columns of factors, metrics and comparisons."""
         return described(self.study)
 
 
 def plan_study(path: str | Path, output: str | Path = "results", progress: Progress | None = None) -> Plan:
-    """Read and resolve a study.
+    """Read a study file and resolve it to a plan.
+
+    Parameters
+    ----------
+    output : folder within which the results get a folder named after the study.
+    progress : hears of the checking of cases, if there are at least `LONG_CHECK` of them.
 
     Raises
     ------
@@ -204,7 +219,7 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
 
 
 def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterator[Problem]:
-    """What is wrong with plots, fits, comparisons and wishes, with its line, whether or not the cases are in order."""
+    """Problems of plots, fits, comparisons and wishes, with lines; `cases` is None where the cases have problems."""
     try:
         manipulator = cases[0].manipulator() if cases else load_manipulator(path.parent / study.manipulator)
     except SpecError:
@@ -217,8 +232,10 @@ def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterato
 
 
 def _grouped(families: Sequence[Family], wanted: np.ndarray, size: int) -> Iterator[tuple[Family, ...]]:
-    """The cases that `wanted` (cases,) marks by number, in groups of `size`, the last group with the rest; a family
-    that does not fit is cut."""
+    """The cases in the mask `wanted` (cases,), in groups of `size` cases; the last group has the rest.
+
+    A family that does not fit into a group is cut.
+    """
     group: list[Family] = []
     room = size
     for family in families:

@@ -1,4 +1,4 @@
-"""A study file to its cases, or to all that is wrong with them."""
+"""From a study file to its checked cases, or to a list of all problems with them."""
 
 import itertools
 from collections.abc import Callable, Iterator
@@ -22,9 +22,9 @@ from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, with_setting
 
 MAX_PROBLEMS = 20
-"""Problems of cases that are listed; more of them only say the same again."""
+"""Number of different problems after which no more cases are checked."""
 MAX_TOLD = 200
-"""Cases of a family that are asked what is wrong with their loads."""
+"""Largest number of cases of a family whose problems with loads are listed."""
 
 
 def resolve(
@@ -33,16 +33,18 @@ def resolve(
     advance: Callable[[int], None] = lambda cases: None,
     designs: np.ndarray | None = None,
 ) -> Cases:
-    """All cases of a study file; `advance` hears how many more of them are in order.
+    """All cases of a study file, checked.
 
     Parameters
     ----------
-    designs : (n, factors) values of the factors that are searched; absent: the first generation.
+    path : of the study file, to which paths within it are relative.
+    advance : called with the number of cases of each family when they are checked.
+    designs : (n, factors) values of the searched factors; None: the first generation of the search.
 
     Raises
     ------
     SpecError
-        With every problem, by factor and case.
+        With the problems found, each with the first case that has it.
     """
     path = Path(path)
     count = count_cases(study, None if designs is None else len(designs))
@@ -78,12 +80,12 @@ def resolve(
 
 
 def _base(study: Study, manipulator: Manipulator) -> Tree:
-    """The settings that all cases begin with.
+    """The settings that all cases begin with, before any factor is set.
 
     Raises
     ------
     KeyError
-        If a path of the study's own settings leads nowhere.
+        If a path in the study's `set` leads nowhere.
     """
     settings: Tree = {
         "manipulator": manipulator.model_dump(exclude_none=True),
@@ -101,12 +103,12 @@ def _base(study: Study, manipulator: Manipulator) -> Tree:
 
 
 def _reach(path: Path, study: Study) -> Tree:
-    """What is to be followed, with every target; nothing where nothing is.
+    """The entry `reach` of the settings, with every target of the path listed; empty for a study without `[reach]`.
 
     Raises
     ------
     SpecError
-        With everything that is wrong with the table of targets.
+        With every problem of the table of targets.
     """
     if study.reach is None:
         return {}
@@ -124,10 +126,15 @@ def _reach(path: Path, study: Study) -> Tree:
 
 
 def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int, Keys, str]]:
-    """What is wrong with cases whose factors are set, with the row of the case and where the study file asks for it."""
+    """Problems of the cases of a family: row of the case, keys in the study file (empty if none), and words.
+
+    Parameters
+    ----------
+    checked : cache of the last manipulator checked, with its problems, by identity of its settings.
+    """
     settings = family.settings
     part = settings["manipulator"]
-    if id(part) not in checked:  # trees share what they have in common
+    if id(part) not in checked:  # trees share their equal parts
         checked.clear()
         manipulator, wrong = validate(part, Manipulator)
         checked[id(part)] = part, manipulator, [f"manipulator {dotted(keys)} {what}" for keys, what in wrong]
@@ -150,7 +157,7 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
-    """What is wrong with all cases of a family: shapes of its parts, cables, cloud and sweep."""
+    """Problems that all cases of a family share: types of their settings, broken cables, cloud, targets and sweep."""
     lists = {"broken": isinstance(settings["broken"], list), "step": isinstance(settings["step"], list)}
     tables = {"initial": settings["initial"], "sweep": settings["sweep"], "cloud": settings["cloud"]}
     tables |= {f"step.{k}": step for k, step in enumerate(settings["step"], 1)} if lists["step"] else {}
@@ -177,7 +184,7 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
 
 
 def _asked_problems(study: Study, settings: Tree, manipulator: Manipulator) -> Iterator[tuple[Keys, str]]:
-    """What is asked for, and where, that cannot be had of a manipulator and its kind of loads."""
+    """Metrics and disks in the spec that a manipulator or its kind of loads does not allow, with their keys."""
     for number, metric in enumerate(study.metric):
         wrong = list(metric.problems(manipulator, bool(settings["cloud"])))
         if metric.of_paths and not settings["reach"]:
@@ -213,5 +220,6 @@ def _reach_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
 
 
 def _plain_numbers(settings: Tree) -> bool:
+    """Whether all loads of the settings are numbers or arrays of numbers."""
     values = [value for step in load_rows(settings) for value in step.values()]
     return all(isinstance(value, float | int | np.ndarray) and not isinstance(value, bool) for value in values)

@@ -1,9 +1,9 @@
-"""What errors that nobody chooses do to the rigs that are built: quantiles, shares that keep requirements, indices.
+"""Effects of drawn errors on the rigs that are built: quantiles, shares that keep requirements, Sobol indices.
 
-A rig is one sample of the errors; it stands in every circumstance of the study (loads, broken cables).  Which error
-matters is told by Sobol's indices: the share of a metric's variance that an error makes by itself (first order), and
-with all that it does together with others (total); estimates of Saltelli et al., Computer Physics Communications 181
-(2010) 259, and Jansen, ibid. 117 (1999) 35, by scipy, with intervals from resampled rigs.
+A rig is one sample of the errors; it is solved in every circumstance of the study (loads, broken cables).  Sobol's
+indices tell which error matters: the share of a metric's variance that an error makes by itself (first order), and
+including its interactions with other errors (total).  Their estimates are those of Saltelli et al., Computer Physics
+Communications 181 (2010) 259, and Jansen, ibid. 117 (1999) 35, by scipy, with intervals from resampled rigs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,14 +24,15 @@ from prb3r.study.designs import design_names
 from prb3r.study.spec import Study
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+"""Shares of the rigs below the quantiles that are listed."""
 CONFIDENCE = 0.95
-"""Of every interval."""
+"""Confidence of every interval."""
 RESAMPLED, RESAMPLING_SEED = 999, 2010
-"""Times that rigs are drawn again for the intervals of indices, whose ends are then known within a twentieth."""
+"""Number and seed of resamples of the rigs for the intervals of indices, whose ends are known within a twentieth."""
 ALL_REQUIREMENTS = 0
-"""Number of what stands for all requirements together; each by itself is numbered from 1."""
+"""Number in the table of shares that stands for all requirements together; single ones are numbered from 1."""
 TABLES = ("quantiles", "shares", "indices")
-"""What is written beside the table of cases."""
+"""Names of the tables that are written besides the table of cases."""
 COLUMNS = (
     Quantity("metric", "", "", "column of the cases"),
     Quantity("unit", "", "", "unit of mean, sd and quantiles"),
@@ -45,11 +46,12 @@ COLUMNS = (
     Quantity("first_order", "S", "1", "share of the variance that the error makes by itself"),
     Quantity("total", "S_T", "1", "share of the variance that the error makes by itself and together with others"),
 )
+"""Unit and meaning of columns of these tables that the nomenclature lacks."""
 
 
 @dataclass(frozen=True)
 class Rigs:
-    """What errors do, as tables."""
+    """Tables of the effects of errors; empty where a study has nothing to fill them."""
 
     quantiles: pd.DataFrame
     """A row for each setting of the other factors and metric: `metric, unit, rigs, failed, mean, sd, q_0_01, ...`."""
@@ -62,10 +64,10 @@ class Rigs:
 
 
 def rigs_of(study: Study, cases: pd.DataFrame) -> Rigs:
-    """What the errors of a study do to its metrics and comparisons; `cases` are all of them, in their order."""
+    """Effects of the errors of a study on its metrics and comparisons; `cases` is the whole table in its order."""
     fixed = [factor.name for factor in study.factor if factor.name not in {error.name for error in study.errors}]
     blocks = sampled_cases(study, cases)
-    drawn = cases[blocks < 2]  # the others are no independent rigs
+    drawn = cases[blocks < 2]  # the other blocks are mixtures of these two samples
     groups = list(_settings(drawn, fixed))
     quantiles = [given | row for given, part in groups for row in _quantiles(part, metrics_of(study))]
     indices = []
@@ -76,7 +78,7 @@ def rigs_of(study: Study, cases: pd.DataFrame) -> Rigs:
 
 
 def write_rigs(rigs: Rigs | None, folder: Path, provenance: Mapping[str, Any]) -> None:
-    """Write the tables that hold something, and remove those of an earlier run; raises what `write_arrow` raises."""
+    """Write the tables that have rows and remove old files of the others; raises what `write_arrow` raises."""
     for name in TABLES:
         table = pd.DataFrame() if rigs is None else getattr(rigs, name)
         if table.empty:
@@ -87,18 +89,21 @@ def write_rigs(rigs: Rigs | None, folder: Path, provenance: Mapping[str, Any]) -
 
 
 def metrics_of(study: Study) -> list[Quantity]:
-    """The numbers that a study measures or compares, without its factors."""
+    """Columns of the metrics and comparisons of a study."""
     return described(study)[len(study.factor) :]
 
 
 def sampled_cases(study: Study, cases: pd.DataFrame) -> np.ndarray:
-    """(cases,) block of the samples that each case is of; 0 but for the method `saltelli`, see `sampled_points`."""
+    """(cases,) number of the block of samples that each case belongs to; 0 unless the method is `saltelli`.
+
+    See `sampled_points` for the blocks.
+    """
     assert study.sampling is not None
     return cases["case_id"].to_numpy() % sample_count(study) // study.sampling.count
 
 
 def _settings(cases: pd.DataFrame, fixed: Sequence[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Each setting of the factors that are no errors, with its cases."""
+    """Each combination of values of the factors `fixed`, by name, with its cases."""
     if not fixed:
         yield {}, cases
         return
@@ -107,6 +112,7 @@ def _settings(cases: pd.DataFrame, fixed: Sequence[str]) -> Iterator[tuple[dict[
 
 
 def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict[str, Any]]:
+    """Rows of the table of quantiles for each metric, over cases of one setting; infinite values count as failed."""
     for quantity in metrics:
         values = _values(part, quantity.name)
         good = values[np.isfinite(values)]
@@ -119,17 +125,20 @@ def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict
 
 
 def quantile_column(share: float) -> str:
-    """Name of the column of a quantile, such as `q_0_05`."""
+    """Name of the column of the quantile of a share, such as `q_0_05`."""
     return f"q_{share:g}".replace(".", "_")
 
 
 def _values(part: pd.DataFrame, column: str) -> np.ndarray:
-    """Numbers of cases, NaN without a stable equilibrium."""
+    """(cases,) numbers in a column; NaN where the outcome is not `converged`."""
     return part[column].where(part["outcome"] == "converged").to_numpy(float)
 
 
 def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    """Which rigs of each design keep each requirement, asked of every rig by itself over its circumstances."""
+    """Rows of the table of shares: how many rigs of each design keep each requirement, and all of them together.
+
+    The number that a requirement bounds is taken for each rig by itself, over its circumstances.
+    """
     rig = drawn["case_id"].to_numpy() % sample_count(study)
     frame = drawn.assign(design=design_names(drawn, study.design_factors), rig=rig)
     for name, part in frame.groupby("design", sort=False) if study.requirement else ():
@@ -154,7 +163,7 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
 
 def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    """Sobol's indices of every metric, of the cases of one setting."""
+    """Rows of the table of Sobol's indices for every metric, from all cases of one setting of the other factors."""
     assert study.sampling is not None
     count, names = study.sampling.count, [factor.name for factor in study.sampled]
     for quantity in metrics_of(study):
@@ -167,11 +176,11 @@ def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
 
 def sobol_table(blocks: np.ndarray) -> np.ndarray:
-    """(factors, 6) first-order index with its ends, total index with its ends, of one metric.
+    """(factors, 6) first-order index with the ends of its interval, then total index with the ends of its interval.
 
     Parameters
     ----------
-    blocks : (factors + 2, n) its values on the samples A, B and, for each factor, A with that factor's column from B.
+    blocks : (factors + 2, n) values of a metric on the samples A, B and, for each factor, A with its column from B.
     """
     count = blocks.shape[1]
     rng = np.random.default_rng(RESAMPLING_SEED)
@@ -182,15 +191,14 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 
 
 def _sobol(blocks: np.ndarray) -> np.ndarray:
-    """(2, factors) first-order and total indices of a metric, from its values on the samples A, B and, for each factor,
-    A with that column of B (factors + 2, n)."""
+    """(2, factors) first-order and total indices from the values `blocks` of a metric, see `sobol_table`."""
     evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
     indices = scipy.stats.sobol_indices(func=evaluated, n=blocks.shape[1])
     return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])
 
 
 def share_sentences(rigs: Rigs) -> list[str]:
-    """Of each design how many of its rigs keep every requirement."""
+    """A sentence for each design: the share of its rigs that keeps every requirement; none without requirements."""
     if rigs.shares.empty:
         return []
     together = rigs.shares[rigs.shares["requirement"] == ALL_REQUIREMENTS]

@@ -1,7 +1,7 @@
-"""Run a study: cases to workers, parts to tables, everything that varies to the manifest.
+"""Runs a study: workers compute cases into parts, parts become tables, and the manifest holds what varies between runs.
 
-A run resumes by case: what is computed is kept under what it was computed from (the case, the metric, what is kept of
-its states, and the program text of the engine), so that only what is new is computed, in an unchanged study nothing.
+A run resumes by case: results are stored under a hash of what they depend on (the case, the metric, which states are
+kept, and the program text of the engine), so that only new ones are computed, and nothing in an unchanged study.
 """
 
 import contextlib
@@ -34,27 +34,28 @@ from prb3r.study.work import solve_task, tasks_of
 
 @dataclass(frozen=True)
 class Options:
-    """How a study is run and where its results go; what is run says the study."""
+    """How a study is run and where its results go."""
 
     output: Path = Path("results")
+    """Folder in which each study has a folder of its own."""
     workers: Workers = field(default_factory=Workers)
     fresh: bool = False
-    """Compute everything anew."""
+    """Compute everything anew, without stored results."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """A finished study: its table of cases, and what its manifest says."""
+    """A finished study: its plan, its table of cases, and its manifest."""
 
     plan: Plan
     cases: pd.DataFrame
     manifest: dict[str, Any]
     computed: int
-    """Cases computed in this run; the others were there already."""
+    """Number of cases computed in this run; the others were stored already."""
 
     @property
     def folder(self) -> Path:
-        """The folder of the study's results: its tables, manifest, figures and report, as the plan says."""
+        """Folder of the study's results: tables, manifest, figures and report."""
         return self.plan.folder
 
     @property
@@ -64,24 +65,24 @@ class Result:
 
     @cached_property
     def rigs(self) -> Rigs | None:
-        """What the errors of the study do, if it has any."""
+        """Effects of the errors on the rigs that are built; None for a study without drawn errors."""
         return rigs_of(self.plan.study, self.cases) if self.plan.study.errors else None
 
     def states(self) -> pd.DataFrame | None:
-        """The table of states, if the spec keeps any."""
+        """The table of states, read from disk; None if the study keeps none."""
         path = self.folder / "states.parquet"
         return read_arrow(path).to_pandas() if self.plan.study.states != "none" else None
 
 
 def solve_study(path: str | Path, options: Options | None = None, progress: Progress | None = None) -> Result:
-    """Run one study file; tables and manifest are in `<output>/<name>` when it returns.
+    """Run one study file and write its tables and manifest into `<output>/<name>`.
 
     Raises
     ------
     SpecError
         Before any work, for anything wrong with the input.
     EngineError
-        If workers or disk fail; what is already computed stays and the next run goes on from there.
+        If workers or disk fail; results computed so far stay, and the next run goes on from there.
     """
     options, progress = options or Options(), progress or Silent()
     plan = plan_study(path, options.output, progress)
@@ -91,7 +92,7 @@ def solve_study(path: str | Path, options: Options | None = None, progress: Prog
 
 @contextlib.contextmanager
 def writing(plan: Plan) -> Iterator[None]:
-    """Keep the folder of a study to this process.
+    """Lock the results folder of a study for this process, and clear temporary files that killed runs have left.
 
     Raises
     ------
@@ -108,7 +109,7 @@ def writing(plan: Plan) -> Iterator[None]:
 
 
 def refuse_other_spec(plan: Plan) -> None:
-    """Raise SpecError if the folder holds the results of another study file that has the same name still."""
+    """Raise SpecError if the folder holds results of another study file, which exists and still has the same name."""
     before = read_manifest(plan.folder) or {}
     if not isinstance(before.get("file"), str):
         return
@@ -122,7 +123,7 @@ def refuse_other_spec(plan: Plan) -> None:
 
 
 def execute(plan: Plan, options: Options, progress: Progress) -> Result:
-    """Run a resolved study in a folder that is kept to this process; see :func:`solve_study`."""
+    """Run a resolved study whose folder this process has locked by :func:`writing`; see :func:`solve_study`."""
     started = time.perf_counter()
     before = read_manifest(plan.folder)
     parts = Parts(plan.folder)
@@ -167,7 +168,10 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
 
 
 def forecast(plan: Plan) -> tuple[float, int]:
-    """Seconds of one core that are still to be spent, from a few cases solved here, and the number of stored cases."""
+    """Estimate of the computing time still to be spent, s on one core, and the number of cases that are stored.
+
+    The estimate comes from up to four cases or blocks of a cloud, solved in this process.
+    """
     missing = plan.missing(Parts(plan.folder))
     waiting = missing.any(1)
     if not waiting.any():

@@ -1,10 +1,11 @@
-"""Which designs to try next: differential evolution toward the best design, and along the Pareto front.
+"""The search for the best design and along the Pareto front, by differential evolution.
 
-Designs that keep the requirements come before those that break one, and of these the less they break (Deb, Computer
-Methods in Applied Mechanics and Engineering 186, 2000, 311).  Several preferences are one number by the augmented
-Chebyshev distance from the best of each (Steuer and Choo, Mathematical Programming 26, 1983, 326), which finds concave
-parts of a front too: once with the study's own weights, then with weights spread over all directions.  Every direction
-begins with the best that the ones before have tried (Storn and Price, Journal of Global Optimization 11, 1997, 341).
+Designs that keep the requirements cost less than those that break one; among the latter, the cost grows with what they
+break (Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000, 311).  Several preferences become one cost
+by the augmented Chebyshev distance from the best value of each (Steuer and Choo, Mathematical Programming 26, 1983,
+326), which finds concave parts of a front too: first with the study's own weights, then with weights spread over all
+directions.  Differential evolution (Storn and Price, Journal of Global Optimization 11, 1997, 341) in each direction
+starts from designs tried before: half of them are the best ones, the other half is drawn from the rest.
 """
 
 import itertools
@@ -19,40 +20,49 @@ from prb3r.study.factors import Factor
 from prb3r.study.spec import Study
 
 BROKEN = 1e6
-"""Added to the cost of a design that breaks a requirement: more than any that keeps them can cost."""
+"""Added to the cost of a design that breaks a requirement: more than any design that keeps all of them costs."""
 NO_VALUE = 1e3
-"""What counts as broken, or as distance from the best, where a design has no value: beyond all that have one."""
+"""Broken share of a requirement, or distance from the best, of a design without a value; larger ones count as this."""
 AUGMENTED = 0.05
-"""Weight of the sum of all distances beside the largest, which tells designs apart that share the largest: Steuer and
-Choo take 0.001 to 0.01 of a problem with exact optima; more settles the search sooner."""
+"""Weight of the sum of all distances beside the largest one; it tells apart designs that share the largest distance.
+
+Steuer and Choo take 0.001 to 0.01 for problems with exact optima; more makes the search converge sooner."""
 LEAST_WEIGHT = 0.02
-"""No preference is left out of a direction, or designs would be found that waste it for nothing."""
+"""Smallest weight of a preference in a direction, before scaling: at 0, designs would give it up for nothing."""
 DIRECTIONS = {1: 1, 2: 4, 3: 2}
-"""Parts that each weight is divided into, by the number of preferences; of more, directions have one or all of them."""
+"""Steps from 0 to 1 of the lattice of weights, by the number of preferences.
+
+With more preferences, each direction weights one of them, and a last one all of them equally."""
 LEFT_AT = 1e-3
-"""Spread of a generation's costs, of their mean, at which a direction is left."""
+"""Standard deviation of a generation's costs, relative to their mean, below which a direction is finished."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What designs are worth."""
+    """How well `n` designs meet `r` requirements and `p` preferences."""
 
     margins: np.ndarray
-    """(n, r) how far inside each requirement, as a share of its bound; -inf without a value."""
+    """(n, r) distance inside each requirement as a share of its bound, negative outside; -inf without a value."""
     scores: np.ndarray
-    """(n, p) by each preference, more is better; -inf without a value."""
+    """(n, p) value by each preference, signed so that more is better; -inf without a value."""
 
     def rows(self, which: np.ndarray) -> "Judged":
-        """What the designs in some rows are worth."""
+        """Margins and scores of the designs at some rows."""
         return Judged(self.margins[which], self.scores[which])
 
     @property
     def broken(self) -> np.ndarray:
-        """(n,) sum of what is broken of the requirements; 0 where all are kept."""
+        """(n,) sum over the requirements of the distance outside the bound; 0 where all are kept."""
         return np.minimum(np.maximum(-self.margins, 0.0), NO_VALUE).sum(1)
 
     def cost(self, weights: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(n,) less is better: by the `weights` (p,) and the worst and best of each preference to measure by."""
+        """(n,) cost of each design, less is better; without preferences, minus the smallest margin.
+
+        Parameters
+        ----------
+        weights : (p,) of the preferences.
+        low, high : (p,) scores at distance 1 and 0 from the best.
+        """
         if not self.scores.shape[1]:  # the largest reserve
             reserve = np.maximum(self.margins.min(1, initial=np.inf), -NO_VALUE)
             return np.where(self.broken > 0, BROKEN + self.broken, -reserve)
@@ -62,16 +72,16 @@ class Judged:
 
 @dataclass
 class Tried:
-    """Designs that have been tried, in their order, and what they are worth."""
+    """The designs tried so far, in their order, with their margins and scores."""
 
     judge: Callable[[np.ndarray], Judged]
-    """What (n, f) designs are worth that have not been tried before."""
+    """Solves and judges designs (n, f) that have not been tried before."""
     most: int
-    """So many are tried."""
+    """Largest number of designs to try."""
     place: dict[tuple[float, ...], int] = field(default_factory=dict)
-    """Number of each design that was tried, by its values."""
+    """Row of each design tried, by its values."""
     judged: list[Judged] = field(default_factory=list)
-    """What the designs of each call of `judge` are worth, in their order."""
+    """The answers of `judge`, one for each call."""
 
     def __len__(self) -> int:
         return len(self.place)
@@ -83,13 +93,13 @@ class Tried:
 
     @property
     def worth(self) -> Judged:
-        """What every design tried is worth, in the order of `designs`."""
+        """Margins and scores of every design tried, in the order of `designs`."""
         return Judged(
             *(np.concatenate([getattr(part, name) for part in self.judged]) for name in ("margins", "scores"))
         )
 
     def ask(self, designs: np.ndarray) -> np.ndarray:
-        """(n,) place of each design; those that are new are tried, as far as there is room; -1 of what is not."""
+        """(n,) row of each design (n, f) among those tried; new designs are tried up to `most`, the others get -1."""
         new = [row for row in dict.fromkeys(map(tuple, designs.tolist())) if row not in self.place]
         new = new[: self.most - len(self)]
         if new:
@@ -99,11 +109,11 @@ class Tried:
 
 
 def searched_designs(study: Study, judge: Callable[[np.ndarray], Judged]) -> np.ndarray:
-    """(n, factors) every design that the search of a study has tried, in their order; the same for the same study.
+    """(n, factors) all designs that the search of a study tries, in their order; equal for equal studies.
 
     Parameters
     ----------
-    judge : what (n, factors) designs are worth.
+    judge : solves and judges designs (n, factors).
     """
     assert study.search is not None
     tried = Tried(judge, study.search.designs)
@@ -117,7 +127,7 @@ def searched_designs(study: Study, judge: Callable[[np.ndarray], Judged]) -> np.
 
 
 def directions(weights: np.ndarray) -> np.ndarray:
-    """(k, p) weights of sum 1 to look for the front by: the given ones first, then a lattice over all."""
+    """(k, p) weights of sum 1 to search the front with: the given ones (p,) first, then a lattice over all."""
     count = len(weights)
     if not count:
         return np.ones((1, 0))
@@ -132,7 +142,7 @@ def directions(weights: np.ndarray) -> np.ndarray:
 
 
 def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Generator, most: int) -> None:
-    """Try designs in one direction until they no longer differ, or `most` have been tried in all."""
+    """Try designs at the `weights` (p,) of a direction until costs hardly differ, or `most` are tried in total."""
     assert study.search is not None
     factors = study.searched
     scores = tried.worth.scores
@@ -142,7 +152,7 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
     low, high = (pick(np.where(empty, 0.0, known), axis=0) for pick in (np.nanmin, np.nanmax))
 
     def costs(x: np.ndarray) -> np.ndarray:
-        """(n,) cost of each column of `x` (factors, n), from 0 to 1; of what there is no room for, the most."""
+        """(n,) costs at coordinates `x` (factors, n), see `_coordinates`; the highest cost for designs not tried."""
         place = tried.ask(_designs(factors, x.T))
         worth = tried.worth.rows(place).cost(weights, low, high)
         return np.where(place >= 0, worth, 2 * BROKEN * NO_VALUE)  # no room left to try it
@@ -169,13 +179,13 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
 
 
 def _ends(factor: Factor) -> tuple[float, float]:
-    """Ends of a coordinate: the factor itself, or the number of its step."""
+    """Bounds of the coordinate of a factor: its low and high, or 0 and its number of steps if it has steps."""
     assert factor.range is not None
     return (0.0, float(factor.range.steps)) if factor.range.steps else (factor.range.low, factor.range.high)
 
 
 def _designs(factors: list[Factor], x: np.ndarray) -> np.ndarray:
-    """(n, factors) values of the factors, to five digits, at coordinates (n, factors), rounded to whole steps."""
+    """(n, factors) designs at coordinates `x` (n, factors), to five digits; coordinates of steps are rounded."""
     columns = []
     for factor, column in zip(factors, x.T, strict=True):
         ends = factor.range
@@ -185,7 +195,7 @@ def _designs(factors: list[Factor], x: np.ndarray) -> np.ndarray:
 
 
 def _coordinates(factors: list[Factor], design: np.ndarray) -> np.ndarray:
-    """(factors,) coordinates of a design's values: the number of the step, or the value within its range."""
+    """(factors,) coordinates of a design (factors,): for each factor the number of its step, or its value."""
     along = []
     for factor, value in zip(factors, design, strict=True):
         ends = factor.range

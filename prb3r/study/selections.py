@@ -1,4 +1,4 @@
-"""Whether the cases that plots, fits, comparisons and wishes pick by factors are there at all."""
+"""Checks that plots, fits, comparisons and wishes select at least one case by values of factors."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -14,7 +14,10 @@ from prb3r.study.spec import Study
 
 
 def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
-    """Selections that no case has the factor values of; what metrics give is not known before cases are solved."""
+    """Problems of selections whose values of factors and broken cables no case has, with their keys in the spec.
+
+    Conditions on metrics and searched factors are not checked, as their values are not known before cases are solved.
+    """
     selections = list(_selections(study))
     searched = {factor.name for factor in study.searched}
     names = {name for _, where in selections for name in where} - searched
@@ -32,7 +35,7 @@ def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]
 
 
 def _selections(study: Study) -> Iterator[tuple[Keys, Mapping[str, Any]]]:
-    """Every selection of cases, with its place in the spec."""
+    """Every selection of cases, as values by column, with its keys in the spec."""
     for number, plot in enumerate(study.plot):
         yield ("plot", number), plot.where
         yield ("plot", number), plot.behind

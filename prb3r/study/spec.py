@@ -83,7 +83,7 @@ class Study(Strict):
     """Also measure the time per equilibrium of each model; it goes into manifest and summary, never into tables."""
 
     def __repr__(self) -> str:
-        """Its name, and the names of its factors, metrics and plots."""
+        """The name of the study and the names of its factors, metrics and plots, in one line."""
         parts = {
             "factors": [factor.name for factor in self.factor],
             "metrics": [metric.kind for metric in self.metric],
@@ -99,9 +99,10 @@ class Study(Strict):
 
     @property
     def design_factors(self) -> list[str]:
-        """The factors that tell designs apart: those of `[designs]`, or else all choices that change the manipulator.
+        """Names of the factors that tell designs apart: those of `[designs]`, or else all that change the manipulator.
 
-        None of a study whose factors are errors and loads alone: it is about one design.
+        Errors and named alternatives (levels) are left out of the latter.  The list is empty for a study of one design,
+        whose factors are errors and loads alone.
         """
         if self.designs is not None:
             return self.designs.factors
@@ -109,12 +110,12 @@ class Study(Strict):
 
     @property
     def errors(self) -> list[Factor]:
-        """The factors that nobody chooses, which are drawn: errors of rigs, or scatter."""
+        """The factors that nobody chooses and that are drawn from a distribution: errors of rigs, or scatter."""
         return [factor for factor in self.factor if factor.is_error and factor.drawn is not None]
 
     @property
     def searched(self) -> list[Factor]:
-        """The factors between whose ends the best design is searched."""
+        """The factors whose ranges `[search]` searches for the best design; none without `[search]`."""
         return [factor for factor in self.factor if self.search is not None and factor.range and not factor.is_error]
 
     @property
@@ -125,7 +126,7 @@ class Study(Strict):
 
     @property
     def kept(self) -> KeptTables:
-        """What it has for its plots beside the table of cases."""
+        """What the study keeps for its plots besides the table of cases."""
         return KeptTables(
             states=self.states,
             disks=None if self.state_disks is None else tuple(self.state_disks),
@@ -136,12 +137,12 @@ class Study(Strict):
 
     @property
     def decides(self) -> bool:
-        """Whether it says which of several designs to build."""
+        """Whether the study decides between several designs: it has wishes and factors that tell designs apart."""
         return self.wishes.given and bool(self.design_factors)
 
     @property
     def wishes(self) -> Wishes:
-        """Designs, requirements and preferences of the study as one object, as a file of wishes alone gives it too."""
+        """Designs, requirements and preferences of the study as one object, the same as a file of wishes gives."""
         return Wishes(designs=self.designs, requirement=self.requirement, preference=self.preference)
 
     @model_validator(mode="after")
@@ -178,6 +179,7 @@ class Study(Strict):
         return self
 
     def _search_problems(self) -> list[str]:
+        """What is wrong with `[search]` and the factors that it searches."""
         if self.search is None:
             return []
         problems = [] if self.searched else ["[search] needs factors with a range to search"]

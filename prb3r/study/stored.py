@@ -1,7 +1,7 @@
-"""Tasks whose results workers put on the disk themselves, where they see the folder of the study's parts.
+"""Tasks whose results the workers write to disk themselves, if they see the folder of the study's parts.
 
-What comes back to the one process that gathers is then a number of rows; tables do not pass through it, nor through the
-scheduler of a cluster.  A worker that does not see the folder, or cannot write there, hands its tables over instead.
+Only a number of rows then comes back to the gathering process; tables pass neither through it nor through the scheduler
+of a cluster.  A worker that does not see the folder, or cannot write there, returns its tables instead.
 """
 
 import contextlib
@@ -21,26 +21,27 @@ from prb3r.study.cloud import CloudBlock, SolvedCloudBlock
 from prb3r.study.work import StudyTask, solve_task
 
 MARK = "seen-{}.tmp"
-"""Name of the file by which workers know the folder."""
+"""Name of the marker file by which workers recognise the folder."""
 
 
 @dataclass(frozen=True)
 class Storage:
-    """The folder of a study's parts, as this run's workers may know it."""
+    """The folder of a study's parts with a marker file by which the workers of this run recognise it."""
 
     home: Path
+    """Absolute path of the folder."""
     mark: str
-    """Name of a file that this run has put there."""
+    """Name of the marker file, which this run has made there."""
 
     @property
     def seen(self) -> bool:
-        """Whether this process sees it, and not another folder of that name."""
+        """Whether this process sees the folder, rather than none or another one at the same path."""
         return (self.home / self.mark).exists()
 
 
 @contextlib.contextmanager
 def storage(home: Path) -> Iterator[Storage]:
-    """Let workers know the folder `home`, which exists, as long as the context lasts."""
+    """The existing folder `home` with a marker file, which is removed at the end of the context."""
     place = Storage(home.resolve(), MARK.format(secrets.token_hex(8)))
     (place.home / place.mark).touch()
     try:
@@ -52,35 +53,39 @@ def storage(home: Path) -> Iterator[Storage]:
 
 @dataclass(frozen=True)
 class StoredTask:
-    """A task and the part that its results become, or become a block of."""
+    """A task whose results the worker writes to disk, and the name of the part that they belong to."""
 
     task: StudyTask
     storage: Storage
     stem: str
     """Name of the part."""
     with_states: bool
+    """Whether states are kept."""
 
     @property
     def numbers(self) -> np.ndarray:
-        """(cases,) numbers of the task's cases in the study, ascending; of a block of a cloud, its case."""
+        """(cases,) numbers of the task's cases in the study, ascending; for a block of a cloud, of its case."""
         return (self.task.chunk if isinstance(self.task, CloudBlock) else self.task).numbers
 
     def single(self) -> Sequence["StoredTask | StudyTask"]:
-        """What it is split into where it fails; the tables of these are handed over."""
+        """The tasks that this one is split into when it fails, whose tables are returned; itself if it has one case."""
         parts = self.task.single()
         return parts if len(parts) > 1 else [self]
 
 
 @dataclass(frozen=True)
 class Stored:
-    """What comes back of a task whose results are on the disk."""
+    """The value returned for a task whose results are on disk."""
 
     rows: int
-    """Of states."""
+    """Number of rows of states."""
 
 
 def solve_and_store(task: StoredTask | StudyTask) -> tuple[Columns, Columns] | SolvedCloudBlock | Stored:
-    """Solve a task and put what comes of it on the disk, or return it as `solve_task` does."""
+    """Solve a task and write its results to disk, or return them as `solve_task` does.
+
+    They are returned if the task is no `StoredTask`, or if this process does not see the folder or cannot write there.
+    """
     if not isinstance(task, StoredTask):
         return solve_task(task)
     solved = solve_task(task.task)
@@ -88,11 +93,12 @@ def solve_and_store(task: StoredTask | StudyTask) -> tuple[Columns, Columns] | S
         return solved
     try:
         return _put(task, solved)
-    except EngineError:  # the process that gathers says so, if it cannot write either
+    except EngineError:  # the gathering process reports it if it cannot write either
         return solved
 
 
 def _put(task: StoredTask, solved: tuple[Columns, Columns] | SolvedCloudBlock) -> Stored:
+    """Write the results of a task: first its block of states, then its other columns as pending."""
     home, number = task.storage.home, _number(task.task)
     if isinstance(solved, SolvedCloudBlock):
         known, states = solved.loads, solved.states
@@ -108,12 +114,12 @@ def _put(task: StoredTask, solved: tuple[Columns, Columns] | SolvedCloudBlock) -
 
 
 def fetched(task: StoredTask) -> Columns:
-    """What a worker has put on the disk beside states: columns of loads, or of cases with their numbers of states.
+    """The columns besides states that a worker has written for a task: of loads, or of cases and their `COUNT`.
 
     Raises
     ------
     EngineError
-        If it is not there.
+        If they are missing or damaged.
     """
     kept = read_pending(task.storage.home, task.stem, _number(task.task), states=False)
     if kept is None:
@@ -123,4 +129,5 @@ def fetched(task: StoredTask) -> Columns:
 
 
 def _number(task: Chunk | CloudBlock) -> int:
+    """Number of the block of states that a task gives; 0 for a chunk."""
     return task.number if isinstance(task, CloudBlock) else 0

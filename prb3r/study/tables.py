@@ -1,4 +1,4 @@
-"""From parts to the tables of a study: every case in its order, whatever run or study it was computed in."""
+"""The tables of a study, made from parts: all cases in order, whichever run or study computed them."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,8 +17,11 @@ from prb3r.study.plan import Plan
 
 
 def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
-    """The table of cases in their order, from the parts that hold them all: number, factors, outcome, reason and
-    metrics, still without comparisons. A case fails where one of its metrics does."""
+    """The table of cases in their order, from parts that hold all of them, still without comparisons.
+
+    Its columns are number, factors, broken cables, outcome, reason, numbers of the solution, and metrics.  A case with
+    a failed metric gets the outcome `failed`.
+    """
     known = parts.place(plan.items[0], plan.keys)
     blank = blank_columns(np.zeros(0, np.int64), (), "", "")
     columns = {name: gathered(parts, known, name) for name in blank if name != "case_id"}
@@ -32,14 +35,14 @@ def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
 
 
 def tabulated(plan: Plan, parts: Parts) -> pd.DataFrame:
-    """The table of cases, all of which are among the parts, with comparisons."""
+    """The table of cases with comparisons, from parts that hold all cases."""
     relative = any(comparison.relative_to_length for comparison in plan.study.comparison)
     lengths = straight_lengths(plan.cases.families) if relative else {}
     return with_comparisons(cases_frame(plan, parts), plan.study, lengths)
 
 
 def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
-    """Straight length of the manipulator of every case, m, by number of the case."""
+    """Straight length of the manipulator of each case, m, by number of the case."""
     lengths: dict[int, float] = {}
     for family in families:
         lengths |= dict.fromkeys(family.numbers.tolist(), family.manipulator().chain().length)
@@ -47,7 +50,7 @@ def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
 
 
 def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
-    """Computed columns with those that tell a case from the others: number, factors, broken cables."""
+    """Computed columns, which include `case_id`, with columns of factors and broken cables put before them."""
     broken = np.empty(len(cases), object)
     for family in cases.families:
         broken[family.numbers] = ",".join(family.settings["broken"])
@@ -58,9 +61,9 @@ def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
 
 
 def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, Any]) -> None:
-    """Write the table of states.
+    """Write the table of states to `path`; raises what `replaced` raises.
 
-    Row groups are cut at fixed rows, so that the bytes depend on the rows alone.  Raises what `replaced` raises.
+    Row groups are cut at fixed rows, so that the bytes of the file depend on the rows alone.
     """
     place = parts.place(plan.items[-1], plan.keys)
     ends = np.cumsum(state_counts(parts, place))
@@ -73,7 +76,7 @@ def write_states(plan: Plan, parts: Parts, path: Path, provenance: Mapping[str, 
 
 
 def _states(plan: Plan, parts: Parts, place: Kept, ends: np.ndarray, rows: slice) -> dict[str, np.ndarray]:
-    """Some rows of the table of states; those of a case end at its `ends`."""
+    """Columns of some rows of the table of states; `ends` (cases,) is the row after the last state of each case."""
     case, part, row = rows_of_states(parts, place, ends, rows)
     columns = state_columns(plan.cables) | {"case_id": case}
     names = [name for name in columns if name != "case_id"]

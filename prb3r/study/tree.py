@@ -1,7 +1,7 @@
-"""The plain tree of settings of a case, and the paths by which factors reach into it.
+"""The tree of plain values that describes a case, and the paths by which factors set values in it.
 
-Trees share what they have in common: a changed tree holds new containers along the path and the old ones elsewhere, so
-that a great many cases take little more room than what tells them apart.
+A changed tree has new containers along the path and shares all others with the old tree, so that many cases take little
+more memory than the values in which they differ.
 """
 
 from typing import Any
@@ -9,17 +9,18 @@ from typing import Any
 from prb3r.errors import did_you_mean
 
 Tree = dict[str, Any]
+"""Nested dicts and lists of plain values."""
 LOAD_PARTS = ("initial", "step", "sweep", "cloud", "reach", "broken")
-"""Parts of a case beside its manipulator; every other path leads into the manipulator."""
+"""Entries of the tree besides `manipulator`; a path that begins with none of them leads into the manipulator."""
 
 
 def with_setting(settings: Tree, path: str, value: Any) -> Tree:
-    """The settings with `value` at `path`.
+    """A copy of the settings with `value` at `path`; the given settings stay as they are.
 
     Raises
     ------
     KeyError
-        If the path leads nowhere.
+        If the path leads to no place in the settings.
     """
     return _replaced(settings, _parts(path), value, path)
 
@@ -30,7 +31,7 @@ def setting_at(settings: Tree, path: str) -> Any:
     Raises
     ------
     KeyError
-        If there is none.
+        If there is no value at `path`.
     """
     *before, last = _parts(path)
     tree: Any = settings
@@ -43,11 +44,13 @@ def setting_at(settings: Tree, path: str) -> Any:
 
 
 def _parts(path: str) -> list[str]:
+    """The keys along a path, beginning with an entry of the tree: `manipulator` or one of `LOAD_PARTS`."""
     parts = path.removeprefix("manipulator.").split(".")
     return parts if parts[0] in LOAD_PARTS else ["manipulator", *parts]
 
 
 def _replaced(tree: Any, parts: list[str], value: Any, path: str) -> Any:
+    """A copy of `tree` with `value` at `parts`; `path` is the whole path, for messages."""
     container, key = _enter(tree, parts[0], path)
     new = _replaced(_inner(tree, parts[0], path), parts[1:], value, path) if len(parts) > 1 else value
     if isinstance(container, dict):
@@ -56,7 +59,7 @@ def _replaced(tree: Any, parts: list[str], value: Any, path: str) -> Any:
 
 
 def _inner(tree: Any, part: str, path: str) -> Any:
-    """What `part` of a path leads to in `tree`; raises KeyError, with the nearest name, where there is nothing."""
+    """The value at `part` of a path in `tree`; raises KeyError, with the nearest name, where there is none."""
     container, key = _enter(tree, part, path)
     if isinstance(container, dict) and key not in container:
         raise KeyError(f"path {path!r}: there is no {part!r}{did_you_mean(part, container)}")
@@ -64,7 +67,10 @@ def _inner(tree: Any, part: str, path: str) -> Any:
 
 
 def _enter(tree: Any, part: str, path: str) -> tuple[Any, Any]:
-    """Container and key for a part of a path: segments and steps by number from 1, cables by name."""
+    """Container and key for a part of a path in `tree`: segments and steps by number from 1, cables by name.
+
+    A key of a dict need not exist yet.  Raises KeyError for a cable or number that does not exist, or a plain value.
+    """
     if isinstance(tree, dict):
         return tree, part
     if not isinstance(tree, list):

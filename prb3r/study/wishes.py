@@ -1,4 +1,4 @@
-"""What is wanted of a design: requirements it must meet and preferences by which those that do are ranked."""
+"""Spec of requirements that designs must keep, and of preferences that rank the designs which keep them."""
 
 from abc import ABC, abstractmethod
 from pathlib import Path
@@ -13,6 +13,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.manipulator import Strict
 
 Scalar = float | int | str | bool
+"""A value of a factor or a column."""
 
 
 class Criterion(Strict, ABC):
@@ -38,12 +39,12 @@ class Criterion(Strict, ABC):
     @property
     @abstractmethod
     def sign(self) -> float:
-        """+1 where more is better, -1 where less is."""
+        """+1 where more is better, -1 where less is better."""
 
     def value(self, values: np.ndarray) -> float:
-        """The number of a design from `values` (cases,) of its column.
+        """The number of a design from the `values` (cases,) of its column, NaN being cases without a value.
 
-        A case without a value counts as infinitely bad; NaN without any case.
+        A case without a value counts as infinitely bad.  The result is NaN if there are no cases.
         """
         if not len(values):
             return np.nan
@@ -76,11 +77,14 @@ class Requirement(Criterion):
 
     @property
     def limit(self) -> float:
-        """The value that bounds, whichever side it is on."""
+        """The bound, `at_least` or `at_most`."""
         return self.at_most if self.at_least is None else self.at_least  # type: ignore[return-value]
 
     def margin(self, value: float) -> float:
-        """How far `value` is inside the bound (negative: outside), as a share of the bound; of 0, in its own unit."""
+        """Distance of `value` inside the bound (negative: outside), as a share of the bound, or in its unit if it is 0.
+
+        -inf where `value` is NaN.
+        """
         if np.isnan(value):
             return -np.inf
         return self.sign * (value - self.limit) / (abs(self.limit) or 1.0)
@@ -118,12 +122,12 @@ class Wishes(Strict):
 
     @property
     def placed(self) -> list[tuple[tuple[str, int], Criterion]]:
-        """Everything that is wanted and its place in a file: `requirement` or `preference`, number from 0."""
+        """Requirements, then preferences, with their keys in the file: `requirement` or `preference`, number from 0."""
         return [((key, k), wish) for key in ("requirement", "preference") for k, wish in enumerate(getattr(self, key))]
 
     @property
     def given(self) -> bool:
-        """Whether there is a requirement or a preference, so that designs can be decided between."""
+        """Whether there is any requirement or preference."""
         return bool(self.requirement or self.preference)
 
 
@@ -133,7 +137,7 @@ def load_wishes(path: str | Path) -> Wishes:
     Raises
     ------
     SpecError
-        With every problem of the file and its line, or if it says nothing.
+        With every problem of the file and its line, or if the file has no requirement, preference or designs.
     """
     wishes = read_toml(path, Wishes)
     if not wishes.given and wishes.designs is None:
@@ -142,5 +146,5 @@ def load_wishes(path: str | Path) -> Wishes:
 
 
 def plain_text(value: Any) -> str:
-    """A value of a factor as text: numbers to six digits."""
+    """A value of a factor as text, numbers with six digits."""
     return f"{value:.6g}" if isinstance(value, (int, float)) else str(value)

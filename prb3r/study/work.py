@@ -1,4 +1,4 @@
-"""What a worker does: solve and measure the cases of one chunk.  A case that fails is a row, not an exception."""
+"""The work of a worker: solve and measure the cases of one task.  A case that fails becomes a row with its reason."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -23,11 +23,14 @@ from prb3r.study.tree import Tree
 from prb3r.study.workspace import MOST_DISKS
 
 StudyTask = Chunk | CloudBlock
-"""What one worker does at a time."""
+"""A task for one worker: cases, or a block of the loads of a cloud."""
 
 
 def tasks_of(chunk: Chunk) -> list[StudyTask]:
-    """The tasks of a chunk: itself, or the blocks of clouds that have several of them, cloud after cloud."""
+    """The tasks of a chunk: the chunk itself, or if a cloud in it has several blocks, the blocks of all its clouds.
+
+    Cases without a cloud then are chunks of their own.
+    """
     if not any(family.settings["cloud"] for family in chunk.families):
         return [chunk]
     parts = [blocks(case) if case.families[0].settings["cloud"] else [case] for case in chunk.single()]
@@ -35,12 +38,12 @@ def tasks_of(chunk: Chunk) -> list[StudyTask]:
 
 
 def solve_task(task: StudyTask) -> tuple[Columns, Columns] | SolvedCloudBlock:
-    """What comes of a task: columns of cases and states, or of loads."""
+    """The results of a task: columns of its cases and of their states, or the loads of a block of a cloud."""
     return solve_cloud_block(task) if isinstance(task, CloudBlock) else solve_chunk(task)
 
 
 def solve_chunk(chunk: Chunk) -> tuple[Columns, Columns]:
-    """Columns of the cases, in their order, and of the states that are kept."""
+    """Columns of the cases of a chunk, in the order of their numbers, and of the states that are kept."""
     tables = [table for family in chunk.families for table in _family_tables(family, chunk)]
     cases, states = (_joined(kind) for kind in zip(*tables, strict=True))
     return cases, states
@@ -50,7 +53,13 @@ def solve_chunk(chunk: Chunk) -> tuple[Columns, Columns]:
 
 
 def solve_cases(family: Family, manipulator: Manipulator, chain: Chain) -> Solved:
-    """Equilibria of cases that share a manipulator: of their initial loads and steps in their order."""
+    """The equilibria of a family of cases at all its load steps; each case starts from rest.
+
+    Raises
+    ------
+    ValueError
+        If the chain has too many plates for its loading history, or is to follow targets with tensions that lag.
+    """
     settings, count = family.settings, len(family)
     if settings["reach"]:
         return _followed(settings["reach"], manipulator, chain)
@@ -69,14 +78,21 @@ def solve_cases(family: Family, manipulator: Manipulator, chain: Chain) -> Solve
 
 
 def _parts(family: Family, chain: Chain) -> Iterator[Family]:
-    """Cases that are solved in one call: few enough for the memory, single ones under moments that follow the state."""
+    """The family cut into parts that are solved in one call each, by the memory that they take.
+
+    Cases with targets, or with moments that follow the state (`chain.closure`), are solved one by one.
+    """
     alone = bool(family.settings["reach"] or chain.closure)
     most = 1 if alone else max(1, MOST_DISKS // (len(load_rows(family.settings)) * (chain.plates + 1)))
     return (family.part(slice(start, start + most)) for start in range(0, len(family), most))
 
 
 def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
-    """A disk brought from target to target, a step each; where nothing leads to one, the step before is kept."""
+    """A solved case that brings a disk from target to target, one load step for each target.
+
+    Where no tensions are found for a target, its step repeats the loads of the step before.  Raises ValueError where
+    tensions lag behind what is applied.
+    """
     if lags := lag_problem(chain):
         raise ValueError(lags)
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
@@ -96,7 +112,7 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
 
 
 def _family_tables(family: Family, chunk: Chunk) -> list[tuple[Columns, Columns]]:
-    """Cases and states of a family, part by part."""
+    """Columns of cases and of states, for each part of a family.  A part that fails is solved again case by case."""
     if family.settings["cloud"]:
         return [cloud_tables(case) for case in replace(chunk, families=(family,)).single()]
     try:
@@ -111,7 +127,7 @@ def _family_tables(family: Family, chunk: Chunk) -> list[tuple[Columns, Columns]
         try:
             solved = solve_cases(part, manipulator, chain)
         except FAILURES as error:
-            if len(part) > 1:  # one by one
+            if len(part) > 1:  # solve its cases one by one
                 parts += list(part.single())[::-1]
             else:
                 tables.append(_failed(part, chunk, error))
@@ -122,12 +138,13 @@ def _family_tables(family: Family, chunk: Chunk) -> list[tuple[Columns, Columns]
 
 
 def _failed(family: Family, chunk: Chunk, error: Exception) -> tuple[Columns, Columns]:
+    """Rows of cases that failed by an error, and no states."""
     reason = f"{type(error).__name__}: {error}"
     return blank_columns(family.numbers, chunk.metrics, CASE_FAILED, reason), state_columns(chunk.cables)
 
 
 def _joined(tables: Sequence[Mapping[str, np.ndarray]]) -> Columns:
-    """Tables of different cases as one, in the order of the cases."""
+    """Tables of different cases below each other, their rows sorted by number of the case."""
     columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     if (np.diff(columns["case_id"]) >= 0).all():
         return columns

@@ -1,4 +1,4 @@
-"""Force-controlled workspaces: load clouds, and the area, outline and width that a tip reaches."""
+"""Force-controlled workspaces: clouds of loads, and the area, outline and width of the region that the tip reaches."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -13,16 +13,22 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 CLOUD_SEED = 20181
+"""Seed of the Sobol sequence of every cloud."""
 MOST_DISKS = 2**18
-"""Disks of all loads that are solved in one call: about 50 MB of states."""
+"""Largest number of disks, over all loads, that are solved in one call: about 50 MB of states."""
 
 
 SETTLED_SHARE = 0.9
-"""Share of a workspace that the first half of its loads must reach for the other half to add little."""
+"""Share of a workspace below which the first half of its loads reaches too little to call the workspace converged."""
 
 
 def convergence_warning(shares: np.ndarray) -> str:
-    """What is to be said of workspaces whose first half of the loads reaches these shares; empty if nothing is."""
+    """A warning about workspaces that have not converged, empty if all have.
+
+    Parameters
+    ----------
+    shares : (w,) share of the area of each workspace that the first half of its loads reaches.
+    """
     few = shares[shares < SETTLED_SHARE]
     if not len(few):
         return ""
@@ -34,32 +40,33 @@ def convergence_warning(shares: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class Tips:
-    """Where the tip disk comes under each load of a cloud, (count,) each."""
+    """Position of the tip disk and peak values under each load of a cloud, (count,) each."""
 
     x: np.ndarray
     """m; NaN without an equilibrium."""
     y: np.ndarray
+    """m; NaN without an equilibrium."""
     solved: np.ndarray
-    """Whether a stable equilibrium was found."""
+    """Whether the outcome is `CONVERGED`: an equilibrium, and a stable one if its eigenvalue was computed."""
     strain: np.ndarray
     """Highest bending strain of a plate; NaN where it is not known."""
     pull: np.ndarray
     """Highest tension of a cable, N."""
 
     def beyond(self, manipulator: Manipulator, safety: float) -> np.ndarray:
-        """(count,) whether a plate is nearer to yield than the factor `safety`; nowhere if no yield stress is known."""
+        """(count,) whether a load brings a plate nearer to yield than `safety`; False without yield stress."""
         if not safety or manipulator.yield_stress_pa is None:
             return np.zeros(len(self.x), bool)
         return self.strain * manipulator.youngs_modulus_pa * safety > manipulator.yield_stress_pa
 
     def without(self, rows: np.ndarray) -> "Tips":
-        """The same with nothing known of some loads (count,), a mask, but whether they were solved."""
+        """A copy with NaN for the loads in the mask `rows` (count,); `solved` is kept."""
         kept = {name: np.where(rows, np.nan, getattr(self, name)) for name in ("x", "y", "strain", "pull")}
         return replace(self, **kept)
 
 
 def tips_of(manipulator: Manipulator, some: Loads, states: Equilibria) -> Tips:
-    """What is known of the tip under loads, from their equilibria with detail."""
+    """The `Tips` of loads, from their equilibria, which must hold details such as strain."""
     strain = peak_strain(states, manipulator.bending_stiffness, manipulator.outer_fibre)
     solved, pull = states.outcome == Outcome.CONVERGED, some.tension.max(1, initial=0.0)
     return Tips(states.x[:, -1], states.y[:, -1], solved, np.fmax.reduce(strain, axis=1), pull)
@@ -68,19 +75,20 @@ def tips_of(manipulator: Manipulator, some: Loads, states: Equilibria) -> Tips:
 def cloud_loads(
     manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int, start: int = 0
 ) -> Loads:
-    """Loads of a part of a cloud; see :func:`cloud_tension`."""
+    """Loads of a part of a cloud, with the tensions of :func:`cloud_tension`."""
     return loads(chain, cloud_tension(manipulator, limits, count, start))
 
 
 def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], count: int, start: int = 0) -> np.ndarray:
-    """(count, cables) independent tensions: every cable of `limits` idle or pulled up to its largest tension (N).
+    """(count, cables) independent tensions, N: each cable of `limits` is idle or pulled up to its largest tension.
 
-    A Sobol sequence gives each cable a share in [-1, 1], negative shares are idle: so every subset of the cables,
-    and with it the rim of the workspace, comes up equally often.  The same shares come up for every design.
+    A Sobol sequence gives each cable a share in [-1, 1]; at negative shares it is idle.  Every subset of the cables
+    thus comes up equally often, and with it the rim of the workspace.  The shares are the same for every design.
 
     Parameters
     ----------
-    start : number of the first of these loads, which are a part of a larger cloud.
+    limits : largest tension of each driven cable, N, by name.
+    start : number, in the whole cloud, of the first of these loads.
     """
     names = sorted(limits)
     tension = np.zeros((count, len(manipulator.cable)))
@@ -96,12 +104,15 @@ def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], count: 
 
 
 def block_size(plates: int) -> int:
-    """Loads of a cloud that are solved in one call."""
+    """Number of loads of a cloud that are solved in one call, a power of 2."""
     return 2 ** max(4, int(np.log2(MOST_DISKS / (plates + 1))))
 
 
 def tips_reached(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Tips:
-    """The tip under each of the loads of a cloud, solved block by block: no more than one is in memory."""
+    """The `Tips` of all loads of a cloud, solved block by block so that the states of one block at most are in memory.
+
+    Eigenvalues are not computed, so that unstable equilibria count as solved.
+    """
     blocks = []
     for start in range(0, count, size := block_size(chain.plates)):
         rows = slice(start, min(start + size, count))
@@ -111,9 +122,10 @@ def tips_reached(manipulator: Manipulator, chain: Chain, limits: Mapping[str, fl
 
 
 def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
-    """Area (m^2) of the square cells of `side` (m) that hold a point, single gaps between them closed.
+    """Area (m^2) of the square cells of `side` (m) that hold a point, with gaps of a single cell between them closed.
 
-    It overestimates a smooth region by about half a cell along its boundary; regions without points have area 0.
+    It overestimates a smooth region by about half a cell along its boundary.  It is 0 without points; NaN points do not
+    count.
     """
     reached = np.isfinite(x) & np.isfinite(y)
     if not reached.any():
@@ -125,7 +137,10 @@ def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
 
 
 def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Area of the convex hull (m^2) of points, and their extent in y (m); 0 of points on a line or none."""
+    """Area of the convex hull of points, m^2, and their extent in y, m.
+
+    The area is 0 for points on a line; both are 0 without points.  NaN points do not count.
+    """
     points = np.stack([x, y], 1)[np.isfinite(x) & np.isfinite(y)]
     if not len(points):
         return 0.0, 0.0
