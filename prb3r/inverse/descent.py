@@ -1,8 +1,8 @@
-"""Descents from tensions: to the target, and along the pulls that lead there to the one of least force or stress.
+"""Local optimisation of cable tensions: first to the target, then to the least force or stress that stays on it.
 
-The distance to the target is brought down (bounded least squares); where it vanishes, the sum of the tensions, or the
-highest stress, is brought down along the pulls that keep it at zero (sequential quadratic programming).  Both use exact
-derivatives, but for those of the stress, which are differences.
+The distance to the target is minimised by bounded least squares.  Where it vanishes, the sum of the tensions, or the
+highest stress, is minimised by sequential quadratic programming with the target as equality constraint.  Both use
+exact derivatives, except of the stress, which is differenced.
 """
 
 import numpy as np
@@ -12,24 +12,26 @@ from prb3r.inverse.pull import Pull
 from prb3r.inverse.target import ARRIVED
 
 SETTLED = 1e-10
-"""Relative change of squared distance and tensions at which the nearest pull has settled; where the target is reached
-the former falls to nothing, so that only what stays away from it ends so."""
+"""Relative change of the squared distance, or of the tensions, at which least squares stop.  Where the target is
+reached the squared distance falls to nothing, so that its change ends only searches that stay away from the target."""
 MOST_STEPS = 60
-"""Steps of a search; Gauss-Newton reaches what can be reached in ten, the rest creeps along the workspace's rim."""
+"""Evaluations of a least-squares search at most; Gauss-Newton reaches a target that can be reached in ten, a search
+that takes more creeps along the rim of the workspace."""
 STANDING_PARTS = (1.0, 0.7, 0.5, 0.3, 0.1)
-"""What is tried of a start, the first under which the manipulator stands still."""
+"""Factors on the tensions of a start, tried in turn until the manipulator has an equilibrium under the scaled start."""
 STRESS_STEP = 1e-6
-"""Change of a tension for differences of the stress, of the largest one."""
+"""Step of a tension for the differences of the stress, as a share of the largest allowed tension."""
 WORTH_FORCE = 1e-3
-"""Share by which the stress must fall for tensions that are not of least sum."""
+"""Share by which the stress must fall below that of the tensions of least sum for others to be preferred."""
 SHUT = 1e-9
-"""A tension below this share of the largest allowed one is none."""
+"""A tension below this share of the largest allowed one counts as zero."""
 
 
 def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | None:
-    """Tensions within 0 and `most` that bring the disk as near to the target as `start` leads.
+    """(m,) tensions between 0 and `most`, N, with the least distance to the target that a descent from `start` finds.
 
-    Where the manipulator does not stand still under `start`, parts of it are tried; None if nothing does.
+    Where the manipulator has no equilibrium under `start`, the factors `STANDING_PARTS` of it are tried; None if it has
+    none under any of them.
     """
     standing = [part * start for part in STANDING_PARTS if pull.stands(part * start)][:1]
     if not standing:
@@ -37,6 +39,7 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
     free = most > 0
 
     def whole(part: np.ndarray) -> np.ndarray:
+        """(m,) tensions, N, from the free ones as shares of their limits."""
         tension = np.zeros_like(most)
         tension[free] = part * most[free]
         return tension
@@ -56,17 +59,24 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
 
 
 def least_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Tensions of least cost that keep the disk where `start` has brought it; `start` where nothing costs less."""
+    """(m,) tensions, N, of least force or stress, as the aim says, that keep the disk on the target as `start` does.
+
+    Where nothing costs less these are `start`, less spare cables.
+    """
     lightest = least_force(pull, start, most)
     return lightest if pull.aim.least == "force" else least_stress(pull, lightest, most)
 
 
 def least_force(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Tensions of least sum that keep the disk where `start` has brought it; `start` where nothing less does."""
+    """(m,) tensions, N, of least sum that keep the disk on the target as `start` does, without spare cables.
+
+    Where no smaller sum is found these are `start` itself, its spare cables left idle too.
+    """
     free = most > 0
     scale = most[free].max()
 
     def whole(part: np.ndarray) -> np.ndarray:
+        """(m,) tensions, N, from the free ones in units of `scale`."""
         tension = np.zeros_like(most)
         tension[free] = part * scale
         return tension
@@ -91,9 +101,11 @@ def least_force(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Tensions with the least highest stress of a plate that keep the disk where `start` has brought it.
+    """(m,) tensions, N, on the target with the lowest peak stress of all plates, by a descent from `start`.
 
-    A bound on the stress of every plate is brought down together with the tensions.
+    The variables are the free tensions and, last, a common bound on the stress of every plate, which is minimised: so
+    the problem stays smooth where another plate becomes the most stressed one.  `start` is returned unless the stress
+    falls by more than `WORTH_FORCE`.
     """
     free = np.flatnonzero(most > 0)
     scale, highest = most.max(), pull.cost(start)
@@ -102,11 +114,13 @@ def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
         return start
 
     def whole(part: np.ndarray) -> np.ndarray:
+        """(m,) tensions, N, from the free ones in units of `scale`; the last variable, the bound, is left out."""
         tension = np.zeros_like(most)
         tension[free] = np.clip(part[:-1], 0, most[free] / scale) * scale
         return tension
 
     def room(part: np.ndarray) -> np.ndarray:
+        """The bound less the stress of each plate whose stress is known, in units of `highest`; to be kept positive."""
         return part[-1] - pull.stress(whole(part))[known] / highest
 
     def room_rate(part: np.ndarray) -> np.ndarray:
@@ -139,10 +153,10 @@ def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def without_spare(pull: Pull, tension: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Tensions without those cables that can be left idle, the least pulled first.
+    """(m,) tensions, N, without the cables that can be left idle; the least pulled cable is tried first.
 
-    A sum of tensions is least with as many cables as coordinates are asked for; at the kinks of friction that follows
-    the travel, the descent before may have stopped short of that.
+    The least sum of tensions needs no more cables than coordinates are asked for; at the kinks of friction that follows
+    the cables' travel the descent may have stopped with more.
     """
     for cable in np.argsort(tension):
         if (tension > 0).sum() <= pull.target.asked.sum():
@@ -155,7 +169,10 @@ def without_spare(pull: Pull, tension: np.ndarray, most: np.ndarray) -> np.ndarr
 
 
 def settled_on_target(pull: Pull, tension: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Tensions moved onto the target by those cables alone that are pulled and not at their limit."""
+    """(m,) tensions, N, after up to five Newton steps onto the target, by the cables that are pulled and below `most`.
+
+    A descent under constraints ends near the target; this brings it well within `ARRIVED`.
+    """
     for _ in range(5):
         off, rate = pull(tension)
         if np.linalg.norm(off) < 1e-3 * ARRIVED:

@@ -1,4 +1,4 @@
-"""Cable tensions of one more load step as unknowns: where they bring the disks, and the derivatives of that."""
+"""One more load step whose cable tensions are unknown: its equilibrium, distance to the target and derivatives."""
 
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
@@ -14,7 +14,8 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.steps import tension_travel
 
 PULL_STEP = 1e-5
-"""Change of a tension to either side, of the largest one: loads are linear in it, so that any small one does."""
+"""Step of a tension to either side for the derivatives, as a share of the largest tension (of 1 N at least).  Only
+loads are differenced, and they are linear in the tension, so that any small step will do."""
 
 
 Least = Literal["force", "stress"]
@@ -22,39 +23,40 @@ Least = Literal["force", "stress"]
 
 @dataclass(frozen=True)
 class Aim:
-    """What is to be least of all pulls that lead to a target, and what stresses the plates."""
+    """What is minimised among the pulls that lead to a target, and how bending moments stress the plates."""
 
     least: Least
-    """The sum of the tensions, or the highest bending stress of a plate."""
+    """`force`: the sum of the tensions; `stress`: the highest bending stress of all plates."""
     fibre: np.ndarray
-    """(n,) bending stress of each plate's outermost fibre for one newton metre, Pa; NaN where it is not known."""
+    """(n,) bending stress of each plate's outermost fibre per bending moment, Pa/(N m); NaN where it is not known."""
 
 
 class Answer(NamedTuple):
-    """What tensions do to a target; NaN where the manipulator does not stand still under them."""
+    """The error at a target under some tensions, with its Jacobian; NaN where they have no equilibrium."""
 
     off: np.ndarray
-    """(k,) what the coordinates asked for are off; see `Target.off`."""
+    """(k,) scaled errors of the `k` coordinates asked for; see `Target.off`."""
     rate: np.ndarray
-    """(k, m) its derivatives by the tensions, per newton."""
+    """(k, m) their derivatives by the tensions, 1/N."""
 
 
 @dataclass
 class Pull:
-    """One more step of tensions on a chain, after steps that stay as they are."""
+    """One more step with unknown tensions on a chain, after steps that are known."""
 
     chain: Chain
     before: Loads
-    """Steps that are applied first; they matter where states depend on those before, and to the travel."""
+    """The known steps; they matter where states depend on those before (`Chain.remembers`, moments that follow the
+    state) and where friction is larger at the onset of slip (`Loads.travel`)."""
     slip: np.ndarray
-    """(m,) declared slip of the step."""
+    """(m,) declared slip of the step: -1 drawn in, 0 no friction, +1 paid out."""
     target: Target
     aim: Aim
     known: dict[bytes, Answer] = field(default_factory=dict)
-    """Answers by the tensions that they were asked with."""
+    """Answers so far, by the bytes of their tensions."""
 
     def path(self, tension: np.ndarray) -> Loads:
-        """The loads of all steps, the last with tensions (m,), N; that one alone where no earlier step matters."""
+        """The loads of all steps, the last with tensions (m,), N; the last one alone where no earlier step matters."""
         last = loads(self.chain, tension[None], self.slip[None])
         if self.chain.friction_excess:  # nothing else goes by the travel
             pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
@@ -64,7 +66,7 @@ class Pull:
         return Loads(*(np.concatenate(pair) for pair in zip(self.before, last, strict=True)))
 
     def states(self, tension: np.ndarray) -> Equilibria:
-        """The equilibrium of the last step, with its lowest eigenvalue, as one step."""
+        """Equilibria of all steps of `path` at tensions (m,), N, with lowest eigenvalues; the pull is the last row."""
         return equilibria_of(self.chain, self.path(tension), eigenvalue=True)
 
     def stress(self, tension: np.ndarray) -> np.ndarray:
@@ -72,23 +74,24 @@ class Pull:
         return self.stress_of(self.states(np.maximum(tension, 0.0)))
 
     def stress_of(self, states: Equilibria) -> np.ndarray:
-        """(n,) that of the last of some states."""
+        """(n,) highest bending stress of each plate in the last of some states, Pa; NaN where no fibre is known."""
         return np.abs(states.moment[-1]).max(-1) * self.aim.fibre
 
     def cost(self, tension: np.ndarray) -> float:
-        """What is to be least, at tensions (m,): N, or Pa."""
+        """What the aim minimises, at tensions (m,): their sum, N, or the highest bending stress, Pa."""
         if self.aim.least == "force":
             return float(tension.sum())
         return float(np.fmax.reduce(self.stress(tension)))
 
     def __call__(self, tension: np.ndarray) -> Answer:
-        """What the target is off at tensions (m,), N, and its derivatives; negative tensions count as zero."""
+        """Error at the target and its Jacobian at tensions (m,), N; negative tensions count as zero."""
         key = tension.tobytes()
         if key not in self.known:
             self.known[key] = self._solved(np.maximum(tension, 0.0))
         return self.known[key]
 
     def _solved(self, tension: np.ndarray) -> Answer:
+        """The answer at tensions (m,), N, none of them negative, solved anew."""
         path, step = self.path(tension), PULL_STEP * max(float(tension.max()), 1.0)
         directions = []
         for cable in range(len(tension)):
@@ -101,13 +104,16 @@ class Pull:
         return Answer(off, self.target.rate(derivatives))
 
     def stands(self, tension: np.ndarray) -> bool:
-        """Whether there is an equilibrium under tensions (m,), and derivatives."""
+        """Whether the chain has an equilibrium under tensions (m,), N, and finite derivatives there."""
         off, rate = self(tension)
         return bool(np.isfinite(off).all() and np.isfinite(rate).all())
 
 
 def lengths(chain: Chain, states: Equilibria) -> np.ndarray:
-    """(s, m) length of each cable from the base to its end, m, but for what runs inside the disks."""
+    """(s, m) length of each cable from the base to its end, m, without the parts inside the disks, which never change.
+
+    The spans between disks are straight; `Chain.clearance` is not counted.
+    """
     cos, sin = np.cos(states.angle), np.sin(states.angle)
     half = chain.disk / 2
     span = np.zeros((len(states.x), *chain.offset.shape))

@@ -1,4 +1,4 @@
-"""Tensions that bring a disk where it should be: the entrance, and what comes back."""
+"""Tensions that bring a disk to targets: the entrance, which checks the input, searches, and tabulates the answer."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -18,11 +18,11 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
 FAR = 20.0
-"""Times the length of the manipulator: nobody asks for what lies farther, but in millimetres."""
+"""Targets farther away than this many lengths of the manipulator are refused: they are most likely in millimetres."""
 
 
 class Wanted(TypedDict, total=False):
-    """Where a disk should be; coordinates that are left out are free."""
+    """Where a disk should be, m and rad; coordinates that are left out are free."""
 
     disk: int | Literal["tip"]
     x_m: float
@@ -42,7 +42,7 @@ def pulls_to(
 ) -> Reached:
     """Tensions of least sum, or of least stress, that bring a disk to a place, an angle, both, or along a path of them.
 
-    Parameters and errors as of `prb3r.reach`.
+    Parameters and errors are those of `prb3r.reach`.
     """
     disk = wanted.pop("disk", "tip")
     place = {name: float(value) for name, value in wanted.items() if value is not None}  # type: ignore[arg-type]
@@ -65,6 +65,7 @@ def pulls_to(
 def _problems(
     manipulator: Manipulator, wanted: dict[str, float], most_n: float | None, broken: Collection[str]
 ) -> list[Problem]:
+    """Everything wrong with the names, coordinates and the largest tension that were given."""
     names = manipulator.cable_names
     problems = [
         Problem("broken", f"there is no cable {name!r}{did_you_mean(name, names)}")
@@ -94,7 +95,10 @@ def _problems(
 
 
 def lag_problem(chain: Chain) -> str:
-    """Why no pull is looked for of cables whose tensions lag, empty if none does: within the play none moves them."""
+    """Why tensions are not searched for a chain with `Chain.play`; empty without play.
+
+    Within the play a change of the noted tension moves nothing.
+    """
     if not np.any(chain.play):
         return ""
     return (
@@ -104,17 +108,19 @@ def lag_problem(chain: Chain) -> str:
 
 
 def limits(chain: Chain, most_n: float | None) -> np.ndarray:
-    """(m,) largest tension of each cable, N: `most_n` or by itself, 0 of a broken one."""
+    """(m,) largest tension of each cable, N: `most_n`, or without it the `natural_limits`; 0 for a broken cable."""
     return np.where(chain.reach > 0, natural_limits(chain) if most_n is None else most_n, 0.0)
 
 
 def aim_of(manipulator: Manipulator, least: Least) -> Aim:
-    """What is to be least, with the stress of the manipulator's plates."""
+    """The aim of a search: force or stress, and the stress per bending moment in the manipulator's plates."""
     return Aim(least, manipulator.youngs_modulus_pa * manipulator.outer_fibre / manipulator.bending_stiffness)
 
 
 def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim) -> list[Found | None]:
-    """The best pull for each target, each from the state that the last one has left; None where nothing stands still.
+    """The best pull for each target, each beginning in the state that the pull before it left.
+
+    None where no pull has a stable equilibrium; the next target then begins where the last pull ended.
 
     Parameters
     ----------
@@ -137,6 +143,7 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim)
 
 
 def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:
+    """The pulls as a table of load steps, numbered by their targets; targets without a pull have no step."""
     pulled = [(number, pull) for number, pull in enumerate(pulls, 1) if pull is not None]
     names = manipulator.cable_names
     columns = {"sequence": ["reach"] * len(pulled), "step": [number for number, _ in pulled]}
@@ -149,6 +156,7 @@ def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:
 def _table(
     targets: list[Target], pulls: list[Found | None], most: np.ndarray, manipulator: Manipulator
 ) -> pd.DataFrame:
+    """A row for each target with the columns of `Reached.table`."""
     rows, names = [], manipulator.cable_names
     for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
@@ -181,13 +189,14 @@ def _outcome(best: Found | None, reached: bool, safety: float) -> str:
 
 
 def _safety(manipulator: Manipulator, stress: float) -> float:
-    """Safety factor against yield; NaN where the manipulator does not tell."""
+    """Yield stress over `stress` (Pa), infinite without stress; NaN where either is not known."""
     if manipulator.yield_stress_pa is None or not np.isfinite(stress):
         return np.nan
     return manipulator.yield_stress_pa / stress if stress else np.inf
 
 
 def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]) -> str:
+    """Why a target is not reached or, where it is, which cables stick; empty if there is nothing to note."""
     if best is None:
         return "no pull leads to a stable equilibrium"
     if not target.reached(best.place):

@@ -1,4 +1,4 @@
-"""What comes of a search for tensions, and how it is told."""
+"""The result of a search for tensions: tables of steps and targets, and a sentence for each target."""
 
 from dataclasses import dataclass
 
@@ -8,24 +8,24 @@ import pandas as pd
 from prb3r.inverse.target import COORDINATES
 
 IS_REACHED, BEYOND_YIELD, NOT_REACHED, NO_PULL = "reached", "beyond yield", "not reached", "no equilibrium"
-"""Outcomes of a target; beyond yield the disk would come there if plates could take any stress, which they cannot."""
+"""Outcomes of a target; `beyond yield`: the pull that leads there stresses a plate beyond the yield stress."""
 
 
 @dataclass(frozen=True)
 class Reached:
-    """Tensions that bring a disk along its targets, or as near as it comes."""
+    """Tensions that bring a disk along its targets, or as near to them as it comes."""
 
     steps: pd.DataFrame
-    """A table of steps, as `solve` takes it: tensions and, where friction is declared, slips."""
+    """A table of steps, as `solve` takes it: tensions, N, and, where friction is declared, slips."""
     table: pd.DataFrame
-    """A row for each target: `step, disk`, what was wanted (`wanted_x_m`, ...), where the disk comes (`x_m`, ...),
-    `distance_m`, `turn_off_rad`, `total_n` (the sum of the tensions), `peak_stress_pa` and `safety_factor` (of
-    the plates against yield, as far as the manipulator tells), `reached`, its `outcome` (`reached`, `beyond yield`,
-    `not reached` or `no equilibrium`), and a `note`."""
+    """A row for each target: `step, disk`, the coordinates that were wanted (`wanted_x_m`, ...), those where the disk
+    comes (`x_m`, ...), its errors `distance_m` and `turn_off_rad`, `total_n` (the sum of the tensions),
+    `peak_stress_pa` and `safety_factor` (of the plates against yield, as far as the manipulator tells), `reached`, the
+    `outcome` (`reached`, `beyond yield`, `not reached` or `no equilibrium`), and a `note`."""
 
     @property
     def reached(self) -> bool:
-        """Whether every target is reached, within the tolerance of the search, be it beyond yield."""
+        """Whether every target is reached within the tolerance of the search, also by pulls beyond yield."""
         return bool(self.table["reached"].all())
 
     @property
@@ -35,11 +35,12 @@ class Reached:
 
     @property
     def sentences(self) -> list[str]:
-        """A sentence for each target: the force that it is reached with, or how near the disk comes."""
+        """A sentence for each target: the sum of tensions with which it is reached, or how near the disk comes."""
         return [_sentence(row) for row in self.table.to_dict("records")]
 
 
 def _sentence(row: dict) -> str:
+    """The sentence on a target, from its row of `Reached.table`."""
     wanted = _in_words([row[f"wanted_{name}"] for name in COORDINATES])
     if not np.isfinite(row["x_m"]):
         return f"step {row['step']}: disk {row['disk']} at {wanted}: {row['note']}"
@@ -57,7 +58,7 @@ def _sentence(row: dict) -> str:
 
 
 def _strength(row: dict) -> str:
-    """How far the plates are from yield, or what is known of their stress."""
+    """Ending of a sentence: the safety factor against yield, else the highest stress; empty if neither is known."""
     if row["safety_factor"] < 1:
         return f", beyond yield: safety factor {row['safety_factor']:.3g}"
     if np.isfinite(row["safety_factor"]):
@@ -66,6 +67,7 @@ def _strength(row: dict) -> str:
 
 
 def _in_words(place: list[float]) -> str:
+    """The finite coordinates of a place (x, y, angle) with their units: `x 0.4 m, y 0.15 m`."""
     parts = [
         f"{name.split('_')[0]} {value:.5g} {name.split('_')[1]}"
         for name, value in zip(COORDINATES, place, strict=True)

@@ -1,8 +1,8 @@
-"""Tensions for one target: nearest first, then least force or stress; from many starts, with friction along the travel.
+"""Tensions for one target: a search from many starts, with declared friction that agrees with the cables' travel.
 
-The places that some thousand pulls lead to give the starts, one for each set of cables that are pulled; what each leads
-to is found by descents.  Declared friction must go with the travel: a cable that the step pays out gets the slip +1,
-and the search goes on from there.
+Some thousand random pulls are solved; of each set of pulled cables the pull that leads nearest to the target is a
+start, and `descent.py` finds where it leads.  Declared friction must agree with the travel: a cable that the step pays
+out gets the slip +1, and the descent is repeated from there.
 """
 
 from collections.abc import Iterator
@@ -19,45 +19,52 @@ from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.laws.self_consistent import equilibria_of
 
 START_BITS, START_SEED = 12, 3
-"""Starts are looked for among 2^12 pulls: some hundred for each set of cables of the prototype's four."""
+"""Starts are looked for among 2^12 random pulls, drawn with this seed: some hundred for each set of the prototype's
+four cables."""
 STARTS = 6
-"""So many starts are followed; the solution of a problem with few unknowns is nearly always that of the first or
-second (`tests/inverse` compares with brute force)."""
+"""Starts that are followed at most; with few unknowns the best solution is nearly always that of the first or second
+(`tests/inverse` compares with brute force)."""
 LET_OFF = (1.0, 0.8, 0.5)
-"""Parts of the pull before that are followed on where friction goes with the travel: within its dead band the disks
-hardly move, so that a search that begins there sees no way out of it."""
+"""Factors on the tensions of the pull before, each a start where friction follows the travel: within the dead band of
+such friction the disks hardly move, so that a descent from the pull before itself finds no way out."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """Tensions, and what they do."""
+    """Tensions that a descent has found, with the state that they lead to."""
 
     tension: np.ndarray
     """(m,) of the cables, N."""
     slip: np.ndarray
     """(m,) declared slip: -1 drawn in, 0 at rest, 1 paid out."""
     place: np.ndarray
-    """(3,) of the target's disk."""
+    """(3,) x, y (m) and angle (rad) of the target's disk."""
     distance: float
-    """Off the target, in shares of the length and rad."""
+    """Norm of the scaled errors at the target; see `Target.off`."""
     lengths: np.ndarray
-    """(m,) of the cables."""
+    """(m,) lengths of the cables, m; see `pull.lengths`."""
     stress: float
     """Highest bending stress of a plate, Pa; NaN where it is not known."""
     cost: float
-    """What is to be least: the sum of the tensions, N, or the highest stress, Pa."""
+    """What the aim minimises: the sum of the tensions, N, or the highest stress, Pa."""
     steady: bool
-    """Whether the slip goes with the travel of every cable that is pulled, or is none as the cable sticks."""
+    """Whether the declared slip of every pulled cable agrees with its travel, or is 0 as the cable sticks."""
 
     @property
     def rank(self) -> tuple[bool, float, float, float]:
-        """Smaller is better: first friction that goes with the travel, distance, cost (to three digits), force."""
+        """Order among candidates, smaller is better: slip that agrees with the travel, distance, cost, force.
+
+        Distances within `ARRIVED` count as zero and costs are rounded to three digits.
+        """
         distance = 0.0 if self.distance <= ARRIVED else self.distance
         return not self.steady, distance, float(f"{self.cost:.3g}"), float(self.tension.sum())
 
 
 def natural_limits(chain: Chain) -> np.ndarray:
-    """(m,) tension at which each cable alone would bend what it drives by a whole turn if nothing rubbed, N."""
+    """(m,) tension at which each cable alone would bend the plates that it crosses by 2 pi without friction, N.
+
+    0 for a cable that bends nothing: a broken one, or one without offset.
+    """
     stiffness = chain.arc / (1 / chain.stiffness).sum(1)  # bending stiffness: hinges and nodes in series over the arc
     bend = [
         float(np.sum(np.abs(chain.offset[:reach, j]) * chain.arc[:reach] / stiffness[:reach]))
@@ -67,7 +74,10 @@ def natural_limits(chain: Chain) -> np.ndarray:
 
 
 def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
-    """Tensions that lead near the target, nearest first, each with another set of cables."""
+    """Up to `STARTS` tensions (m,), N, that lead near the target, nearest first, each of another set of pulled cables.
+
+    They are solved from rest; presliding and moments that follow the state are left out.
+    """
     chain = pull.chain._replace(presliding=0.0, closure=())
     share = scipy.stats.qmc.Sobol(len(most), rng=START_SEED).random_base2(START_BITS)
     tension = np.concatenate([np.zeros((1, len(most))), np.maximum(2 * share - 1, 0) * most])
@@ -81,16 +91,17 @@ def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
 
 
 def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarray) -> Iterator[Found]:
-    """What `start` leads to, with the slip that goes with the travel from the lengths `before` (m,).
+    """The pulls that descents from `start` find while the declared slip is brought to agree with the cables' travel.
 
-    First all cables are drawn in, then each as it travelled.  A cable that is paid out when it is thought drawn in and
-    the reverse sticks: its friction lies between the two and is taken as none.
+    The travel is counted from the lengths `before` (m,), m.  First all cables are declared drawn in, then each as it
+    travelled.  A cable that is paid out when declared drawn in, and drawn in when declared paid out, sticks: its
+    friction lies between the two and is taken as zero.
     """
-    seen, last = set(), pull.slip
+    seen, last = set(), pull.slip  # slips that were declared before, and the last of them
     while pull.slip.tobytes() not in seen:
         seen.add(pull.slip.tobytes())
         slip, ended = pull.slip, pull_with_slip(pull, start, most)
-        travelled = last  # where nothing stands still, the cables that have been turned stick
+        travelled = last  # without an equilibrium, the cables whose slip has just been reversed stick
         if ended is not None:
             travelled, start = travel_slip(pull, ended.tension, ended.lengths - before), ended.tension
             yield replace(ended, steady=bool(np.all((travelled == slip) | (slip == 0))))
@@ -100,7 +111,7 @@ def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarr
 
 
 def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | None:
-    """What `start` leads to with the slip of `pull`; None where nothing stable does."""
+    """The pull that a descent from `start` finds under the slip of `pull`; None without a stable equilibrium."""
     tension = nearest_pull(pull, start, most)
     if tension is None:
         return None
@@ -116,20 +127,24 @@ def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | N
 
 
 def travel_slip(pull: Pull, tension: np.ndarray, longer: np.ndarray) -> np.ndarray:
-    """(m,) slip of each cable that has become so much `longer` (m,) in the step; -1 where nothing is pulled."""
+    """(m,) slip that agrees with the travel: +1 for a pulled cable that has become `longer` (m,), m, else -1.
+
+    Where friction is not declared, or nothing rubs, it is the slip of `pull`.
+    """
     if pull.chain.presliding > 0 or not pull.chain.friction.any():
         return pull.slip
     return np.where((tension > 0) & (longer > 0), 1.0, -1.0)
 
 
 def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray | None = None) -> Found | None:
-    """The best of all that the starts lead to, `near` among them; None where nothing stands still.
+    """The best pull for the target; None if none has a stable equilibrium.
 
     Parameters
     ----------
     most : (m,) largest tensions, N; 0 for a cable that cannot be pulled.
     before : (m,) lengths of the cables in the state that the step begins in, m.
-    near : (m,) tensions to follow first; others are looked for only if they do not lead to the target.
+    near : (m,) tensions to start from first, N; if they lead to the target, that pull is returned, else what they lead
+        to is dropped and the pull is the best of all `starts`.
     """
     if near is not None:
         parts = LET_OFF if pull.chain.presliding > 0 else LET_OFF[:1]

@@ -1,4 +1,4 @@
-"""Where a disk should be, and how far from there it is."""
+"""Targets: where a disk should be, how far a state is from there, and how targets are read from tables."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,30 +14,31 @@ from prb3r.model.files.cells import number_problems, numbers
 from prb3r.model.files.table import read_table
 
 COORDINATES = ("x_m", "y_m", "angle_rad")
-"""What can be asked of a disk, in the order of all arrays here."""
+"""Coordinates that can be asked of a disk, in the order of all arrays here."""
 ARRIVED = 1e-6
-"""Off by less than this, of the straight length or in rad, a target is reached: a thousandth of what a camera reads,
+"""A target is reached within this norm of its errors, in straight lengths and rad: a thousandth of what a camera reads,
 and a thousand times what equilibria are solved to."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A place and an angle of one disk; coordinates that are free are NaN."""
+    """A place and an angle that one disk is to be brought to; either may be left free."""
 
     disk: int
+    """Number of the disk, 1 to n."""
     wanted: np.ndarray
-    """(3,) of `COORDINATES`, m, m and rad."""
+    """(3,) wanted x, y (m) and angle (rad); NaN where a coordinate is free."""
     length: float
     """Straight length of the manipulator, m: it makes distances and angles comparable."""
 
     @property
     def asked(self) -> np.ndarray:
-        """(3,) whether x, y and the angle are asked for; the others are free and NaN in `wanted`."""
+        """(3,) whether x, y and the angle are asked for, or else free."""
         return np.isfinite(self.wanted)
 
     @property
     def scale(self) -> np.ndarray:
-        """(3,) what errors of x, y and the angle are divided by: the straight length in m, twice, and 1 rad."""
+        """(3,) divisors of the errors in x, y and angle: the straight length, m, for x and y, and 1 rad."""
         return np.array([self.length, self.length, 1.0])
 
     def place(self, states: Equilibria) -> np.ndarray:
@@ -45,21 +46,24 @@ class Target:
         return np.stack([states.x[:, self.disk], states.y[:, self.disk], states.angle[:, self.disk]], 1)
 
     def off(self, place: np.ndarray) -> np.ndarray:
-        """(..., k) what the `k` coordinates asked for are off, in shares of the length and rad, from (..., 3)."""
+        """(..., k) scaled errors of the `k` coordinates asked for, reached less wanted: shares of the length and rad.
+
+        `place` (..., 3) holds x, y (m) and angle (rad) of the disk.
+        """
         return ((place - self.wanted) / self.scale)[..., self.asked]
 
     def rate(self, derivatives: Sensitivities) -> np.ndarray:
-        """(k, p) derivatives of :meth:`off` at the last step."""
+        """(k, p) derivatives of :meth:`off` by `p` parameters at the last step, per unit of each."""
         disk = np.stack([field[-1, self.disk] for field in (derivatives.dx, derivatives.dy, derivatives.dangle)])
         return (disk / self.scale[:, None])[self.asked]
 
     def reached(self, place: np.ndarray) -> bool:
-        """Whether a place (3,) is the target, but for `ARRIVED`."""
+        """Whether a place (3,) of the disk meets the target within `ARRIVED`."""
         return bool(np.linalg.norm(self.off(place)) <= ARRIVED)
 
 
 def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd.DataFrame | str | Path | None):
-    """The targets in their order: one of the coordinates `wanted`, or a row each of the table `path`.
+    """The targets (`list[Target]`) in order: the one with the coordinates `wanted`, or one for each row of `path`.
 
     Raises
     ------
@@ -82,12 +86,12 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
 
 
 def chain_targets(chain: Chain, disk: int, rows: list[dict[str, float]]) -> list[Target]:
-    """Targets of a disk of a chain, from the coordinates that each asks for."""
+    """A target of a disk of a chain for each of `rows`, which name the coordinates that are asked for."""
     return [Target(disk, np.array([row.get(name, np.nan) for name in COORDINATES]), chain.length) for row in rows]
 
 
 def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
-    """The coordinates that each row of a table, or of the file that holds it, asks for.
+    """The coordinates that each row of a table, or of the file that holds it, asks for: name to value, m or rad.
 
     Raises
     ------
@@ -115,4 +119,5 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
 
 
 def _place_of(path: pd.DataFrame | str | Path) -> str:
+    """How messages name the table of a path: by its file, or `path`."""
     return "path" if isinstance(path, pd.DataFrame) else str(path)
