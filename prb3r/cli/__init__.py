@@ -1,6 +1,7 @@
-"""The command line: the only place that prints.  Progress goes to stderr, one closing summary to stdout.
+"""The command line: only this package and `progress.py` write to a terminal.
 
-A command imports what it needs when it runs: `prb3r --help` needs no libraries but click.
+Commands print one closing summary to stdout; progress and remarks go to stderr.
+A command imports what it needs when it runs, so that `prb3r --help` loads no libraries but click.
 """
 
 import click

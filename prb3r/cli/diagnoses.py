@@ -1,4 +1,4 @@
-"""Commands on recordings and what they teach: diagnose, predict."""
+"""Commands on recordings and on diagnoses of them: diagnose, predict."""
 
 from pathlib import Path
 
@@ -40,7 +40,10 @@ def diagnose_command(ctx, recordings, output, together, holdout, assume, seed, j
 
 
 def _alone(loaded, output: str | None, asked: dict) -> list[str]:
-    """Diagnose one recording, write and say it; the verdict."""
+    """Diagnose one recording, write its files and print the summary; the verdict as a list of one.
+
+    `asked` holds the options of `prb3r.front.diagnoses.diagnose`.
+    """
     from prb3r.diagnosis.investigate import STAGES
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
@@ -61,7 +64,7 @@ def _alone(loaded, output: str | None, asked: dict) -> list[str]:
 
 
 def _together(loaded, output: str | None, asked: dict) -> list[str]:
-    """Diagnose several recordings together, write and say it; the verdicts."""
+    """Diagnose several recordings together, write the files and print the summaries; the verdict on each recording."""
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.diagnosis.together import joint_steps

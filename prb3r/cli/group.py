@@ -1,4 +1,4 @@
-"""How every command ends: exit codes, errors as sentences, signals."""
+"""How every command ends: its exit code, errors as messages, signals as interrupts."""
 
 import contextlib
 import os
@@ -13,24 +13,25 @@ import click
 from prb3r.errors import Prb3rError
 
 RESUMED = frozenset({"run", "prove"})
-"""Commands that go on where they were interrupted."""
+"""Commands that, run again after an interrupt, go on where they stopped."""
 
 
 class ExitCode(IntEnum):
-    """What a command tells the shell; input that is refused and failures of the engine carry theirs with them."""
+    """Exit codes of commands; refused input (2) and engine failures (3) carry theirs in `Prb3rError.exit_code`."""
 
     DONE = 0
     SOME_FAILED = 1
-    """Cases without equilibrium, or a misfit that nothing explains."""
+    """Some cases, steps or targets failed, no design keeps the requirements, or a diagnosis is unexplained or finds a
+    blunder of the set-up."""
     INTERNAL = 3
     INTERRUPTED = 130
 
 
 class Commands(click.Group):
-    """Errors become messages and exit codes; no traceback reaches a user unless PRB3R_DEBUG is set."""
+    """A group of commands whose errors become messages and exit codes; tracebacks are shown only with PRB3R_DEBUG."""
 
     def invoke(self, ctx: click.Context):
-        """Run a command; its errors become messages on stderr and its exit code."""
+        """Run a command; print its errors to stderr and exit with their code."""
         try:
             with _stoppable():
                 return super().invoke(ctx)
@@ -59,7 +60,10 @@ class Commands(click.Group):
 
 @contextlib.contextmanager
 def _stoppable() -> Iterator[None]:
-    """SIGTERM and SIGHUP interrupt as SIGINT does, from the beginning on; under `nohup` SIGHUP stays ignored."""
+    """Within the block SIGTERM and SIGHUP raise KeyboardInterrupt as SIGINT does; signals that are ignored stay so.
+
+    (`nohup` ignores SIGHUP.)  Outside the main thread, where handlers cannot be set, nothing changes.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

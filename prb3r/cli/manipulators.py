@@ -37,6 +37,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     outcomes: Counter[str] = Counter()
 
     def told() -> Iterator[Any]:
+        """The table of each block as it is solved; progress and outcomes are counted on the way."""
         with _progress(blocks.steps) as progress:
             before = 0
             for block in blocks:
@@ -62,7 +63,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
 
 @contextmanager
 def _progress(steps: int) -> Iterator["Progress"]:
-    """A listener to how many steps are solved, if there are many."""
+    """A listener that shows how many steps are solved, or a silent one for no more than a block of steps."""
     from prb3r.model.solve import BLOCK
     from prb3r.progress import reporter
     from prb3r.study.plan import Silent
@@ -79,7 +80,7 @@ def _progress(steps: int) -> Iterator["Progress"]:
 
 
 def _write(tables: Iterator[Any], place: Path | None) -> None:
-    """Write tables one below another to a file that is whole or not there, or to stdout where none is given."""
+    """Write tables one below another to the file `place`, which appears only when it is whole; without it to stdout."""
     from prb3r.model.files.table import csv_text
     from prb3r.runs.files import replaced
     from prb3r.runs.store import write_one_below_another

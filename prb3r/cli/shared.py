@@ -1,4 +1,4 @@
-"""What several commands take and say."""
+"""Options, checks and messages that several commands share."""
 
 import os
 
@@ -8,12 +8,12 @@ from prb3r.errors import Problem, SpecError
 
 
 def existing(_context: click.Context, _parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
-    """The paths of an argument, all of which must be there.
+    """The paths of an argument, which must all exist; a callback of click.
 
     Raises
     ------
     SpecError
-        With every path that is not.
+        With every path that does not.
     """
     problems = [Problem(path, "no such file or folder") for path in paths if not os.path.exists(path)]
     if problems:
@@ -37,4 +37,4 @@ JOBS = click.option(
     callback=lambda _context, _parameter, jobs: jobs or os.cpu_count() or 1,
     help="Worker processes [default: all cores].",
 )
-"""Number of worker processes, at least 1."""
+"""Option `-j`: number of worker processes, at least 1, by default all cores."""

@@ -58,7 +58,10 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
 
 
 def _presented(result: "Result") -> "Ended":
-    """Draw and write what is shown of a study, and record how its run ended."""
+    """Draw the figures and write the report of a study, and record how its run ended, for :func:`still_standing`.
+
+    An unchanged study that is run again says what the record has, where nothing was computed.
+    """
     from prb3r.present.study.current import Ended, publish_what_changed, record_end
 
     files = publish_what_changed(result)
@@ -68,7 +71,7 @@ def _presented(result: "Result") -> "Ended":
 
 
 def _close(ctx: click.Context, ended: Sequence["Ended"]) -> NoReturn:
-    """Say how studies ended, and leave with the exit code for it."""
+    """Print how studies ended, and exit: with 1 if a case of any had no stable equilibrium, else 0."""
     click.echo("\n".join(study.said for study in ended))
     ctx.exit(ExitCode.SOME_FAILED if any(study.failed for study in ended) else ExitCode.DONE)
 
@@ -79,7 +82,7 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
     Raises
     ------
     SpecError
-        With every problem of all files, and with studies of one name, which would write into one folder.
+        With every problem of all files, and with studies of equal names, which would write into one folder.
     """
     from prb3r.progress import reporter
     from prb3r.study.plan import plan_study
@@ -102,7 +105,7 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
 
 
 def _forecast(plan: "Plan", jobs: int) -> str:
-    """How many cases a study has, what they cost in seconds and where they go, in one line."""
+    """One line: the number of cases of a study, the seconds that they take with `jobs` workers, and their folder."""
     from prb3r.study.run import forecast
 
     seconds, stored = forecast(plan)
@@ -111,7 +114,7 @@ def _forecast(plan: "Plan", jobs: int) -> str:
 
 
 def _closing(result: "Result", files: list[Path]) -> str:
-    """What a run of a study did, and what it answers: the lines that close it."""
+    """Closing lines of a run: how many cases were computed, what the study answers, and the first case that failed."""
     plan, cases = result.plan, len(result.cases)
     what = (
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
