@@ -1,8 +1,8 @@
-"""How far an equilibrium is from the arithmetic limit of the machine.
+"""Floating point rate of the kernels, as a share of the peak rate of the machine.
 
-The operations of an equilibrium are counted on the kernel's own text (`counting.py`); what the machine does at most is
-measured beside it, by turns: multiply-adds that do not wait for each other, one number at a time and as many side by
-side as the compiler puts into a register.  Kernels are compiled for one number at a time.
+The operations of an equilibrium are counted on the kernel's own text (`counting.py`).  The peak is measured in turns
+with the kernels: independent multiply-adds, scalar ones and vector ones as wide as the compiler makes them.  Kernels
+are compiled for one number at a time.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,18 +18,20 @@ from prb3r.bench.prototype import Timed, prototype, table_2
 from prb3r.mechanics.plate import PlateModel, gauss_collocation, plate_model
 
 SCALAR, APART, VECTOR = "one at a time, fused", "one at a time, apart", "side by side, fused"
-"""Peaks: multiply-adds as one instruction, products and additions as one each, and fused ones of whole registers."""
+"""Kinds of peak: scalar fused multiply-adds, scalar products and additions apart, and vector fused multiply-adds."""
 CHAINS = 12
-"""Results that are worked out independently: more than a processor has under way, no more than it has registers."""
+"""Independent chains of scalar operations: more than a processor has under way, no more than it has registers."""
 LENGTH, DEPTH = 256, 16
-"""Of the array for whole registers, which stays in the cache next to the processor; multiply-adds of a number."""
+"""Length of the array for vector operations, which fits into the first-level cache; multiply-adds of each number in a
+round."""
 ROUNDS = {SCALAR: 400_000, APART: 800_000, VECTOR: 8_000}
-"""Some milliseconds each."""
+"""Rounds of each loop: some milliseconds."""
 COUNTED_FRICTION = 0.3
+"""Friction coefficient of the equilibria with friction whose operations are counted."""
 
 
 def fused_one_by_one(x, m, p, rounds):
-    """Put m x + p in the place of each of `CHAINS` numbers x, `rounds` times: independent chains of operations."""
+    """Replace each of `CHAINS` numbers x by m x + p, `rounds` times: independent chains of fused multiply-adds."""
     a, b, c, d, e, f, g, h, i, j, k, l = x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11]  # noqa: E741
     for _ in range(rounds):
         a, b, c, d, e, f = a * m + p, b * m + p, c * m + p, d * m + p, e * m + p, f * m + p
@@ -38,7 +40,7 @@ def fused_one_by_one(x, m, p, rounds):
 
 
 def apart_one_by_one(x, m, p, rounds):
-    """A product or an addition of each of `CHAINS` numbers, in place."""
+    """Multiply half of `CHAINS` numbers by m and add p to the others, in place, `rounds` times."""
     a, b, c, d, e, f, g, h, i, j, k, l = x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11]  # noqa: E741
     for _ in range(rounds):
         a, b, c, d, e, f = a * m, b + p, c * m, d + p, e * m, f + p
@@ -47,7 +49,7 @@ def apart_one_by_one(x, m, p, rounds):
 
 
 def fused_side_by_side(x, m, p, rounds):
-    """`DEPTH` multiply-adds of every number of an array, in place."""
+    """Do `DEPTH` multiply-adds on every number of an array, in place, `rounds` times; the compiler makes vectors."""
     for _ in range(rounds):
         for k in range(len(x)):
             y = x[k]
@@ -59,7 +61,7 @@ def fused_side_by_side(x, m, p, rounds):
 
 
 def peak_tasks() -> list[Timed]:
-    """The loops as tasks; their `equilibria` are operations."""
+    """The three peak loops as tasks to be timed, compiled already; their `equilibria` are floating point operations."""
     fused = numba.njit(fastmath={"contract"})
     kinds = (
         (SCALAR, fused(fused_one_by_one), CHAINS, 2 * CHAINS),
@@ -70,6 +72,7 @@ def peak_tasks() -> list[Timed]:
 
 
 def _peak_task(name: str, loop: Any, length: int, operations: int) -> Timed:
+    """A peak loop over `length` numbers, with so many `operations` in a round, as a compiled task."""
     x = np.linspace(0.1, 1.0, length)
 
     def run() -> np.ndarray:
@@ -81,14 +84,16 @@ def _peak_task(name: str, loop: Any, length: int, operations: int) -> Timed:
 
 
 def operation_counts() -> pd.DataFrame:
-    """One row a method of the bench: operations of one of the equilibria of Table 2, of each kind and as weighted.
+    """One row a method: mean operations of an equilibrium of Table 2, by kind and their weighted sum `operations`.
 
-    Those of two rounds of the 20 loads that follow a first one, so that coming to rest is not among them.
+    The mean is over the second and third round of the 20 loads: the solution at rest, which belongs to the first round,
+    does not count.
     """
     return pd.DataFrame([{"method": name} | _operations(*of) for name, of in _counted()])
 
 
 def _counted() -> Iterator[tuple[str, tuple[PlateModel, float]]]:
+    """Methods whose operations are counted: the name, and the plate model with the friction coefficient."""
     springs, elastica = plate_model("prb3r"), gauss_collocation()
     for name, plate in ((PRB_ENGINE, springs), (ELASTICA_ENGINE, elastica)):
         yield name, (plate, 0.0)
@@ -96,6 +101,7 @@ def _counted() -> Iterator[tuple[str, tuple[PlateModel, float]]]:
 
 
 def _operations(plate: PlateModel, mu: float) -> dict[str, float]:
+    """Mean operations of an equilibrium, by kind and weighted; see :func:`operation_counts`."""
     chain = prototype(plate, mu)
     once, again = (count_solve(chain, table_2(chain, times))[1] for times in (1, 3))
     again.subtract(once)
@@ -106,9 +112,9 @@ def _operations(plate: PlateModel, mu: float) -> dict[str, float]:
 def arithmetic_table(
     counted: pd.DataFrame, methods: Sequence[Timed], by_method: np.ndarray, peaks: np.ndarray
 ) -> pd.DataFrame:
-    """Counts with what is reached of the machine's peaks, medians of the ratios within a round.
+    """Counts with the time, the rate (operations/s) and its shares of the scalar and vector peak; medians over rounds.
 
-    `by_method` (rounds, methods) seconds an equilibrium, `peaks` (rounds, 3) seconds an operation.
+    `by_method` (rounds, methods) holds seconds per equilibrium, `peaks` (rounds, 3) seconds per operation.
     """
     places = [[task.name for task in methods].index(name) for name in counted["method"]]
     seconds = by_method[:, places]
@@ -122,5 +128,5 @@ def arithmetic_table(
 
 
 def peak_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a peak: operations a second; `seconds` (rounds, peaks) an operation."""
+    """One row a kind of peak: operations per second; `seconds` (rounds, peaks) holds seconds per operation."""
     return pd.DataFrame({"peak": [task.name for task in tasks], "operations_per_s": 1 / np.median(seconds, axis=0)})

@@ -1,6 +1,6 @@
-"""What whole commands cost, from files to files, in processes of their own: clock, processors, memory, compilation.
+"""Costs of whole commands, from files to files, in processes of their own: clock, processor time, memory, compilation.
 
-A command is run with few and with many configurations, by turns; the difference is what one more costs.
+Each command is run with few and with many configurations in turns; their difference gives the cost of one more.
 """
 
 import os
@@ -24,9 +24,10 @@ FEW_AND_MANY: Mapping[str, tuple[int, int]] = {
     GRID_COMMAND: (20_000, 200_000),
     CLOUD_COMMAND: (524_288, 2_097_152),
 }
-"""Configurations of each command: enough to start every worker, and many more: their difference holds no start."""
+"""Configurations of each command, few and many: few are enough to start every worker, so that the difference contains
+no start-up."""
 KIB = 1 if sys.platform == "darwin" else 1024
-"""Bytes in what the system calls a unit of resident memory."""
+"""Bytes in the unit of `ru_maxrss`."""
 LAUNCHER = """
 import resource, subprocess, sys
 code = subprocess.call(sys.argv[1:])
@@ -35,7 +36,8 @@ print()
 print(used.ru_utime + used.ru_stime, used.ru_maxrss)
 sys.exit(code)
 """
-"""Runs a command and tells what it used; a process that is small, as memory counts from before a command is loaded."""
+"""Program that runs a command and prints its processor time (s) and peak memory (`ru_maxrss`).  It is small, as the
+memory of the process that starts a command counts as the command's."""
 STUDY = """name = "bench-{count}"
 title = "bench"
 manipulator = "wrist.toml"
@@ -65,19 +67,21 @@ tension_n = {{ 1 = 100.0, 2 = 100.0, 3 = 100.0, 4 = 100.0 }}
 
 
 class Cost(NamedTuple):
-    """What a process and those that it started have used."""
+    """Resources used by a process and the processes that it started."""
 
     cpu_s: float
+    """Processor time of all of them together."""
     clock_s: float
     peak_mib: float
-    """Of the largest of them."""
+    """Peak resident memory of the largest of them."""
 
 
 def command_tables(rounds: int, say: Callable[[str], None]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Costs of commands with few and many configurations, and ratios: one row a way, medians over the rounds.
+    """Costs of commands with few and many configurations, and the cost of one more; medians over `rounds`.
 
-    The first has `command, configurations, workers, cpu_s, clock_s, peak_mib`; the second `path, times_kernel,
-    time_each_s` and `two_workers`, how many times faster two workers are than one.
+    The first table has `command, configurations, workers, cpu_s, clock_s, peak_mib`.  The second has a row for each
+    command (`path`): `time_each_s`, the processor time of one more configuration, `times_kernel`, its ratio to an
+    equilibrium in the kernel, and `two_workers`, how many times as fast two workers are as one.  `say` hears of rounds.
     """
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -100,7 +104,7 @@ def command_tables(rounds: int, say: Callable[[str], None]) -> tuple[pd.DataFram
 
 
 def compilation() -> dict[str, float]:
-    """Seconds of processors and of the clock that the first command takes more than the second, with an empty cache."""
+    """Processor and clock time, s, that a first command with an empty cache of kernels takes more than a second one."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         _write_inputs(folder)
@@ -110,12 +114,12 @@ def compilation() -> dict[str, float]:
 
 
 def cost_of(words: list[str], folder: Path, **environment: str) -> Cost:
-    """What the command costs in a process of its own.
+    """The cost of the command `prb3r words...`, run in `folder` in a process of its own.
 
     Raises
     ------
     RuntimeError
-        With its last line, if it fails.
+        With the last line of its stderr, if it fails.
     """
     root = Path(__file__).parents[2]
     path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
@@ -136,6 +140,7 @@ def cost_of(words: list[str], folder: Path, **environment: str) -> Cost:
 
 
 def _write_inputs(folder: Path) -> None:
+    """Write the manipulator, the tables of steps and the study files of all commands."""
     rig = Manipulator.model_validate(wrist())
     (folder / "wrist.toml").write_text(toml_text(wrist()))
     for count in FEW_AND_MANY[SOLVE_COMMAND]:
@@ -150,13 +155,14 @@ def _study_file(name: str, count: int) -> str:
 
 
 def _words(name: str, count: int, workers: int) -> list[str]:
+    """Arguments of `prb3r` for a command on `count` configurations."""
     if name == SOLVE_COMMAND:
         return ["solve", "wrist.toml", f"{count}.parquet", "-o", "out.parquet"]
     return ["run", _study_file(name, count), "-o", "results", "--fresh", "-j", str(workers)]
 
 
 def _ratios(measured: pd.DataFrame, kernel: pd.Series) -> pd.DataFrame:
-    """What one more configuration costs, of the kernel's time in the same round."""
+    """The second table of :func:`command_tables`; `kernel` holds s per equilibrium in the kernel by round."""
     by = measured.set_index(["command", "workers", "configurations", "round"]).sort_index()
     rows = []
     for name, (few, many) in FEW_AND_MANY.items():

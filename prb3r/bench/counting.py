@@ -1,9 +1,9 @@
-"""Floating point operations of the kernels, counted by running their own text on numbers that count.
+"""Floating point operations of the kernels, counted by running their Python text on numbers that count.
 
-Kernels are functions of plain Python, which numbers of any kind can walk through: here a number knows its value and
-tells a tally of every operation on it.  Nothing is said about the mechanics a second time, so that the count is that of
-the kernel as it stands.  What a compiler does without is not counted: arithmetic among numbers that stand in the text,
-sums with its zeros and products with its ones; a quotient by a number of the text is a product.
+Kernels are plain Python functions, which accept any kind of number: here one that holds its value and adds every
+operation on it to a tally.  So the count is that of the kernel as it stands, and the mechanics is not stated twice.
+Operations that a compiler removes are not counted: arithmetic among literals, sums with a literal 0, products with a
+literal 0, 1 or -1; a quotient by a literal counts as a product.
 """
 
 import math
@@ -22,13 +22,15 @@ from prb3r.mechanics.equilibrium import Equilibria, solve_chain
 
 ADD, MULTIPLY, DIVIDE, ROOT, FUNCTION = "additions", "products", "quotients", "square_roots", "functions"
 OPERATION_WEIGHTS = {ADD: 1, MULTIPLY: 1, DIVIDE: 4, ROOT: 4, FUNCTION: 8}
-"""As how many operations each counts (McMahon, The Livermore Fortran kernels, UCRL-53745, 1986); `functions` are sines,
-exponentials and their like where the kernels call them: what they work out in line is counted as it stands there."""
+"""How many operations one of each kind counts for (McMahon, The Livermore Fortran kernels, UCRL-53745, 1986).
+`functions` are calls of sines, exponentials and their like; where kernels evaluate one in line, that is counted term by
+term."""
 NO_OPERATIONS = (math.copysign, math.floor, math.isfinite, math.isnan)
+"""Functions of `math` that do not count."""
 
 
 class Counted:
-    """A number that tells `tally` what is done with it; comparisons, signs and magnitudes are no operations."""
+    """A number that adds to `tally` every operation on it; comparisons, negation and magnitude do not count."""
 
     __slots__ = ("tally", "value")
 
@@ -52,7 +54,10 @@ class Counted:
 
 
 def _operation(work: Callable[[float, float], float], kind: Callable[[Any, Any], str | None]) -> Callable[..., Counted]:
-    """An operation on two numbers, one of which at least counts, of a `kind`; None: of none."""
+    """A method of :class:`Counted` that does `work` on two numbers and counts it.
+
+    `kind` of the two operands gives the name under which it counts, or None if it does not.
+    """
 
     def done(a: Any, b: Any) -> Counted:
         tally, name = (a if isinstance(a, Counted) else b).tally, kind(a, b)
@@ -64,7 +69,7 @@ def _operation(work: Callable[[float, float], float], kind: Callable[[Any, Any],
 
 
 def _divided(a: float, b: float) -> float:
-    """By IEEE rules, as the kernels have them."""
+    """`a / b` by IEEE rules, as in the kernels: infinite or NaN where Python would raise an error."""
     if b != 0.0:
         return a / b
     with np.errstate(all="ignore"):
@@ -78,10 +83,11 @@ def _raised(a: float, b: float) -> float:
 
 
 def _of_text(number: Any, *values: float) -> bool:
-    """Whether a number stands in the kernel's text and is one of these."""
+    """Whether a number is a literal of the kernel, or another number that does not count, and one of `values`."""
     return not isinstance(number, Counted) and number in values
 
 
+# Each of the next four functions gives the kind under which an operation on `a` and `b` counts, None if it does not.
 def _of_sum(a: Any, b: Any) -> str | None:
     return None if _of_text(a, 0) or _of_text(b, 0) else ADD
 
@@ -99,7 +105,7 @@ def _of_power(a: Any, b: Any) -> str:
 
 
 def _teach() -> None:
-    """Give numbers that count the operators of numbers."""
+    """Define the arithmetic and comparison operators of :class:`Counted`."""
     operations = {
         "add": (operator.add, _of_sum),
         "sub": (operator.sub, _of_sum),
@@ -120,7 +126,7 @@ _teach()
 
 
 class CountedArray(np.ndarray):
-    """An array of numbers that count: what is written to it counts from then on."""
+    """An array of :class:`Counted` numbers; plain floats that are written to it become such numbers."""
 
     tally: Counter[str]
 
@@ -133,7 +139,7 @@ class CountedArray(np.ndarray):
 
 
 class Fields:
-    """One record: its numbers as attributes."""
+    """A record of a structured array with its fields as attributes; floats assigned to it count from then on."""
 
     tally: Counter[str]
 
@@ -145,13 +151,15 @@ class Fields:
 
 
 class _Counting:
-    """Arguments of kernels as numbers that count, and back; what shares memory shares it there too."""
+    """Conversion of kernel arguments to numbers that count, and back; arrays that share memory still do afterwards."""
 
     def __init__(self, tally: Counter[str]):
         self.tally = tally
         self.known: dict[int, tuple[Any, Any]] = {}
+        """Arrays converted so far, by their `id`: the plain one and the one that counts."""
 
     def of(self, argument: Any) -> Any:
+        """An argument (number, array, record or bundle of these) with all its floats as :class:`Counted` numbers."""
         if isinstance(argument, tuple):  # a bundle
             return type(argument)(*map(self.of, argument))
         if not isinstance(argument, np.ndarray):
@@ -161,6 +169,10 @@ class _Counting:
         return self.known[id(argument)][1]
 
     def _array(self, array: np.ndarray) -> Any:
+        """An array that counts; of a structured one an array of `Fields`, of a view a view of what counts for its base.
+
+        Arrays of other types stay as they are.
+        """
         if array.dtype.names:
             rows = [
                 Fields(self.tally, **{name: self.of(self._plain(row[name])) for name in array.dtype.names})
@@ -179,24 +191,28 @@ class _Counting:
 
     @staticmethod
     def _plain(field: Any) -> Any:
+        """The content of a record's field: a copy of an array, or a Python number."""
         return field.copy() if isinstance(field, np.ndarray) else field.item()
 
     def give_back(self) -> None:
-        """Write what was worked out to the arrays of plain numbers that arguments were made of."""
+        """Copy the results from the arrays that count to the plain arrays that they were made from."""
         for array, memory in self.known.values():
             if isinstance(memory, CountedArray):
                 array[...] = np.reshape([float(value) for value in memory.ravel()], array.shape)
 
 
 def _objects(values: list[Any], shape: tuple[int, ...]) -> np.ndarray:
+    """An array of Python objects."""
     out = np.empty(len(values), object)
     out[:] = values
     return out.reshape(shape)
 
 
 def _counting(function: Callable[..., float]) -> Callable[..., Any]:
-    """A function of `math` that takes counted numbers too, tells their tally of each call and returns a counted number;
-    of plain numbers alone, a plain one."""
+    """A function of `math` that also takes :class:`Counted` numbers, counts each call and returns such a number.
+
+    Of plain numbers alone it returns a plain one.
+    """
     kind = ROOT if function is math.sqrt else None if function in NO_OPERATIONS else FUNCTION
 
     def called(*numbers):
@@ -211,6 +227,7 @@ def _counting(function: Callable[..., float]) -> Callable[..., Any]:
 
 
 def _text(kernel: Any, modules: dict[str, dict[str, Any]]) -> FunctionType:
+    """See :func:`text_of`; `modules` holds the names of each module whose kernels were replaced already."""
     function = kernel.py_func
     if function.__module__ not in modules:
         known = modules[function.__module__] = dict(vars(sys.modules[function.__module__]))
@@ -223,12 +240,12 @@ def _text(kernel: Any, modules: dict[str, dict[str, Any]]) -> FunctionType:
 
 
 def text_of(kernel: Any) -> FunctionType:
-    """The text of a compiled kernel as a function for numbers that count, and with it that of all kernels it calls."""
+    """The Python function of a compiled kernel, which takes numbers that count, as do all kernels that it calls."""
     return _text(kernel, {})
 
 
 def count_solve(chain: Chain, loads: Loads) -> tuple[Equilibria, Counter[str]]:
-    """What `solve_chain` returns without details, and how many operations of each kind the kernel does on the way."""
+    """Equilibria as `solve_chain` returns them without details, and the operations of each kind in the kernel."""
     tally: Counter[str] = Counter()
 
     def follow(*arguments):
@@ -243,5 +260,5 @@ def count_solve(chain: Chain, loads: Loads) -> tuple[Equilibria, Counter[str]]:
 
 
 def weighted(tally: Counter[str]) -> float:
-    """Number of operations of a tally, each kind counting as many times as `OPERATION_WEIGHTS` says."""
+    """Weighted number of operations of a tally; see `OPERATION_WEIGHTS`."""
     return float(sum(OPERATION_WEIGHTS[kind] * number for kind, number in tally.items()))

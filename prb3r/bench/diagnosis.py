@@ -1,4 +1,4 @@
-"""How long a diagnosis takes: designs of the proof grown to 14 disks and 40 steps, recorded by the independent rig."""
+"""Time of a diagnosis, on designs of the proof grown to 14 disks and 40 steps and recorded by the independent rig."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,28 +20,28 @@ from prb3r.recording.recording import Recording
 SEQUENCES = (6, 6, 6, 6, 6, 5, 5)
 """Steps of each sequence: 40 in all."""
 GOALS_S = {"declared": 10.0, "history": 60.0}
-"""Median time of a diagnosis by how the nominal model has friction, s, on two cores."""
+"""Goal for the median time of a diagnosis on two cores, s, by the direction of friction in the nominal model."""
 WORST = 3.0
-"""The longest diagnosis may take so many times the goal of the median."""
+"""The longest diagnosis may take this many times the goal of the median."""
 CORES = 2
-"""Worker processes."""
+"""Worker processes of a diagnosis."""
 FRICTION = 0.3
-"""Coefficient of designs that are drawn without friction."""
+"""Friction coefficient given to designs that are drawn without friction."""
 DESIGN_SEED = 11
-"""Of the designs: not one of those that the proof is run with."""
+"""Seed of the designs; the proof is run with others."""
 HIDDEN_EFFECTS: tuple[Mapping[str, Any], ...] = (
     {"kind": "weakened_plate", "plate": 4, "factor": 0.7},
     {"kind": "pulley_friction", "efficiency": 0.9},
     {"kind": "precurvature", "curvature_per_m": 0.6},
     {"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.05},
 )
-"""What the rig conceals, one after the other; every fifth recording has nothing to find."""
+"""Effects that the rig conceals, one for each design in turn; every fifth design conceals none."""
 
 
 def diagnosis_table(designs: int, say: Callable[[str], None] = lambda text: None) -> pd.DataFrame:
-    """Seconds of the diagnosis of each of `designs` recordings, with friction declared and along the path.
+    """One row a diagnosis: its time, s, its verdict and what was concealed; `designs` recordings for each friction.
 
-    Designs whose arm, grown to so many plates, has no equilibrium at some step are left out, and the next one is taken.
+    A grown design that has no equilibrium at some step is left out, and the next one is taken instead.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def diagnosis_table(designs: int, say: Callable[[str], None] = lambda text: None
 
 
 def _recordings(friction: str) -> Iterator[tuple[int, Recording]]:
-    """Numbers of designs, from 0, with their recordings, as far as the rig has an equilibrium at every step."""
+    """Number and recording of every design, from 0 on, whose rig has an equilibrium at each step; without end."""
     for number in count():
         design = grown(design_of(DESIGN_SEED, number), friction)
         try:
@@ -77,7 +77,7 @@ def _recordings(friction: str) -> Iterator[tuple[int, Recording]]:
 
 
 def diagnosis_goals(table: pd.DataFrame) -> list[tuple[str, str, float, float]]:
-    """Goal, relation, asked and measured: median and longest time for each kind of friction, s."""
+    """Rows (goal, relation, asked, measured) for the median and the longest time with each kind of friction, s."""
     goals = []
     for friction, seconds in table.groupby("friction", sort=False)["seconds"]:
         name, asked = f"diagnosis of 40 steps x 14 disks, friction {friction}", GOALS_S[str(friction)]
@@ -87,9 +87,9 @@ def diagnosis_goals(table: pd.DataFrame) -> list[tuple[str, str, float, float]]:
 
 
 def grown(design: Design, friction: str) -> Design:
-    """The design with 14 plates and 40 steps in 7 sequences, and with friction `declared` or along its `history`.
+    """The design with 14 plates, 40 steps in 7 sequences, and the direction of friction `declared` or `history`.
 
-    Loads fall as the arm grows, so that it turns about as far as before.
+    Loads are scaled down as the arm grows, so that it turns about as far as before.
     """
     share = design.plates / PLATES
     old = design.manipulator
@@ -106,7 +106,10 @@ def grown(design: Design, friction: str) -> Design:
 
 
 def _resampled(steps: LoadSteps, cables: Sequence[str], length: int, share: float) -> LoadSteps:
-    """Much the same path in `length` steps: loads in between in proportion, cables paid out where tensions fall."""
+    """A load path interpolated to `length` steps, tensions times `share` and tip loads times its square.
+
+    Cables are declared paid out where their tensions fall, drawn in elsewhere.
+    """
     at = np.linspace(0, len(steps) - 1, length)
     factors = {"cable": share, "tip": share**2}  # a longer arm gives a force at its tip more leverage
     columns = {
@@ -121,11 +124,12 @@ def _resampled(steps: LoadSteps, cables: Sequence[str], length: int, share: floa
 
 
 def _concealed(number: int) -> tuple[Mapping[str, Any], ...]:
+    """The effects that the rig of a design conceals: one of `HIDDEN_EFFECTS` or none."""
     return (*((effect,) for effect in HIDDEN_EFFECTS), ())[number % (len(HIDDEN_EFFECTS) + 1)]
 
 
 def _label(number: int) -> Label:
-    """What the rig does on the design `number`: concealed physics, and constants 3 % and 10 % off."""
+    """The truth of the recording of a design: its concealed effect, and ln of the factors on E (-0.03) and mu (0.1)."""
     effects = _concealed(number)
     return Label(
         case=number,

@@ -1,4 +1,4 @@
-"""What exact derivatives cost, in solves."""
+"""Cost of exact derivatives, in solves of the same equilibria."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,15 +12,15 @@ from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.mechanics.plate import plate_model
 
 PARAMETERS = 10
-"""Of the Jacobians that are timed against as many solves."""
+"""Parameters of each Jacobian that is timed."""
 STEP = 1e-5
-"""Relative change to either side for what is known of a parameter without solving."""
+"""Relative step to either side of a parameter; only loads and chain are differenced by it, no solutions."""
 LOOP = np.outer([100, 60, 80, 20], [1.0, 0, 0, 0]) + np.outer([0, 0, 40, 70], [0, 0, 1.0, 0])
 """Tensions of a loading history, N: cable 1 let go and pulled again, then cable 3."""
 
 
 def jacobian_tasks(times: int) -> Iterator[Timed]:
-    """By turns a solve and the Jacobian of the same equilibria; the loads of Table 2 come `times` over."""
+    """Pairs of tasks, a solve and the Jacobian of the same equilibria; the loads of Table 2 are repeated `times`."""
     bare = prototype(plate_model("prb3r"), 0.3)
     history = bare._replace(presliding=PRESLIDING)
     cases = [
@@ -43,7 +43,10 @@ def jacobian_tasks(times: int) -> Iterator[Timed]:
 
 
 def jacobian_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a kind of load: the time of a Jacobian over that of as many solves; `seconds` (rounds, tasks)."""
+    """One row a kind of load: the time of a Jacobian over that of as many solves as it has parameters.
+
+    `seconds` (rounds, tasks) are per equilibrium, as `seconds_in_turns` measures them.
+    """
     solved, differentiated = seconds[:, ::2], seconds[:, 1::2]
     return pd.DataFrame(
         {
@@ -56,7 +59,7 @@ def jacobian_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
 
 
 def _directions(chain: Chain, steps: Loads) -> list[Direction]:
-    """Factors on stiffness, friction, offsets and tensions, and a bend at rest, over and over."""
+    """`PARAMETERS` directions: factors on stiffness, friction, offsets and tensions, and a rest angle, in rotation."""
     kinds = [
         lambda v: (chain._replace(stiffness=v * chain.stiffness), steps),
         lambda v: (chain._replace(friction=v * chain.friction), steps),

@@ -39,34 +39,35 @@ from prb3r.bench.scaling import LENGTHS, LINEAR_GROWTH, scaling_table, scaling_t
 from prb3r.runs.provenance import git_state
 
 MOST_TIMES_KERNEL = 4.0
-"""An equilibrium by any way costs at most so many times what it does in the kernel, files included."""
+"""Goal: an equilibrium costs at most this many times what it does in the kernel, whatever interface is used."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What one run measured: machine, versions and revision, and tables."""
+    """Results of one run of the benchmark."""
 
     machine: dict[str, Any]
+    """Processor, system, versions, git revision, date, and number of rounds and threads."""
     methods: pd.DataFrame
-    """One row a method: time of the 20 equilibria of Table 2, ratio to the engine, tip error."""
+    """One row a method: time of the 20 equilibria of Table 2, ratio to the engine (PRB 3R), tip error."""
     scaling: pd.DataFrame
-    """One row a number of plates, with and without a tip load."""
+    """One row for each number of plates, with and without a tip load: time of an equilibrium and of a plate."""
     jacobians: pd.DataFrame
     """One row a kind of load: the time of a Jacobian over that of as many solves."""
     paths: pd.DataFrame
-    """One row a way to equilibria: the time of one over that of the kernel."""
+    """One row an interface (Python function or command): the time of an equilibrium over that in the kernel."""
     growth: pd.DataFrame
-    """One row a number of segments, cables or cases: the time of an equilibrium over that of the first of its kind."""
+    """One row for each number of segments, cables or cases: time of an equilibrium over that of the first number."""
     arithmetic: pd.DataFrame
-    """One row a method: operations of an equilibrium, and what they are of what the machine can do."""
+    """One row a method: operations of an equilibrium, their rate, and its shares of the machine's peaks."""
     peaks: pd.DataFrame
-    """One row a way of multiply-adds: what the machine can do, operations a second."""
+    """One row a kind of multiply-adds: the peak of the machine, operations per second."""
     commands: pd.DataFrame | None
-    """One row a command, number of configurations and workers, if any was run: what it takes."""
+    """One row for each command, number of configurations and workers: its cost; None if no command was run."""
     compilation: dict[str, float] | None
-    """Seconds, of processors and of the clock, that compiling takes with an empty cache, if commands were run."""
+    """Processor and clock time, s, that compiling takes with an empty cache; None if no command was run."""
     diagnosis: pd.DataFrame | None
-    """One row a recording, if any was diagnosed."""
+    """One row a recording: the time of its diagnosis; None if none was diagnosed."""
     goals: pd.DataFrame
     """One row a goal: what was asked, what was measured, their ratio, whether it was met."""
 
@@ -84,7 +85,7 @@ def measure(
     Parameters
     ----------
     equilibria : solved by the engine in one call; a chain ten times as long solves a tenth of them.
-    rounds : repetitions of every task but the diagnoses.
+    rounds : repetitions of every task but the commands and the diagnoses.
     lengths : plates of the chains for the scaling, multiples of 14, shortest first.
     designs : recordings to diagnose for each kind of friction, minutes each.
     commands : rounds of whole commands, each in a process of its own, a minute each.
@@ -123,7 +124,8 @@ def _goals(
     ways: pd.DataFrame,
     diagnosed: pd.DataFrame | None,
 ) -> pd.DataFrame:
-    """Ratios first, as they depend on the machine least."""
+    """The goals and what was measured of them, the table `Measured.goals`; ratios first, as they depend on the machine
+    least."""
     by = methods.set_index("method")
     longest = scaling["plates"].max()
     growth = scaling.loc[scaling["plates"] == longest, "per_plate_of_shortest"].max()
@@ -156,7 +158,7 @@ def _goals(
 
 
 def _told(way: Any) -> bool:
-    """Whether a way was timed with two workers too."""
+    """Whether an interface was timed with two workers too."""
     return bool(np.isfinite(getattr(way, "two_workers", np.nan)))
 
 

@@ -1,4 +1,4 @@
-"""The engine in all its models against the seed's method and the integral model: time and error."""
+"""Time and error of the engine in all its models, of the seed's method and of the integral model."""
 
 from collections.abc import Iterator, Sequence
 
@@ -21,19 +21,19 @@ from prb3r.mechanics.plate import gauss_collocation, plate_model
 from prb3r.mechanics.reference import integral_fsolve, seed_fsolve
 
 CONVERGED_POINTS = 6
-"""Gauss points per plate of the elastica that counts as exact."""
+"""Gauss points per plate of the elastica that is taken as exact."""
 PRB_ENGINE, ELASTICA_ENGINE = "engine, PRB 3R", "engine, elastica"
 ONE_HINGE_ENGINE, ARC_ENGINE = "engine, PRB 1R", "engine, constant curvature"
 TIP_ENGINE, HISTORY_ENGINE = "engine, PRB 3R, tip load 5 N", "engine, PRB 3R, mu 0.3, loading history"
 FSOLVE, INTEGRAL = "reference: fsolve on Eq. 12", "reference: integral model"
 SIDE_BY_SIDE = "engine, PRB 3R, side by side", "engine, PRB 3R, mu 0.3, side by side"
-"""Each load from rest, as many at once as there are lanes: without friction and with it."""
+"""Names of methods that solve each load from rest, several in lanes at once: without friction and with it."""
 COMPARED = (ONE_HINGE_ENGINE, PRB_ENGINE, ELASTICA_ENGINE, ARC_ENGINE, FSOLVE, INTEGRAL)
-"""Methods that solve the same: cables alone, without friction."""
+"""Methods that solve the same problem: cables alone, without friction."""
 
 
 def method_tasks(times: int) -> Iterator[tuple[Timed, float]]:
-    """Every method with its largest tip error in % of length, against the elastica under the same loads.
+    """Every method as a task, with its largest tip error, % of length, against the converged elastica.
 
     The engine solves the loads of Table 2 `times` over in one call; the references solve them once, each load from the
     last solution.
@@ -45,7 +45,10 @@ def method_tasks(times: int) -> Iterator[tuple[Timed, float]]:
 
 
 def method_table(tasks: Sequence[Timed], errors: Sequence[float], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a method; `seconds` (rounds, tasks), ratios are medians of those within a round."""
+    """One row a method; `seconds` (rounds, tasks) per equilibrium.
+
+    `times_engine` is the ratio to the first task, the median of the ratios within a round.
+    """
     median = np.median(seconds, axis=0)
     return pd.DataFrame(
         {
@@ -60,6 +63,7 @@ def method_table(tasks: Sequence[Timed], errors: Sequence[float], seconds: np.nd
 
 
 def _without_history(times: int) -> Iterator[tuple[Timed, float]]:
+    """The engine along the loads of Table 2, each from the step before, in all plate models."""
     springs, elastica = plate_model("prb3r"), gauss_collocation()
     bare = prototype(springs)
     cases = [
@@ -78,6 +82,7 @@ def _without_history(times: int) -> Iterator[tuple[Timed, float]]:
 
 
 def _side_by_side(times: int) -> Iterator[tuple[Timed, float]]:
+    """The engine on the loads of Table 2, each from rest, several in lanes at once."""
     names = (*SIDE_BY_SIDE, *(name.replace("PRB 3R", "elastica") for name in SIDE_BY_SIDE))
     for name, plate in zip(names, [plate_model("prb3r")] * 2 + [gauss_collocation()] * 2, strict=True):
         mu = 0.3 if "mu" in name else 0.0
@@ -87,6 +92,7 @@ def _side_by_side(times: int) -> Iterator[tuple[Timed, float]]:
 
 
 def _with_history() -> Iterator[tuple[Timed, float]]:
+    """The engine along 40 steps with reversals, with friction that follows the cables' travel."""
     plates = {HISTORY_ENGINE: plate_model("prb3r"), "engine, elastica, mu 0.3, loading history": gauss_collocation()}
     exact = prototype(gauss_collocation(CONVERGED_POINTS), 0.3)._replace(presliding=PRESLIDING)
     for name, plate in plates.items():
@@ -97,6 +103,7 @@ def _with_history() -> Iterator[tuple[Timed, float]]:
 
 
 def _references() -> Iterator[tuple[Timed, float]]:
+    """The seed's method and the integral model on the 20 loads of Table 2."""
     bare = prototype(plate_model("prb3r"))
     once = table_2(bare)
 
@@ -113,11 +120,12 @@ def _references() -> Iterator[tuple[Timed, float]]:
 
 
 def _error(task: Timed, mu: float = 0.0, tip: tuple[float, float] = NO_LOAD) -> float:
-    """Largest tip error over the loads of Table 2, in % of length."""
+    """Largest tip error of a task over the loads of Table 2, % of length; `mu` and `tip` (N) are those of the task."""
     exact = prototype(gauss_collocation(CONVERGED_POINTS), mu)
     converged = engine_task("converged elastica", exact, table_2(exact, tip=tip)).run()
     return _percent(task.run()[:20], converged, exact.length)
 
 
 def _percent(tip: np.ndarray, converged: np.ndarray, length: float) -> float:
+    """Largest distance between tips (s,), m, as complex numbers, in % of `length`."""
     return float(100 * np.abs(tip - converged).max() / length)

@@ -1,4 +1,4 @@
-"""The same equilibria by each way that leads to them, and how their time grows; kernel and way by turns."""
+"""Time of equilibria through each interface, against the kernel alone in turns with it, and how it grows with size."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -16,15 +16,17 @@ from prb3r.model.steps import LoadTable, load_steps
 from prb3r.recording.recording import Kind, Measurement, Prior, Readings, Recording
 
 SEGMENT_COUNTS, CABLE_COUNTS, CASE_COUNTS = (1, 2, 7), (2, 4, 8, 16), (10_000, 1_000, 100, 10)
-"""What is varied: segments of 14 plates, cables, sequences in one call; each is told beside the first."""
+"""Numbers of segments that the 14 plates are divided into, of cables, and of sequences in one call; times are given as
+ratios to the first of each."""
 RECORDED = (6, 6, 6, 6, 6, 5, 5)
 """Steps of each sequence of the recording that is predicted."""
 LOAD_SEED = 7
+"""Seed of the random tensions."""
 KERNEL, SOLVE, PREDICTION = "kernel", "prb3r.solve, one-step sequences", "prediction of a recording"
 
 
 def wrist(segments: int = 2, cables: int = 4, model: str = "prb3r") -> dict[str, Any]:
-    """The prototype as a manipulator's file says it: 14 plates in `segments`, friction 0.3."""
+    """The prototype as the contents of a manipulator file: 14 plates in so many `segments`, friction 0.3."""
     plates = [PLATES // segments + (k < PLATES % segments) for k in range(segments)]
     plate = {"length_m": 0.030, "clamp_m": 0.008, "width_m": 0.030, "thickness_m": 0.0008}
     offsets = 0.0255 * (1 - 0.1 * (np.arange(cables) // 2)) * np.where(np.arange(cables) % 2, -1, 1)
@@ -43,7 +45,7 @@ def wrist(segments: int = 2, cables: int = 4, model: str = "prb3r") -> dict[str,
 
 
 def pulls(manipulator: Manipulator, steps: Sequence[int]) -> dict[str, Any]:
-    """A table of random tensions, N: sequences of so many `steps`; half of the cables are idle at a time."""
+    """A table of random tensions, N, with a sequence for each number of `steps`; on average half the cables idle."""
     rng, count = np.random.default_rng(LOAD_SEED), sum(steps)
     most = 100.0 / max(1, len(manipulator.cable) // 4)
     tension = np.maximum(rng.uniform(-most, most, (count, len(manipulator.cable))), 0)
@@ -55,7 +57,10 @@ def pulls(manipulator: Manipulator, steps: Sequence[int]) -> dict[str, Any]:
 
 
 def path_tasks(sequences: int, times: int) -> list[Timed]:
-    """By turns the kernel and a way to the same equilibria: `sequences` of one step, a recording `times` over."""
+    """Pairs of tasks, the kernel and an interface to the same equilibria.
+
+    `prb3r.solve` takes `sequences` of one step each, the prediction of a recording is repeated `times`.
+    """
     rig = Manipulator.model_validate(wrist())
     table = pulls(rig, [1] * sequences)
     predict = predictor(_recording(rig))
@@ -81,7 +86,10 @@ def path_tasks(sequences: int, times: int) -> list[Timed]:
 
 
 def path_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a way: its time over that of the kernel; `seconds` (rounds, tasks), ratios of those within a round."""
+    """One row an interface: its time over that of the kernel, the median of the ratios within a round.
+
+    `seconds` (rounds, tasks) are per equilibrium.
+    """
     kernel, ways = seconds[:, ::2], seconds[:, 1::2]
     return pd.DataFrame(
         {
@@ -95,7 +103,7 @@ def path_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
 
 
 def growth_tasks(equilibria: int) -> list[Timed]:
-    """A task for each number of segments, cables and cases."""
+    """A task for each number of segments, cables and cases; no task solves more than `equilibria`."""
     tasks = []
     described = [("segments", wrist(segments=number)) for number in SEGMENT_COUNTS]
     described += [("cables", wrist(cables=number)) for number in CABLE_COUNTS]
@@ -111,7 +119,10 @@ def growth_tasks(equilibria: int) -> list[Timed]:
 
 
 def growth_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a task: an equilibrium's time over that of the first number of its kind, within a round."""
+    """One row a task: the time of an equilibrium over that with the first number of its kind.
+
+    `number` is as asked: a call of `prb3r.solve` has fewer cases where :func:`growth_tasks` limits them.
+    """
     names = np.array([task.name for task in tasks])
     first = np.array([np.flatnonzero(names == name)[0] for name in names])
     return pd.DataFrame(
@@ -125,7 +136,7 @@ def growth_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
 
 
 def _recording(rig: Manipulator) -> Recording:
-    """What a camera reads of 40 steps: place and angle of every disk; the values do not matter here."""
+    """A recording of 40 steps with position and angle of every disk; the readings are zero, as only time counts."""
     table = load_steps(rig, pulls(rig, RECORDED))
     step, disk, kind = (field.ravel() for field in np.indices((len(table.steps), PLATES, 3)))
     return Recording(
@@ -143,22 +154,25 @@ def _recording(rig: Manipulator) -> Recording:
 
 
 def _kernel(rig: Manipulator, table: LoadTable) -> Callable[[], np.ndarray]:
+    """A function that solves the table by the mechanics alone, without details."""
     chain = rig.chain()
     return lambda: solve_chain(chain, table.loads, from_rest=table.begins, detail=False).x
 
 
 def _again(rig: Manipulator, table: dict[str, Any], times: int) -> Callable[[], np.ndarray]:
+    """A function that solves the table `times` over by `prb3r.solve`."""
     return lambda: np.stack([solve(rig, table)["x_m"].to_numpy() for _ in range(times)])
 
 
 def _warm(tasks: list[Timed]) -> list[Timed]:
+    """The tasks after a first run of each, which is not to be timed."""
     for task in tasks:
         task.run()  # fills caches
     return tasks
 
 
 def kernel_in(rounds: int) -> Iterator[float]:
-    """Seconds of an equilibrium in the kernel, again and again, to compare with what takes turns with it."""
+    """Seconds per equilibrium in the kernel, measured anew at each of `rounds` iterations, in turns with the caller."""
     rig = Manipulator.model_validate(wrist())
     (task,) = _warm([Timed(KERNEL, CASE_COUNTS[0], _kernel(rig, load_steps(rig, pulls(rig, [1] * CASE_COUNTS[0]))))])
     return (float(seconds_in_turns([task], 1).item()) for _ in range(rounds))

@@ -1,4 +1,4 @@
-"""What is timed: the paper's prototype under the loads of Table 2, and how tasks take turns."""
+"""The paper's prototype and the loads of Table 2 as tasks, and how tasks are timed in turns."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -11,17 +11,17 @@ from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.mechanics.plate import PlateModel
 
 TENSIONS = np.linspace(10, 200, 20)
-"""Table 2, N."""
+"""Tensions of cable 1 in Table 2, N."""
 NO_LOAD, TIP_LOAD = (0.0, 0.0), (0.0, -5.0)
 """Dead loads on the tip, N."""
 PRESLIDING = 3e-5
-"""Of friction along the path, m; the default of manipulator files."""
+"""Presliding travel of friction that follows the path, m; the default of manipulator files."""
 PLATES = 14
-"""Of the prototype."""
+"""Plates of the prototype."""
 
 
 class Timed(NamedTuple):
-    """Something to time: `run` solves `equilibria` equilibria; its result depends on the section of the bench."""
+    """A task to be timed: `run` solves `equilibria` equilibria; each section of the bench returns another array."""
 
     name: str
     equilibria: int
@@ -64,7 +64,7 @@ def tips(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def engine_task(name: str, chain: Chain, steps: Loads, alone: bool = False) -> Timed:
-    """The engine on all `steps` in one call, each from the one before or, `alone`, from rest; its run returns `tips`.
+    """A task that solves all `steps` in one call, each from the step before or, `alone`, from rest; it returns `tips`.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def engine_task(name: str, chain: Chain, steps: Loads, alone: bool = False) -> T
 
 
 def seconds_in_turns(tasks: Sequence[Timed], rounds: int) -> np.ndarray:
-    """(rounds, tasks) seconds per equilibrium; tasks take turns, so that a busy machine disturbs all alike."""
+    """(rounds, tasks) processor time per equilibrium, s; tasks take turns, so a busy machine disturbs all alike."""
     seconds = np.empty((rounds, len(tasks)))
     for r in range(rounds):
         for t, task in enumerate(tasks):

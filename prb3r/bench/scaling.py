@@ -1,4 +1,4 @@
-"""How the time grows with the number of plates: finer and finer parts of the same rod."""
+"""Growth of the time with the number of plates: the same rod in ever finer parts."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,11 @@ from prb3r.mechanics.plate import plate_model
 LENGTHS = (PLATES, 10 * PLATES, 100 * PLATES)
 """Numbers of plates, shortest chain first."""
 LINEAR_GROWTH = 1.25
-"""Growth counts as linear as long as a plate of a long chain costs no more than this many plates of the short one."""
+"""Growth counts as linear if a plate of the longest chain costs at most this many times one of the shortest."""
 
 
 def scaling_tasks(lengths: Sequence[int], equilibria: int) -> list[Timed]:
-    """For each number of plates (multiples of 14) a task without and one with a tip load.
+    """For each number of plates in `lengths` (multiples of 14) a task without and one with a tip load.
 
     A chain ten times as long solves a tenth of the `equilibria`.
     """
@@ -23,7 +23,10 @@ def scaling_tasks(lengths: Sequence[int], equilibria: int) -> list[Timed]:
 
 
 def scaling_table(lengths: Sequence[int], tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a task; `seconds` (rounds, tasks), ratios are medians of those within a round."""
+    """One row a task; `seconds` (rounds, tasks) per equilibrium.
+
+    `per_plate_of_shortest` is the ratio to the shortest chain, the median of the ratios within a round.
+    """
     plates = np.repeat(lengths, 2)
     per_plate = seconds / plates
     shortest = np.tile(per_plate[:, :2], len(lengths))
@@ -40,7 +43,7 @@ def scaling_table(lengths: Sequence[int], tasks: Sequence[Timed], seconds: np.nd
 
 
 def _task(plates: int, tip: tuple[float, float], equilibria: int) -> Timed:
-    """The bend under each load is the same for all numbers of plates."""
+    """The loads of Table 2 on the prototype in `plates` parts, run once; it bends as far for all numbers of plates."""
     finer, name = plates // PLATES, "tip load 5 N" if any(tip) else "no dead load"
     chain = prototype(plate_model("prb3r"), finer=finer)
     task = engine_task(name, chain, table_2(chain, max(1, equilibria // 20 // finer), tip))

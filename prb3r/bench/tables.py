@@ -1,4 +1,4 @@
-"""What was measured as a page of Markdown and as JSON."""
+"""Results of the benchmark as a page of Markdown and as JSON."""
 
 import json
 from typing import Any
@@ -95,6 +95,7 @@ def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [{k: v for k, v in row.items() if v == v} for row in table.to_dict("records")]
 
 
+# Each of the next functions gives the lines of a Markdown table, or a part of a sentence, for a table of `Measured`.
 def _goals(goals: pd.DataFrame) -> list[str]:
     rows = [
         [
@@ -209,5 +210,5 @@ def _diagnosis(diagnosis: pd.DataFrame) -> list[str]:
 
 
 def _plain(number: float) -> str:
-    """Three digits without an exponent; small numbers keep theirs."""
+    """A number with three digits, from 100 on whole with thousands apart; only small ones have an exponent."""
     return f"{number:,.0f}" if number >= 100 else f"{number:.3g}"
