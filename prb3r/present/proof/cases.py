@@ -1,4 +1,4 @@
-"""One row a recording and method: what was concealed, what was said, and how right it was."""
+"""The table of recordings of the benchmark: what was concealed, the verdict of each method, and how right it was."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from prb3r.proof.prove import Proof
 
 
 def concealed_text(label: Label) -> str:
-    """What the label concealed, in one line: effects with places and sizes, a foreign law, a wrong weight."""
+    """What a recording conceals, in one line: effects with places and sizes, or a foreign law, or a wrong weight."""
     if label.foreign is not None:
         return f"{label.foreign[0]} {label.foreign[1]:.3g}"
     if label.wrong_weight is not None:
@@ -24,7 +24,8 @@ def concealed_text(label: Label) -> str:
 
 
 def case_columns(proof: Proof) -> dict[str, list[Any]]:
-    """Columns of the table of recordings, a row for each recording and method; None for numbers not finite."""
+    """Columns of the table of recordings, a row for each recording and method; most numbers that are not finite are
+    None."""
     cases = [case for cases in proof.cases.values() for case in cases]
     return {
         "case": [c.label.case for c in cases],
@@ -56,7 +57,7 @@ def case_columns(proof: Proof) -> dict[str, list[Any]]:
 
 
 def _build(label: Label) -> str:
-    """Of a real rig, what was off in one number each."""
+    """Imperfections of a real rig in brief: noise, tension scatter, `gaps` and `gross` outliers; empty for others."""
     if label.build is None:
         return ""
     slips = [name for name in ("gaps", "gross") if label.build[name]]
@@ -64,7 +65,7 @@ def _build(label: Label) -> str:
 
 
 def _missed(case: OpenedCase) -> str:
-    """Errors elsewhere before and after, and how much bands cover."""
+    """Errors at other loads and on another design, before and after, and the share of readings that bands cover."""
     return "; ".join(
         f"{m.name}: {1e3 * m.calibrated_m:.2f} -> {1e3 * m.explained_m:.2f} mm, covered {m.covered:.0%}"
         for m in case.missed
@@ -72,10 +73,12 @@ def _missed(case: OpenedCase) -> str:
 
 
 def _right(case: OpenedCase) -> bool | None:
+    """Whether the effect named first is of the true kind; None where no effect is concealed."""
     return first_right(case) if case.label.effects else None
 
 
 def _finite(value: float) -> float | None:
+    """A number, None if it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 

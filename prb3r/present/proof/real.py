@@ -1,4 +1,4 @@
-"""What the benchmark found on real rigs, on paper: by effect, and every blunder."""
+"""Tables of the benchmark on real rigs: how often effects of each kind and blunders of each kind are named."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from prb3r.proof.settings import SETTINGS
 
 
 def real_section(proof: Proof) -> list[str]:
-    """Tables of the recordings with several effects and of those with a blunder; empty without any."""
+    """Lines of Markdown: tables of recordings with several effects and of those with a blunder; empty without any."""
     several = [case for case in proof.main if HAS_SEVERAL(case)]
     blundered = [case for case in proof.main if case.label.blunder]
     lines: list[str] = []
@@ -23,6 +23,7 @@ def real_section(proof: Proof) -> list[str]:
 
 
 def _by_kind(cases: Sequence[OpenedCase]) -> list[str]:
+    """A row for each kind of effect: how many are named, how many were too small to count, what is named instead."""
     worth = SETTINGS.real.worth
     lines = [
         "## Several effects, by kind",
@@ -47,6 +48,7 @@ def _by_kind(cases: Sequence[OpenedCase]) -> list[str]:
 
 
 def _by_blunder(cases: Sequence[OpenedCase]) -> list[str]:
+    """A row for each kind of blunder: how many are said, and what is said in place of the others."""
     rows = []
     for kind in sorted({case.label.blunder["kind"] for case in cases if case.label.blunder}):
         alike = [case for case in cases if case.label.blunder and case.label.blunder["kind"] == kind]

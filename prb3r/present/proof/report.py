@@ -1,4 +1,4 @@
-"""The benchmark on paper: table of scores, confusion matrix, one row a case."""
+"""Files of the benchmark: a page, its numbers as JSON, a row for each recording, and the confusion matrix."""
 
 import json
 from dataclasses import asdict
@@ -24,7 +24,8 @@ from prb3r.runs.store import arrow_table, write_arrow
 
 
 def publish_proof(proof: Proof, folder: Path) -> list[Path]:
-    """Write `proof.md`, `proof.json`, `cases.parquet`, the same as `recordings.csv`, and the confusion matrix."""
+    """Write `proof.md`, `proof.json`, the table of recordings as `cases.parquet` and `recordings.csv`, and the figure
+    `confusion`, if any recording counts in it; the files written."""
     folder.mkdir(parents=True, exist_ok=True)
     singles = bool(confusion(proof.main)[0])
     with rc.in_use():
@@ -40,7 +41,7 @@ def publish_proof(proof: Proof, folder: Path) -> list[Path]:
 
 
 def proof_page(proof: Proof) -> str:
-    """A run in Markdown: how it was made, its seal, scores with goals, real rigs, effects by size, designs."""
+    """A run of the benchmark in Markdown: how it was made, its seal, scores with goals, and tables in detail."""
     git = proof.environment["git"]
     revision = f"{git['revision'][:12]}{' with changes' if git['dirty'] else ''}" if git else "unknown"
     seconds = [case.verdict.seconds for case in proof.main]
@@ -80,6 +81,7 @@ def proof_page(proof: Proof) -> str:
 
 
 def _effects(proof: Proof) -> list[str]:
+    """The section on single effects: scores by kind and size."""
     lines = [
         "## By effect and size",
         "",
@@ -95,7 +97,7 @@ def _effects(proof: Proof) -> list[str]:
 
 
 def _hidden(proof: Proof) -> list[str]:
-    """What calibration alone would have reported where it hides the effect."""
+    """The section on recordings whose effect calibration can hide: constants as calibration alone would have them."""
     chosen = [case for case in proof.main if _is_hidden(case)]
     if not chosen:
         return []
@@ -122,10 +124,12 @@ def _hidden(proof: Proof) -> list[str]:
 
 
 def _is_hidden(case: OpenedCase) -> bool:
+    """Whether a recording is of the class `hidden` and has a verdict."""
     return case.label.cls == "hidden" and not failed(case)
 
 
 def _hidden_row(case: OpenedCase) -> list[str]:
+    """A row of that section: errors of E and mu in percent of their true values, in three calibrations."""
     label, verdict = case.label, case.verdict
     estimates = [verdict.loading[:2] if verdict.loading else None, verdict.calibrated, verdict.explained]
     errors = [
@@ -139,6 +143,7 @@ def _hidden_row(case: OpenedCase) -> list[str]:
 
 
 def _designs(proof: Proof) -> list[str]:
+    """The section on designs other than real rigs, with the bias of the engine on each; empty without any."""
     bench = [design for design in proof.designs if not design.flavour.is_real]
     rows = [{**design.described(), "bias": bias} for design, bias in zip(bench, proof.bias, strict=True)]
     if not rows:
@@ -148,7 +153,7 @@ def _designs(proof: Proof) -> list[str]:
 
 
 def plain_proof(proof: Proof) -> dict[str, Any]:
-    """A run as `proof.json` holds it: settings, seal, every method's scores with intervals, confusion."""
+    """A run as `proof.json` holds it: settings, seal, scores of every method with intervals, confusion matrix."""
     methods = {
         name: [
             {"score": g.name, "goal": goal_text(g), **vars(s), "met": g.met(s), "shown": g.shown(s)} for g, s in scores
@@ -172,7 +177,7 @@ def plain_proof(proof: Proof) -> dict[str, Any]:
 
 
 def confusion_figure(proof: Proof) -> Figure:
-    """Named effect by true effect, single effects above the detectable size."""
+    """The confusion matrix: the effect named first by the true effect, of single effects above the detectable size."""
     rows, columns, table = confusion(proof.main)
     width = style.DOUBLE * style.MM
     figure = Figure(figsize=(width, width * (0.35 + 0.6 * len(rows) / max(len(columns), 1))), layout="constrained")

@@ -9,11 +9,14 @@ from prb3r.proof.prove import MAIN, Proof
 from prb3r.proof.settings import SETTINGS
 
 NOT_SHARES = ("held-out chi-square", "real rigs,")
-"""How the names of scores begin that are plain numbers; all others are shown in percent."""
+"""Scores whose names begin so are plain numbers; all others are shares, shown in percent."""
 
 
 def scores_table(proof: Proof) -> list[str]:
-    """Markdown: every score with its goal and interval, and what the other methods reach on a part of the cases."""
+    """Lines of a Markdown table: every score of the main method with its goal and interval, and those of the others.
+
+    Other methods may have judged only a part of the recordings.
+    """
     others = [name for name in proof.cases if name != MAIN]
     beside = {name: {goal.name: score for goal, score in proof.scores(name)} for name in others}
     rows = [
@@ -34,7 +37,7 @@ def scores_table(proof: Proof) -> list[str]:
 
 
 def goal_text(goal: Goal) -> str:
-    """What is asked of a score, such as `≥ 90 %`; empty where the score is told for information."""
+    """The bound on a score, such as `≥ 90 %`; empty if the score has no goal."""
     if not goal.relation:
         return ""
     if goal.name.startswith(NOT_SHARES):
@@ -44,7 +47,7 @@ def goal_text(goal: Goal) -> str:
 
 
 def score_text(goal: Goal, value: float) -> str:
-    """A score or an end of its interval, in percent if it is a share."""
+    """A score, or an end of its interval, as text: in percent if it is a share, a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     return f"{value:.3g}" if goal.name.startswith(NOT_SHARES) else f"{100 * value:.1f} %"
@@ -55,6 +58,7 @@ def _interval(goal: Goal, score: Score) -> str:
 
 
 def _beside(goal: Goal, score: Score) -> str:
+    """The score of another method, with the number of recordings that it is over in brackets."""
     return f"{score_text(goal, score.value)} ({score.count})" if score.count else "–"
 
 

@@ -1,4 +1,4 @@
-"""How scores move with the settings of the diagnosis, on paper: one row a number, most telling first."""
+"""Files on how the scores of the benchmark move with the settings of the diagnosis: a row for each setting."""
 
 import json
 import math
@@ -16,7 +16,7 @@ from prb3r.runs.files import write_whole
 
 
 def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
-    """Write `settings.md` and `settings.json` into a folder; both files."""
+    """Write `settings.md` and `settings.json` into a folder and return both paths."""
     folder.mkdir(parents=True, exist_ok=True)
     share = 100 * SETTINGS.protocol.sweep_share
     lines = [
@@ -38,8 +38,10 @@ def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
 
 
 def sweep_table(sweep: SettingsSweep) -> list[str]:
-    """Markdown: changes of the headline scores that recordings count for, the settings that change most recordings
-    first."""
+    """Lines of a Markdown table: how the headline scores change as each setting is moved down / up.
+
+    Settings on which the verdicts of most recordings depend come first; scores over no recording are left out.
+    """
     headline = [(goal, score) for goal, score in sweep.scores if goal.short and score.count]
     shorts = [f"{goal.short} (n = {score.count})" for goal, score in headline]
     head = ["setting", "value", "moved to", "read", "changed", *shorts]
@@ -55,17 +57,18 @@ def sweep_table(sweep: SettingsSweep) -> list[str]:
 
 
 def _change(variant: VariantScores, goal: Goal, before: Score) -> str:
-    """In percentage points; 0 where there is none."""
+    """Change of a score from `before` to a variant of the settings, in percentage points."""
     change = 100 * (dict(_values(variant))[goal.name] - before.value)
     return "–" if not math.isfinite(change) else f"{change:+.1f}" if abs(change) >= 0.05 else "0"
 
 
 def _values(variant: VariantScores) -> list[tuple[str, float]]:
+    """Name and value of every score of a variant."""
     return [(goal.name, score.value) for goal, score in variant.scores]
 
 
 def plain_sweep(sweep: SettingsSweep) -> dict[str, Any]:
-    """A sweep as `settings.json` holds it: scores with all settings as they are, then with each moved."""
+    """A sweep as `settings.json` holds it: scores with all settings as they are, then with each one moved."""
 
     def plain_scores(scores: tuple[tuple[Goal, Score], ...]) -> list[dict[str, Any]]:
         return [{"score": goal.name, **asdict(score)} for goal, score in scores]
