@@ -1,4 +1,7 @@
-"""What a recording leaves standing: models and their probabilities, noise, tolerances, checks, what carries over."""
+"""How sure a diagnosis is: surviving models with probabilities, noise, tolerances, model checks, and what carries over.
+
+Tables and sentences for the report.
+"""
 
 import re
 from collections.abc import Iterator
@@ -20,13 +23,13 @@ ASKED = {
     "neighbours along steps": "what is left at neighbouring steps is not alike",
     "sequence": "what no fit has seen is predicted as closely as the noise allows",
 }
-"""What each check asks, by its name or by how that begins."""
+"""What each check asks, by its name or by the beginning of its name."""
 MOST_SHOWN = 6
-"""Tolerances that are listed, those farthest from the drawing first."""
+"""Tolerances that are listed at most, those most prior standard deviations off first."""
 
 
 def surviving_models(diagnosis: Diagnosis) -> Table | None:
-    """Sets of effects that the recording leaves standing; None without effects, or where no set explains it."""
+    """A row for each surviving model (set of effects); None if none has an effect or the verdict is `unexplained`."""
     if diagnosis.verdict == "unexplained" or not any(model.effects for model in diagnosis.models):
         return None
     rows = []
@@ -39,13 +42,13 @@ def surviving_models(diagnosis: Diagnosis) -> Table | None:
 
 
 def other_sets(diagnosis: Diagnosis) -> Iterator[str]:
-    """The sets of effects that could stand in place of what is named."""
+    """A sentence for each alternative: a set of effects that could stand in place of the named one."""
     for kinds in diagnosis.alternatives:
         yield f"Instead of what is named: {', '.join(map(say.spaced, kinds)) or 'nothing but constants'}."
 
 
 def noise_sentence(diagnosis: Diagnosis) -> str:
-    """How large the noise is found to be beside the stated one, and what a photograph has in common."""
+    """Sentences on the noise: its size relative to the stated one, its correlation within photographs and in time."""
     noise = diagnosis.noise
     text = (
         f"The readings scatter {say.rounded(noise.scale)} times as much as was stated "
@@ -70,7 +73,10 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
 
 
 def tolerance_table(diagnosis: Diagnosis) -> Table | None:
-    """How far the rig is off its drawing, where the recording tells; beyond `Settings.far_tolerance_sd` in bold."""
+    """Estimated deviations of the rig from its drawing, largest first in prior standard deviations; None without any.
+
+    Those beyond `Settings.far_tolerance_sd` are in bold.
+    """
     rows, far_sd = [], Settings(**diagnosis.settings).far_tolerance_sd
     far = sorted(diagnosis.tolerances, key=lambda tolerance: -abs(tolerance.value) / tolerance.prior_sd)
     for tolerance in far[:MOST_SHOWN]:
@@ -84,7 +90,7 @@ def tolerance_table(diagnosis: Diagnosis) -> Table | None:
 
 
 def _tolerance_in_words(name: str) -> tuple[str, str]:
-    """What is off, in words, and a column of the same unit; no column for what is relative."""
+    """The words of a tolerance's name, and a column name that has its unit; empty if the tolerance is relative."""
     if name.endswith(", m"):
         return name.removesuffix(", m"), "length_m"
     ending = unit_ending(name)
@@ -93,12 +99,15 @@ def _tolerance_in_words(name: str) -> tuple[str, str]:
 
 
 def rare_chance(diagnosis: Diagnosis) -> float:
-    """The chance below which a check speaks against the best model."""
+    """The p-value below which a check speaks against the best model."""
     return Settings(**diagnosis.settings).naming_rate
 
 
 def check_table(diagnosis: Diagnosis) -> Table:
-    """Chances of as much misfit, or more, if the best model were right; rare ones in bold."""
+    """The model checks with their p-values: chances of as much misfit or more if the best model were right.
+
+    Those below :func:`rare_chance` are in bold.
+    """
     rows = []
     for check in diagnosis.checks:
         chance = "below 0.0001" if check.p < 1e-4 else say.rounded(check.p)
@@ -108,7 +117,7 @@ def check_table(diagnosis: Diagnosis) -> Table:
 
 
 def rare_checks(diagnosis: Diagnosis) -> str:
-    """Which checks speak against the best model, in a sentence."""
+    """A sentence that names the checks that speak against the best model."""
     limit = rare_chance(diagnosis)
     rare = [check.name for check in diagnosis.checks if check.p < limit]
     if not rare:
@@ -118,7 +127,7 @@ def rare_checks(diagnosis: Diagnosis) -> str:
 
 
 def standing_sets(diagnosis: Diagnosis) -> str:
-    """What the sets of effects that stand have in common with what is named."""
+    """A sentence on whether all surviving sets of effects contain the named ones; empty if alternatives are told."""
     named = {effect.kind for effect in diagnosis.effects}
     if not named or diagnosis.alternatives:
         return ""
@@ -134,7 +143,7 @@ def standing_sets(diagnosis: Diagnosis) -> str:
 
 
 def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
-    """What of the named effects tells of other designs and what stays with this rig."""
+    """Sentences on which constants and named effects carry over to other designs, and which stay with this rig."""
     if diagnosis.verdict == "unexplained":
         yield "Nothing is sure to carry over while a mismatch remains: E, μ and effects may stand in for it."
         return

@@ -1,4 +1,4 @@
-"""Where the mismatch sits and what was chosen: missing moments, ranking of hypotheses, profiles of parameters."""
+"""Figures of the evidence behind a diagnosis: missing moments, ranking of hypotheses, profiles of parameters."""
 
 from typing import Any
 
@@ -22,16 +22,20 @@ from prb3r.present.style import pale
 from prb3r.quantities import Quantity, describe
 
 COLD_WARM = "PuOr_r"
+"""Colour map of signed moments."""
 FADED = 0.15
+"""Least share of its colour that a moment keeps which noise alone could make."""
 TOLD = 0.5
-"""Moments of which the readings tell less than this share are hatched."""
+"""Moments are hatched if the readings took away no more than this share of their prior variance."""
 MOST_BARS = 24
+"""Kinds of effects that the ranking shows at most."""
 
 
 def moment_map(diagnosis: Diagnosis) -> Figure:
-    """Missing moment of every plate at every step; faded where noise could make it in so large a map.
+    """A map of the missing moment of every plate at every step.
 
-    Hatched are cells of which the readings tell little.
+    Colours fade where noise alone could make such a moment somewhere in so large a map (Bonferroni).  Cells of which
+    the readings tell little (`TOLD`) are hatched.
     """
     rows = diagnosis.tables["mismatch"]
     axis, plates = StepAxis.of(rows), int(rows["plate"].max())
@@ -69,7 +73,10 @@ def moment_map(diagnosis: Diagnosis) -> Figure:
 
 
 def ranking(diagnosis: Diagnosis) -> Figure:
-    """The strongest place of each kind of effect, how far it is beyond chance, who won and who rivals the winner."""
+    """Bars of the score of each kind of effect at its best place, with the threshold of chance.
+
+    Kinds that the diagnosis names, and rivals that it cannot tell from them, stand out.
+    """
     rows, threshold = diagnosis.tables["ranking"].head(MOST_BARS), diagnosis.score_calibrated.threshold
     roles = set(rows["role"])
     handles: list[Artist] = [
@@ -102,13 +109,13 @@ def ranking(diagnosis: Diagnosis) -> Figure:
 
 
 def short_place(place: str) -> str:
-    """`cables 1` as `cable 1`; several at once stay plural."""
+    """A place in few words: `cables 1` as `cable 1`; several plates at once (`3+4`) stay plural."""
     place = place.replace("cables ", "cable ").replace("law ", "")
     return place if "+" in place else place.replace("plates ", "plate ")
 
 
 def profiles(diagnosis: Diagnosis) -> Figure | None:
-    """Rise of chi-square as each parameter leaves its best value, all others refitted; None without intervals."""
+    """Profile likelihood of each parameter: rise of chi-square with all others refitted; None without intervals."""
     curves = [(effect, name, curve) for effect in diagnosis.effects for name, curve in effect.profiles.items()]
     if not curves:
         return None
@@ -129,6 +136,7 @@ def profiles(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _profile(axes, effect: NamedEffect, name: str, curve: ProfileCurve) -> None:
+    """Draw the profile of the parameter `name` of an effect, with its interval and best value."""
     known, estimate = describe(name), effect.parameters[name]
     shown = style.shown(Quantity(name, known.symbol, known.unit, known.meaning), curve.value)
     axes.plot(shown.factor * curve.fine_value, curve.fine_rise, color=style.PALETTE[0], lw=1.1)

@@ -1,4 +1,4 @@
-"""How much better it fits: residuals in units of the noise, and the sequences that no fit has seen."""
+"""Figures of how well the calibrated and the explained model fit: whitened residuals and held-out errors."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,12 +27,14 @@ from prb3r.present.diagnosis.panels import (
 )
 
 OUTERMOST = 6.0
-"""Residuals beyond so many sd are counted in the outermost bars."""
+"""Residuals beyond so many standard deviations are counted in the outermost bars."""
 HELD: dict[str, Any] = {"fc": "#f3ead2", "ec": "none"}
+"""Look of held-out sequences."""
 
 
 def residual_sizes(diagnosis: Diagnosis) -> Figure:
-    """Whitened residuals of the fitted readings before and after, against the normal law, by disk and by step."""
+    """Whitened residuals of both models in three panels: their histogram against the normal law, and their root mean
+    square by disk and by step.  Histogram and disks are of fitted readings, steps of held-out ones too."""
     rows, models = diagnosis.tables["residuals"], diagnosis.shown
     rows = rows[~rows["weighed_down"]]
     entries = legend_entries(
@@ -73,7 +75,7 @@ def _histogram(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
 
 
 def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray) -> None:
-    """Root mean square of the residuals at each place, with what a right model shows."""
+    """Draw the root mean square residual at each place `at` (rows,), with the band in which a right model has 95 %."""
     places, number = np.unique(at, return_inverse=True)
     count = np.bincount(number)
     low, high = (np.sqrt(chi2_critical(share, count) / count) for share in (1 - TAIL, TAIL))
@@ -88,7 +90,10 @@ def _size(axes: Axes, rows: pd.DataFrame, models: Sequence[str], at: np.ndarray)
 
 
 def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
-    """The sequences set aside: what was measured and predicted at the tip, and the error of all readings by step."""
+    """Held-out sequences in two panels: errors of the last disk in the plane, and root mean square errors by step.
+
+    Without positions the first panel shows the angle or bend that calibration misses most.  None without held-out data.
+    """
     models, rows = diagnosis.shown, diagnosis.tables["residuals"]
     rows = rows[rows["held_out"] & ~rows["weighed_down"]]
     if rows.empty:
@@ -120,13 +125,13 @@ def held_out_errors(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _off(rows: pd.DataFrame, name: str) -> pd.Series:
-    """Measured less predicted; angles by the shorter way round."""
+    """(rows,) measured less predicted by the model `name`; angles modulo 2 pi, by the shorter way."""
     away = rows["measured"] - rows[name]
     return away.where(rows["kind"] != "angle_rad", away - 2 * np.pi * np.round(away / (2 * np.pi)))
 
 
 def _target(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
-    """Where the models have the last disk, seen from where it was measured."""
+    """Draw predicted less measured positions of the last disk, mm, with the circle of 95 % of the noise."""
     last = rows[rows["disk"] == rows["disk"].max()]
     keys = ["sequence", "step"]
     sd = 1e3 * float(np.sqrt((last["sd"] ** 2).mean()))
@@ -146,7 +151,7 @@ def _target(axes: Axes, rows: pd.DataFrame, models: Sequence[str]) -> None:
 
 
 def _angles(axes: Axes, rows: pd.DataFrame, models: Sequence[str], axis: StepAxis) -> None:
-    """The angle, or the bend, that calibration misses most, by step."""
+    """Draw by step the angle, or the bend, of the disk that the calibrated model misses most."""
     kind = "bend_rad" if (rows["kind"] == "bend_rad").any() else "angle_rad"
     rows = rows[rows["kind"] == kind]
     worst = (_off(rows, "calibrated") ** 2).groupby(rows["disk"]).mean().idxmax()

@@ -1,4 +1,4 @@
-"""Measured, calibrated and explained over each other, at the steps that calibration misses most."""
+"""The figure of measured and modelled shapes at the steps that the calibrated model misses most."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,10 +25,14 @@ from prb3r.present.framing import to_scale, view_of
 from prb3r.quantities import describe
 
 PANELS = 3
+"""Steps that are shown."""
 
 
 def telling_steps(residuals: pd.DataFrame, count: int = PANELS) -> list[tuple[str, int]]:
-    """The steps with the largest misfit, one of each sequence as far as that goes, in the order of the recording."""
+    """Up to `count` steps (sequence, step) that the calibrated model misses most, in the order of the recording.
+
+    Each sequence is shown once before any is shown twice.  Outliers and steps with a doubted weight do not count.
+    """
     believed = residuals[~residuals["weighed_down"] & ~residuals["weight_doubted"]]
     misfit = (believed["residual_calibrated"] ** 2).groupby([believed["sequence"], believed["step"]]).mean()
     ranked = misfit.sort_values(ascending=False, kind="stable").index.to_list()
@@ -39,7 +43,10 @@ def telling_steps(residuals: pd.DataFrame, count: int = PANELS) -> list[tuple[st
 
 
 def misfits(diagnosis: Diagnosis) -> Figure:
-    """Shapes (or bends, or angles, where positions were not read) at telling steps, and below what is left of each."""
+    """Measured and modelled shapes at telling steps, and below them the differences disk by disk.
+
+    Where positions were not read, bends or else angles stand for the shapes.
+    """
     rows = diagnosis.tables["residuals"]
     steps = telling_steps(rows)
     parts = [rows[(rows["sequence"] == name) & (rows["step"] == step)] for name, step in steps]
@@ -62,6 +69,7 @@ def _title(diagnosis: Diagnosis, key: tuple[str, int], part: pd.DataFrame) -> st
 
 
 def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame]) -> Figure:
+    """The figure of positions; `parts` are the rows of readings of each step."""
     seen = [part.pivot_table(index="disk", columns="kind", values="measured") for part in parts]
     drawn = {name: [_shape(diagnosis, name, key) for key in steps] for name in diagnosis.shown}
     everything = [*seen, *(shape for shapes in drawn.values() for shape in shapes)]
@@ -91,13 +99,13 @@ def _shapes(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.D
 
 
 def _shape(diagnosis: Diagnosis, model: str, key: tuple[str, int]) -> pd.DataFrame:
-    """All disks at a step, of a sequence and its number, as the camera would see a model."""
+    """Rows of all disks at the step `key` (sequence, step), as the camera would see the state of a model."""
     rows = diagnosis.tables["shapes"]
     return rows[(rows["model"] == model) & (rows["sequence"] == key[0]) & (rows["step"] == key[1])]
 
 
 def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
-    """How far each disk is from where a model has it, mm."""
+    """Draw the distance of each measured disk from where the models have it, mm, with the band of noise."""
     part = part[part["kind"].isin(POSITIONS)]
     sure = part[~part["weighed_down"]]
     sd = 1e3 * np.sqrt((sure["sd"] ** 2).groupby(sure["disk"]).mean())
@@ -110,6 +118,7 @@ def _distances(axes: Axes, part: pd.DataFrame, models: Sequence[str]) -> None:
 
 
 def _along(diagnosis: Diagnosis, steps: list[tuple[str, int]], parts: list[pd.DataFrame], kind: str) -> Figure:
+    """The figure of angles or bends, as `kind` says, along the arm; `parts` are the rows of readings of each step."""
     bends = kind == "bend_rad"
     entries = legend_entries(diagnosis.shown, noise_patch(), measured=True)
     shared: dict[str, Any] = {"gridspec_kw": {"height_ratios": [42, 28]}, "sharey": "row", "sharex": "col"}

@@ -1,4 +1,4 @@
-"""What the figures of a diagnosis share: the looks of the models, a grid of panels, the axis of load steps."""
+"""Parts that the figures of a diagnosis share: looks of the models, a grid of panels, an axis of load steps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,20 +15,23 @@ from prb3r.present import canvas, style
 from prb3r.present.legends import legend_columns
 
 MEASURED: dict[str, Any] = {"color": style.INK, "marker": "o", "mfc": "white", "mew": 0.8, "ms": 3.6, "ls": ""}
+"""Marks of readings."""
 LOOKS: dict[str, dict[str, Any]] = {
     "calibrated": {"color": style.PALETTE[2], "ls": (0, (4, 1.4)), "marker": "s", "ms": 3.0, "lw": 1.1},
     "explained": {"color": style.PALETTE[0], "ls": "-", "marker": "^", "ms": 3.2, "lw": 1.1},
 }
-"""Lines of the two models; dash and mark tell them apart without colour."""
+"""Lines of the two models, which differ in dashes and marks as well as in colour."""
 SAID = {"calibrated": "constants refitted alone", "explained": "with the effects named"}
+"""Words of the models in legends."""
 NOISE: dict[str, Any] = {"fc": "#e4e4e4", "ec": "none"}
+"""Look of bands of noise."""
 POSITIONS = ("x_m", "y_m")
 BETWEEN_SEQUENCES = 1.8
-"""From the last step of a sequence to the first of the next one; steps of a sequence stand 1 apart."""
+"""Distance from the last step of a sequence to the first of the next one, where steps of a sequence stand 1 apart."""
 
 
 def legend_entries(models: Sequence[str], *more: Artist, measured: bool = False) -> list[Artist]:
-    """Legend entries of what was measured, if it was drawn, of the models, and of what else there is."""
+    """Legend entries of the readings, if they are drawn (`measured`), of the models, and `more`."""
     entries: list[Artist] = [Line2D([], [], **MEASURED, label="measured")] if measured else []
     entries += [Line2D([], [], **LOOKS[name], label=SAID[name]) for name in models]
     return [*entries, *more]
@@ -47,9 +50,12 @@ def noise_patch() -> Patch:
 def panel_grid(
     rows: int, columns: int, height: float, handles: Sequence[Artist], width: float = style.DOUBLE, **grid: Any
 ):
-    """A figure (`width` and `height` in mm, the legend's comes on top) and its axes (rows, columns).
+    """A figure with a legend of `handles` below, and the array (rows, columns) of its axes.
 
-    `grid` may say the `count` of panels that are drawn on, the first ones, and holds what `Figure.subplots` takes.
+    Parameters
+    ----------
+    height, width : of the figure without its legend, mm.
+    grid : options of `Figure.subplots`, and `count`: the number of panels that are drawn on, the first ones.
     """
     beside = legend_columns([str(handle.get_label()) for handle in handles], width) if handles else 1
     whole = height + 4 * -(-len(handles) // beside)
@@ -62,19 +68,23 @@ def panel_grid(
 
 
 def breaks_between(places: np.ndarray | pd.Index) -> np.ndarray:
-    """Where lines over places of steps, ascending, begin anew: at every sequence, whatever the sums are rounded to."""
+    """Indices in ascending `places` of steps at which a new sequence begins, so that lines are broken there.
+
+    A gap counts as one between sequences from half-way between its width and the distance of two steps on.
+    """
     return np.flatnonzero(np.diff(places) > (1 + BETWEEN_SEQUENCES) / 2) + 1
 
 
 @dataclass(frozen=True)
 class StepAxis:
-    """Load steps side by side, sequence after sequence with a gap between."""
+    """An axis of load steps side by side, sequence after sequence with gaps between."""
 
     place: dict[tuple[str, int], float]
+    """Place along the axis of each step (sequence, step)."""
 
     @classmethod
     def of(cls, rows: pd.DataFrame) -> "StepAxis":
-        """Of the steps of a table, in its order."""
+        """The axis of the steps that a table has, in its order."""
         place, at, last = {}, 0.0, None
         for name, step in dict.fromkeys(zip(rows["sequence"], rows["step"], strict=True)):
             at += 0.0 if last is None else 1.0 if name == last else BETWEEN_SEQUENCES
@@ -82,18 +92,18 @@ class StepAxis:
         return cls(place)
 
     def at(self, rows: pd.DataFrame) -> np.ndarray:
-        """(rows,) place along the axis of the step that each row of a table names by `sequence` and `step`."""
+        """(rows,) places along the axis of the steps of a table's rows, by its columns `sequence` and `step`."""
         return np.array([self.place[key] for key in zip(rows["sequence"], rows["step"], strict=True)])
 
     @property
     def sequences(self) -> dict[str, tuple[float, float]]:
-        """Of every sequence, by name and in order, the places of its first and last step along the axis."""
+        """Places of the first and the last step of every sequence, by its name, in order."""
         names = dict.fromkeys(name for name, _ in self.place)
         places = {name: [at for (other, _), at in self.place.items() if other == name] for name in names}
         return {name: (min(inside), max(inside)) for name, inside in places.items()}
 
     def name_sequences(self, axes: Axes, width: float) -> None:
-        """Sequence names as ticks below `axes`, that are `width` mm wide; tilted where they are long."""
+        """Label the x axis of `axes`, `width` mm wide, with the names of the sequences, tilted if they are long."""
         ends = self.sequences
         longest = max(map(len, ends), default=0)
         tilt: dict[str, Any] = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"}

@@ -1,4 +1,4 @@
-"""Figures and report of a diagnosis, beside its record."""
+"""The figures and the HTML page of a diagnosis."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -48,21 +48,23 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     "held-out": (held_out_errors, "The sequences that were set aside before anything was fitted."),
 }
 MOST_OUTLIERS = 20
-"""Up to how many outliers are listed."""
+"""Outliers that are listed at most."""
 
 
 def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     """Draw the figures of a diagnosis and write `report.html`; the files written.
 
+    Figures of an earlier diagnosis that this one does not have are removed.
+
     Raises
     ------
     EngineError
-        If the folder does not take them.
+        If the files cannot be written.
     """
     files, pictures = [], {}
     for name, (_, caption) in FIGURES.items():
         figure = figure_of(diagnosis, name)
-        if figure is None:  # of an earlier diagnosis, if there is one
+        if figure is None:  # one of an earlier diagnosis may be there
             for suffix in ("png", "svg"):
                 (folder / f"{name}.{suffix}").unlink(missing_ok=True)
             continue
@@ -73,7 +75,7 @@ def publish_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
 
 
 def figure_of(diagnosis: Diagnosis, kind: str) -> Figure | None:
-    """The figure of that name in `FIGURES`; None where the diagnosis has nothing to show in it."""
+    """The figure of the name `kind` in `FIGURES`; None if the diagnosis has nothing to show in it."""
     drawing, _ = FIGURES[kind]
     with rc.in_use():
         return drawing(diagnosis)
@@ -85,7 +87,7 @@ def brief(diagnosis: Diagnosis) -> str:
 
 
 def content(diagnosis: Diagnosis) -> dict[str, object]:
-    """What the page says, by the names of its template."""
+    """The texts and tables of the page, by their names in its template."""
     return {
         "name": diagnosis.name,
         "verdict": say.verdict_sentences(diagnosis),
@@ -122,7 +124,10 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
 
 
 def _parameters(diagnosis: Diagnosis) -> Table | None:
-    """What is named, in numbers; without probabilities where no set of effects explains the recording."""
+    """A row for each parameter of the named effects; None without any.
+
+    Probabilities are left out where no set of effects explains the recording.
+    """
     partial, rows = diagnosis.verdict == "unexplained", []
     for effect in diagnosis.effects:
         gain = "–" if effect.heldout_gain is None else say.gain_text(effect.heldout_gain)
@@ -138,6 +143,7 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
 
 
 def _errors(diagnosis: Diagnosis) -> Table:
+    """Errors of the nominal, calibrated and explained model: chi-square of fitted, RMS of held-out sequences."""
     held, named, chi2 = diagnosis.heldout, bool(diagnosis.effects), diagnosis.chi2
     ratios = (chi2.nominal, chi2.calibrated, chi2.explained if named else None, 1.0)
     rows = [["Squared error per degree of freedom, fitted sequences", *map(say.rounded, ratios)]]
@@ -170,6 +176,8 @@ def _constants(diagnosis: Diagnosis) -> Table:
 
 
 def _clues(diagnosis: Diagnosis) -> Table | None:
+    """Factors on E and μ that each part of the recording alone would have, with their distance from 1; None without."""
+
     def factor(value: float | None, sd: float | None) -> str:
         return "–" if value is None or sd is None else f"{value:.3f} ± {sd:.3f}"
 
@@ -187,6 +195,7 @@ def _clues(diagnosis: Diagnosis) -> Table | None:
 
 
 def _detectable(diagnosis: Diagnosis) -> Table | None:
+    """The smallest change of each kind of effect that the recording would have shown; None without any."""
     rows, named = [], {effect.kind for effect in diagnosis.effects}
     for row in diagnosis.tables["detectable"].to_dict("records"):
         if np.isfinite(row["size"]):
@@ -200,6 +209,7 @@ def _detectable(diagnosis: Diagnosis) -> Table | None:
 
 
 def _outliers(diagnosis: Diagnosis) -> Table | None:
+    """Readings that are far off or weighed down, up to `MOST_OUTLIERS`; None without any."""
     outliers = diagnosis.tables["outliers"]
     texts = []
     for row in outliers.head(MOST_OUTLIERS).to_dict("records"):
@@ -214,7 +224,7 @@ def _outliers(diagnosis: Diagnosis) -> Table | None:
 
 
 def _steps(steps: pd.DataFrame) -> Table:
-    """A load program, without columns that are the same nothing everywhere."""
+    """The steps of a load program, without loads that are zero and slips that are -1 at every step."""
     loads = [name for name in steps if name not in ("sequence", "step") and not str(name).startswith("slip_")]
     used = ["step", *(name for name in loads if (steps[name] != 0).any())]
     used += [name for name in steps if str(name).startswith("slip_") and (steps[name] != -1).any()]
@@ -223,6 +233,7 @@ def _steps(steps: pd.DataFrame) -> Table:
 
 
 def _made(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Name and value of each line on how the diagnosis was made."""
     readings, loads = diagnosis.tables["residuals"], diagnosis.tables["loads"]
     yield "Recording", diagnosis.name
     yield "Manipulator", diagnosis.nominal.name

@@ -1,4 +1,4 @@
-"""What a diagnosis says in sentences for a mechanical engineer."""
+"""Sentences of a diagnosis for a mechanical engineer, and how its numbers are put into words."""
 
 import math
 import re
@@ -16,10 +16,11 @@ from prb3r.present import style
 from prb3r.quantities import describe, unit_ending
 
 CONSTANTS = {"youngs_modulus_pa": "E", "friction_coefficient": "μ"}
+"""Symbols of the constants that are refitted."""
 
 
 def verdict_sentences(diagnosis: Diagnosis) -> str:
-    """The verdict in a sentence or two; where the set-up has a blunder, what is wrong with it instead."""
+    """The verdict in a sentence or two; where the set-up has a blunder, sentences on that instead."""
     if diagnosis.setup:
         first, *others = setup_sentences(diagnosis)
         return " ".join([f"Set-up: {first[0].lower()}{first[1:]}", *others])
@@ -46,7 +47,10 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
 
 
 def _within_stated(diagnosis: Diagnosis, effects_account: str) -> str:
-    """The verdict where something is left that does not look like noise, but less than the stated accuracy."""
+    """The verdict if the residuals do not look like noise but are smaller than the stated accuracy.
+
+    `effects_account` begins its sentence: `one effect accounts`.
+    """
     left = "what is left does not look like noise"
     if not diagnosis.effects:
         return f"Adequate within the accuracy that is stated: {left}, but is less than that."
@@ -59,7 +63,7 @@ def _within_stated(diagnosis: Diagnosis, effects_account: str) -> str:
 
 
 def headlines(diagnosis: Diagnosis) -> list[str]:
-    """Verdict and fit in a line, what is named in another, the confirmation in a third."""
+    """Up to three lines: verdict and chi-square; the named effects with their values; the held-out gain."""
     chi2 = rounded(diagnosis.chi2.calibrated)
     if not diagnosis.effects:
         return [f"{diagnosis.name}: {diagnosis.verdict}; chi-square per degree of freedom {chi2}"]
@@ -76,13 +80,13 @@ def headlines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _with_interval(name: str, estimate: Estimate) -> str:
+    """The value of a parameter with its interval, if it has one."""
     value, low, high = (value_text(name, end) for end in estimate.numbers)
     return value if estimate.low is None else f"{value} ({estimate.interval(low, high)})"
 
 
 def fit_quality(diagnosis: Diagnosis) -> str:
-    """Two sentences: chi-square per degree of freedom of the nominal model, with refitted constants and with what is
-    named; and that it is near 1 of a right model."""
+    """Sentences on chi-square per degree of freedom of the nominal, the calibrated and the explained model."""
     chi2 = diagnosis.chi2
     nominal = chi2.nominal
     first = "no equilibrium at all with the nominal constants" if nominal is None else f"{rounded(nominal)} nominal"
@@ -94,35 +98,35 @@ def fit_quality(diagnosis: Diagnosis) -> str:
 
 
 def constants_in_words(diagnosis: Diagnosis) -> str:
-    """The constants that are refitted, with their symbols: no friction where the nominal manipulator has none."""
+    """Names and symbols of the refitted constants: without friction if the nominal manipulator has none."""
     modulus, friction = "Young's modulus E", "the friction coefficient μ"
     return f"{modulus} and {friction}" if diagnosis.nominal.friction.coefficient else modulus
 
 
 def constants_in_brief(diagnosis: Diagnosis) -> str:
-    """The symbols of the constants that are refitted."""
+    """Symbols of the refitted constants: `E and μ`, or `E` if the nominal manipulator has no friction."""
     return "E and μ" if diagnosis.nominal.friction.coefficient else "E"
 
 
 def rounded(value: float | None) -> str:
-    """A number of three significant digits; a dash where there is none."""
+    """A number with three significant digits; a dash for None or one that is not finite."""
     return "–" if value is None or not np.isfinite(value) else style.digits(float(f"{value:.3g}"))
 
 
 def percent(share: float) -> str:
-    """A share as whole percent, a small one with three digits; what is less than all is never called 100 %."""
+    """A share in whole percent, below 2 % with three digits; a share below 1 is never rounded to 100 %."""
     if 0.995 <= share < 1:
         return f"{math.floor(1000 * share) / 10:.1f} %" if share < 0.999 else "above 99.9 %"
     return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
 
 
 def gain_text(gain: float) -> str:
-    """A held-out gain in percent; `worse` where the excess error is more than doubled, as there was next to none."""
+    """A held-out gain in percent; `worse` below -100 %, where the excess error that is divided by was next to none."""
     return percent(gain) if gain >= -1 else "worse"
 
 
 def value_text(name: str, value: float | None) -> str:
-    """A value with the unit that people read."""
+    """A value (SI) of the column or parameter `name` as text, in the unit that people read; a dash without a value."""
     if value is None or not np.isfinite(value):
         return "–"
     unit = describe(name).unit
@@ -136,7 +140,7 @@ def parameter_title(name: str) -> str:
 
 
 def spaced(name: str) -> str:
-    """`weakened_plate (plate 4)` as `weakened plate (plate 4)`, a place with a unit such as `tension_n 2.5` with it."""
+    """A name in words: `weakened_plate (plate 4)` as `weakened plate (plate 4)`, `tension_n 2.5` as `tension 2.5 N`."""
 
     def with_unit(match: re.Match[str]) -> str:
         key, value = match.groups()
@@ -146,7 +150,7 @@ def spaced(name: str) -> str:
 
 
 def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
-    """What calibration alone had hidden: how far off its constants are."""
+    """A sentence for each constant on how far calibration without the named effects had biased it."""
     for name, symbol in CONSTANTS.items():
         nominal, calibrated, explained, low, high = diagnosis.constants[name]
         if not nominal or not explained or not diagnosis.effects:
@@ -165,7 +169,7 @@ def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def confirmation(diagnosis: Diagnosis) -> str:
-    """What the sequences say that no fit has seen."""
+    """Sentences on whether the held-out sequences confirm the named effects."""
     held = diagnosis.heldout
     if held is None:
         return "Not confirmed on held-out data: there are fewer than three sequences, so none was set aside."
@@ -185,7 +189,7 @@ def confirmation(diagnosis: Diagnosis) -> str:
 
 
 def _left_of_errors(held: HeldOut) -> str:
-    """How large the errors of positions and of angles are then, beside the noise."""
+    """A sentence on the root mean square errors of the explained model on held-out sequences, relative to the noise."""
     pairs = (
         ("positions", held.rmse_explained_m, held.noise_m),
         ("angles", held.rmse_explained_rad, held.noise_rad),
@@ -195,7 +199,7 @@ def _left_of_errors(held: HeldOut) -> str:
 
 
 def law_sentence(diagnosis: Diagnosis) -> str | None:
-    """The empirical law of an unexplained diagnosis, and what it is worth."""
+    """Sentences on the empirical moment law of an unexplained diagnosis and its fit; None without a law."""
     law, chi2 = diagnosis.closure, diagnosis.chi2
     if law is None:
         return None
@@ -213,7 +217,7 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
 
 
 def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
-    """A sentence on each other place, rival and alternative that the recording does not rule out."""
+    """A sentence for each named effect on other places, and on rivals, that the recording does not rule out."""
     for effect in diagnosis.effects:
         name = spaced(effect.name)
         for key, values in effect.among.items():
@@ -227,7 +231,7 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
-    """A rival by name and size; the same effect of all cables, or of some alone, as just that."""
+    """A rival by name and size; one that differs in its cables alone as `the same of all cables` or `of 1, 2 alone`."""
     rest, other = (
         {key: value for key, value in occurrence.place.items() if key != "cables"} for occurrence in (effect, rival)
     )
@@ -240,11 +244,12 @@ def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
 
 
 def _listed(value) -> str:
+    """A value of a place as text; several values with commas."""
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def nothing_else(diagnosis: Diagnosis) -> str:
-    """What is said where there are no alternatives."""
+    """A sentence for the section of alternatives where there are none."""
     if diagnosis.verdict == "unexplained":
         cause = "Something outside the library, or a combination that was not tried"
         return f"{cause}: the place and the trend above are the lead."
@@ -257,7 +262,7 @@ def nothing_else(diagnosis: Diagnosis) -> str:
 
 
 def nothing_to_measure(diagnosis: Diagnosis) -> str:
-    """What is said where no load program is proposed."""
+    """A sentence for the section of further measurements where no load program is proposed."""
     if diagnosis.verdict == "unexplained":
         return (
             "No load program is proposed while no explanation stands. More readings where the mismatch sits, at loads "

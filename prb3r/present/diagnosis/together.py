@@ -1,4 +1,4 @@
-"""What several recordings have in common: a figure, a table, and a page that leads to that of each recording."""
+"""The page of several recordings diagnosed together: shared parameters as figure and table, links to their pages."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,14 +22,16 @@ SHARED_CAPTION = (
     "What the rigs share, from each recording with the same effects and from all of them, with 95 % intervals under "
     "these effects alone; the pages of the recordings have intervals over all sets of effects that are left."
 )
+# looks of values from all recordings, from one of them, and from one that was given a value of its own
 OF_ALL: dict[str, Any] = {"color": style.PALETTE[0], "marker": "o", "ms": 4.0, "lw": 1.6}
 OF_ONE: dict[str, Any] = {"color": style.PALETTE[2], "marker": "s", "ms": 3.4, "lw": 1.0}
 PARTED: dict[str, Any] = {**OF_ONE, "mfc": "white"}
 ROW_MM = 5.5
+"""Height of a recording's row in the figure, mm."""
 
 
 def shared_figure(common: Common) -> Figure | None:
-    """A panel for each shared parameter: its value from all recordings and from each; None where nothing is shared."""
+    """A panel for each shared parameter with its value from all recordings and from each; None if none is shared."""
     if not common.shared:
         return None
     with rc.in_use():
@@ -46,6 +48,7 @@ def shared_figure(common: Common) -> Figure | None:
 
 
 def _values(axes, shared: SharedParameter, names: Sequence[str]) -> None:
+    """Draw the estimates of one shared parameter; rows are `names`: `together` and all recordings."""
     known, (words, factor, unit) = [shared.together, *shared.alone], _in_words(shared)
     looks = {name: PARTED if name in shared.own else OF_ONE for name in shared.recordings}
     for name, estimate in zip(["together", *shared.recordings], known, strict=True):
@@ -65,7 +68,7 @@ def _values(axes, shared: SharedParameter, names: Sequence[str]) -> None:
 
 
 def _in_words(shared: SharedParameter) -> tuple[str, float, str]:
-    """What a parameter is called in figures and tables, and the factor and the unit that people read it in."""
+    """Name of a parameter in figures and tables, the factor from SI to the shown unit, and that unit."""
     if shared.parameter in IN_WORDS:
         words, factor, unit = IN_WORDS[shared.parameter]
         words = words.removeprefix("the ")
@@ -76,7 +79,7 @@ def _in_words(shared: SharedParameter) -> tuple[str, float, str]:
 
 
 def shared_table(common: Common) -> Table | None:
-    """What is shared in numbers, a row for each parameter; None where nothing is."""
+    """A row for each shared parameter: its value from all recordings and from each; None if none is shared."""
     rows = []
     for shared in common.shared:
         alone = dict(zip(shared.recordings, shared.alone, strict=True))
@@ -88,6 +91,7 @@ def shared_table(common: Common) -> Table | None:
 
 
 def _cell(shared: SharedParameter, estimate, parted: bool = False) -> str:
+    """An estimate with interval and unit; `parted`: the recording was given a value of its own."""
     if estimate is None:
         return "–"
     if estimate.low is None:
@@ -104,7 +108,7 @@ def publish_together(
 
     Parameters
     ----------
-    pages : by the recording's name, the page of its own diagnosis, as a link from `folder`.
+    pages : link from `folder` to the page of each recording's own diagnosis, by the recording's name.
 
     Raises
     ------
