@@ -1,4 +1,4 @@
-"""Bars: metrics of designs side by side, a panel each."""
+"""The plot `bars`: metrics as grouped bars over a column, a panel for each metric."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -52,6 +52,7 @@ def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink
 
 
 def _tick(sheet: Sheet[BarsPlot], value: Any) -> str:
+    """Label below the bars at one value of the x column."""
     column = sheet.plot.x
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))

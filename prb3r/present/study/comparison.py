@@ -1,4 +1,4 @@
-"""A decision between designs as a page in Markdown or a section of a report, a table on disk and figures."""
+"""A decision between designs told: in Markdown, in a report, as an HTML page, a table on disk and figures."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -23,12 +23,12 @@ DECISION_CAPTIONS = {
     "decision-front": "The designs over the two preferences of greatest weight, and the Pareto front of these two.",
 }
 MOST_BESIDE = 5
-"""Up to this many designs stand side by side; more stand below each other."""
+"""Up to this many designs are columns of the table; more are rows."""
 
 MOST_LISTED_DESIGNS = 24
-"""Of more designs the best ranked ones are listed in Markdown."""
+"""Designs that are listed in Markdown at most, the best ranked ones."""
 MOST_IN_PAGE = 500
-"""And in a page."""
+"""Designs that are listed in an HTML page at most."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Advice:
     recommendation: str
     table: Table
     note: str
-    """What the numbers of the table are of."""
+    """Which cases the numbers of the table are over, and how they are to be read."""
     points: list[tuple[str, list[str]]]
-    """Headings with the sentences below them; none without a sentence."""
+    """Headings with the sentences below them; headings without a sentence are left out."""
     firsts: Mapping[str, tuple[Path, int]] = field(default_factory=dict)
-    """Of each design the folder and the number of its first case, which stands for it where it is drawn."""
+    """Folder and number of each design's first case, by the design's name; that case is drawn for the design."""
 
     @property
     def markdown(self) -> str:
@@ -55,7 +55,7 @@ class Advice:
 
 
 def advice_on(cases: DesignCases) -> Advice:
-    """The decision between the designs of `cases`, told; raises what `decide` raises."""
+    """The decision between the designs of `cases` with its table and reasons; raises what `decide` raises."""
     decision = decide(cases)
     winners = {style.quantity_of(column, ()).title: pairs for column, pairs in by_circumstance(cases).items()}
     points = [
@@ -76,7 +76,10 @@ def advice_on(cases: DesignCases) -> Advice:
 
 
 def decision_table(decision: Decision) -> Table:
-    """Requirements, preferences and what follows, with a column for each design or, of many, a row for the best."""
+    """The table for Markdown: requirements, preferences, ranking, with a column for each design.
+
+    Of more than `MOST_BESIDE` designs the best `MOST_LISTED_DESIGNS` have a row each.
+    """
     table = all_designs(decision)
     if len(decision.designs) > MOST_BESIDE:
         return replace(table, rows=table.rows[:MOST_LISTED_DESIGNS])
@@ -85,7 +88,7 @@ def decision_table(decision: Decision) -> Table:
 
 
 def listed_designs(decision: Decision) -> Table:
-    """The table of a page: few designs side by side, of more a row each."""
+    """The table for an HTML page: a column for each design or, of more than `MOST_BESIDE`, a row for each."""
     if len(decision.designs) <= MOST_BESIDE:
         return decision_table(decision)
     table = all_designs(decision)
@@ -93,7 +96,10 @@ def listed_designs(decision: Decision) -> Table:
 
 
 def all_designs(decision: Decision) -> Table:
-    """A row for each design, up to `MOST_IN_PAGE`, of many in the order of the ranking; those that are out last."""
+    """A row for each design, up to `MOST_IN_PAGE`.
+
+    More than `MOST_LISTED_DESIGNS` are in the order of the ranking, those that break a requirement last.
+    """
     columns = [("", decision.designs), *_required(decision), *_preferred(decision), *_ranked(decision)]
     rows = [list(row) for row in zip(*(cells for _, cells in columns), strict=True)]
     order = list(range(len(rows)))
@@ -102,6 +108,7 @@ def all_designs(decision: Decision) -> Table:
     return Table([head for head, _ in columns], [rows[k] for k in order[:MOST_IN_PAGE]], sortable=True)
 
 
+# Each of the next three functions gives columns of the table: a heading, and a cell for each design.
 def _required(decision: Decision) -> list[tuple[str, list[str]]]:
     columns = []
     for r, requirement in enumerate(decision.requirements):
@@ -131,6 +138,7 @@ def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
 
 
 def _keyed(texts: list[str], values: Iterable[float]) -> list[str]:
+    """Cells with these texts, which sort by these values."""
     return [Cell(text, float(value)) for text, value in zip(texts, values, strict=True)]
 
 
@@ -153,7 +161,7 @@ def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
 
 
 def note_on(decision: Decision, most: int) -> str:
-    """What the numbers of a table of at most so many designs are of."""
+    """Sentences below a table of at most `most` designs: which cases its numbers are over and how they are read."""
     parts = []
     if decision.requirements:
         parts.append("Requirements hold over all cases of a design; ✗ marks those that are broken")
@@ -175,7 +183,7 @@ def note_on(decision: Decision, most: int) -> str:
 
 
 def designs_told(decision: Decision) -> list[str]:
-    """Each design in two lines: its name, and what it is worth."""
+    """A text of two lines for each design: its name, and its values by all requirements and preferences."""
     columns = [*_required(decision), *_preferred(decision), *_ranked(decision)]
     worth = zip(*([f"{head}: {cell}" for cell in cells] for head, cells in columns), strict=True)
     lines = ["; ".join(row).replace("**", "") for row in worth]
@@ -183,9 +191,10 @@ def designs_told(decision: Decision) -> list[str]:
 
 
 def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[str, dict | None]) -> Path:
-    """Write the page of a comparison, whose figures are in `folder` already: `report.html`.
+    """Write the HTML page of a comparison, whose figures are in `folder` already, and return its path.
 
-    In the folder of a study or a diagnosis, which has such a page, it is named as the other files are.
+    It is `report.html` or, in the folder of a study or a diagnosis, which has a page of that name, `<name>.html`.
+    `spots` are those of each figure, by its name.
     """
     captions = {key.replace("decision", name): text for key, text in DECISION_CAPTIONS.items()}
     pointed = {key: part for key, part in spots.items() if part is not None}
@@ -207,7 +216,10 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
 
 
 def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") -> list[str]:
-    """Write page, table and figures of a decision as files whose names begin with `name`; these names."""
+    """Write Markdown, table, figures and HTML page of a decision; the names of the files.
+
+    They begin with `name`, except that the page is `report.html` where :func:`write_comparison` says so.
+    """
     ensure_writable(folder)
     decision = counsel.decision
     write_whole(folder / f"{name}.md", (counsel.markdown + "\n").encode())
@@ -221,7 +233,10 @@ def publish_comparison(counsel: Advice, folder: Path, name: str = "comparison") 
 
 
 def decision_pictures(decision: Decision, folder: Path, name: str) -> dict[str, tuple[list[Path], dict | None]]:
-    """Draw the figures of a decision, `name` and `name-front`; of each the files written and its spots."""
+    """Draw the figures of a decision, `name` and `name-front`, as far as there is something to compare.
+
+    For each figure the files written, and its spots.
+    """
     drawn = {}
     with rc.in_use():
         if decision.requirements or sum(decision.front) > 1:

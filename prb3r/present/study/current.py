@@ -1,7 +1,7 @@
-"""Results that stand already: what is unchanged is not made again.
+"""Records in the folder of results by which figures, report and whole runs are not made again if nothing has changed.
 
-Figures and report are made anew if they were made from something else; of a study of which nothing at all has changed,
-neither its file, its results nor the program, the last run's closing words are told again, and little is loaded for it.
+Figures and report are made anew if anything that they are made from has changed.  If neither the files of a study, its
+results nor the program have changed, a run only repeats the closing words of the last one, and loads few libraries.
 """
 
 import hashlib
@@ -21,27 +21,30 @@ if TYPE_CHECKING:
     from prb3r.study.run import Result
 
 RECORD = ".published.json"
-"""In the folder of results: from what its figures and its report were made, and the hash of each file."""
+"""File in the folder of results: a hash of what figures and report were made from, and the hash of each such file."""
 ENDED = ".ended.json"
-"""Beside it: how the last run of the command ended, with the hash of every file that it read and of those it left."""
+"""File beside it: how the last run ended, with the hashes of all files that it read and left."""
 OF_THE_RUN = ("written", "changed")
 """Parts of a manifest that differ from run to run and ask for no new report."""
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
-"""What reading a record leads to that is not there, damaged or edited by hand."""
+"""Errors on reading a record that is missing, damaged or edited by hand."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """What a run of a study closed with."""
+    """How a run of a study ended."""
 
     said: str
+    """Its closing words."""
     failed: bool
     """Whether a case had no stable equilibrium."""
 
 
 def record_end(result: "Result", ended: Ended) -> None:
-    """Write into the folder of results how a run ended, with hashes of what it read and left there: by these
-    :func:`still_standing` knows whether another run would come to the same."""
+    """Write `ENDED` into the folder of results: how a run ended, with hashes of the files that it read and left there.
+
+    By these :func:`still_standing` knows whether another run would end in the same way.
+    """
     plan, folder = result.plan, result.folder
     read = [plan.path, plan.path.parent / plan.study.manipulator]
     if plan.study.reach is not None and plan.study.reach.path is not None:
@@ -56,7 +59,7 @@ def record_end(result: "Result", ended: Ended) -> None:
 
 
 def still_standing(path: str | Path, output: str | Path) -> Ended | None:
-    """How the last run of a study file into a folder ended, if another run would come to the same; else None."""
+    """How the last run of the study file `path` into the folder `output` ended; None if anything has changed since."""
     try:
         folder = Path(output) / tomllib.loads(Path(path).read_text("utf-8-sig"))["name"]
         record = json.loads((folder / ENDED).read_bytes())
@@ -74,9 +77,10 @@ def still_standing(path: str | Path, output: str | Path) -> Ended | None:
 
 
 def publish_what_changed(result: "Result") -> list[Path]:
-    """Figures and report of a study, made anew unless all of them are there, whole and from the same; their files.
+    """Draw the figures and write the report of a study unless they stand already, unchanged; their files.
 
-    They are made from the manifest, whose key stands for the tables, by the text of the program and of its pages.
+    They follow from the manifest, whose key stands for the tables, the text of the program and of its page templates,
+    and the user's own style of matplotlib.
 
     Raises
     ------
@@ -96,38 +100,41 @@ def publish_what_changed(result: "Result") -> list[Path]:
 
 
 def _made_from(result: "Result") -> str:
+    """Hash of everything that figures and report are made from."""
     told = {name: part for name, part in result.manifest.items() if name not in OF_THE_RUN}
     return _digest([told, _pages(), text_hash(PACKAGE), _own_style()])
 
 
 def _under(path: Path) -> str:
-    """What decides, beside the files of a study, what a run of it comes to."""
+    """Hash of all that a run depends on beside the study's files: program, versions, platform, style of figures."""
     told = {name: part for name, part in environment(path).items() if name not in OF_THE_RUN}
     return _digest([told, _pages(), text_hash(PACKAGE), _own_style()])
 
 
 def _digest(content: Any) -> str:
+    """SHA-256 of plain data, in hexadecimal digits."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _pages() -> dict[str, str]:
+    """Hash of each template of a page."""
     return {path.name: _hash(path) for path in sorted((PACKAGE / "present" / "templates").iterdir())}
 
 
 def _visible(folder: Path) -> list[Path]:
-    """The files of results in a folder, without the records of the program."""
+    """The files in a folder of results but hidden ones, which are records of the program."""
     return [path for path in sorted(folder.iterdir()) if path.is_file() and not path.name.startswith(".")]
 
 
 def _hashes(paths: Iterable[Path], folder: Path) -> dict[str, str]:
-    """Hash of each file by its way from the folder."""
+    """Hash of each file by its path relative to `folder`."""
     return {os.path.relpath(path, folder): _hash(path) for path in paths}
 
 
 def _own_style() -> list[Any]:
-    """What the user says of the looks of figures: `matplotlibrc` files, and settings changed in this process.
+    """The user's own style of figures: hashes of `matplotlibrc` files, and settings changed in this process.
 
-    Matplotlib is not loaded for it, which takes longer than all else that an unchanged study needs.
+    Matplotlib is not loaded to find out, as that takes longer than all else that an unchanged study needs.
     """
     folders = [Path.home() / ".config" / "matplotlib", Path.home() / ".matplotlib"]
     folders += [Path(os.environ["XDG_CONFIG_HOME"]) / "matplotlib"] if os.environ.get("XDG_CONFIG_HOME") else []
@@ -141,7 +148,7 @@ def _own_style() -> list[Any]:
 
 
 def _standing(folder: Path, made_from: str) -> list[Path]:
-    """The files on record, if they were made from the same and are as they were written; else none."""
+    """The recorded files of figures and report if they have the hash `made_from` and are as written; else none."""
     try:
         record: dict[str, Any] = json.loads((folder / RECORD).read_bytes())
         files: dict[str, str] = dict(record["files"]) if record["made_from"] == made_from else {}
@@ -152,5 +159,6 @@ def _standing(folder: Path, made_from: str) -> list[Path]:
 
 
 def _hash(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

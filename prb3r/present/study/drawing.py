@@ -1,4 +1,4 @@
-"""A manipulator drawn from Python: straight, or where loads bring it."""
+"""`prb3r.plot`: a manipulator drawn to scale, straight or as loads bend it."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from prb3r.present.study.shapes import GHOST, body, draw_body, draw_ghost, strai
 
 
 def plot(manipulator: Given, table: pd.DataFrame | str | Path | None = None, *, axes: Axes | None = None) -> Figure:
-    """The manipulator to scale at the end of every load sequence, pale where it is straight.
+    """The manipulator to scale in the last equilibrium of every load sequence, and pale as it is straight.
 
     Parameters
     ----------

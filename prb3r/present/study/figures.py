@@ -1,4 +1,4 @@
-"""Figures of a study: a table and a plot spec in, a figure out."""
+"""The figure of a plot of a study, drawn by the function for its kind from the tables of cases and states."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -25,7 +25,7 @@ DRAWN_BY: Mapping[type[Plot], Callable[[Sheet[Any]], Figure]] = {
     WorkspacePlot: workspace_figure,
     PathPlot: paths_figure,
 }
-"""How each kind of plot is drawn."""
+"""The function that draws each kind of plot."""
 
 
 def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, scene: Scene) -> Figure:
@@ -34,7 +34,8 @@ def study_figure(plot: Plot, cases: pd.DataFrame, states: pd.DataFrame | None, s
     Raises
     ------
     ValueError
-        If no case is selected, the tables lack a column or states that the plot needs, or a unit does not fit.
+        If no case is selected, the tables lack a column or states that the plot needs, a unit does not fit, or the axes
+        given by `drawn_on` are not as many as its panels.
     """
     with rc.in_use():
         return DRAWN_BY[type(plot)](Sheet(plot, cases, states, scene))

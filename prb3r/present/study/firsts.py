@@ -1,4 +1,4 @@
-"""Manipulators as pages draw them: states packed into few numbers, those of a study and the first ones of designs."""
+"""States of manipulators, packed into few numbers, by which a page draws the case or design that a reader points at."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,22 +15,22 @@ from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_some
 
 PackedState = tuple[list[int], str]
-"""Place (0.1 mm) and angle (mrad) of every disk, and the tensions in words."""
+"""x, y (0.1 mm) and angle (mrad) of every disk in turn, and the tensions in words."""
 
 
 def designs_standing(
     firsts: Mapping[str, tuple[Path, int]], designs: Sequence[str]
 ) -> tuple[dict[str, PackedState], float]:
-    """The last state of the first case of each design, by `number:-1`, where its study keeps those of all disks.
+    """The last state of each design's first case, by `number:-1`, for studies that keep the states of all disks.
 
     Parameters
     ----------
-    firsts : of designs, the folder and the number of their first case.
-    designs : in the order of their numbers.
+    firsts : folder and number of the first case, by the design's name.
+    designs : names of the designs, in the order of their numbers.
 
     Returns
     -------
-    The states, and half the height of a disk, mm.
+    The states, and half the height of a disk, mm, the largest of all studies.
     """
     states: dict[str, PackedState] = {}
     half = 0.0
@@ -53,7 +53,10 @@ def disk_half(manipulator: Manipulator) -> float:
 
 
 def stored_states(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> Iterator[tuple[str, PackedState]]:
-    """The wanted states that a table of all disks holds, where there is an equilibrium."""
+    """`case:step` and state of each `wanted` pair (case, step), as far as the table `states` has an equilibrium there.
+
+    The table holds all disks; `LAST` stands for the last step of a case and stays in the name.
+    """
     last = states.groupby("case_id")["step"].max()
     asked: dict[tuple[int, int], list[int]] = {}
     for case, step in wanted:
@@ -70,11 +73,11 @@ def stored_states(states: pd.DataFrame, wanted: Iterable[tuple[int, int]]) -> It
 
 
 def packed_state(places: np.ndarray) -> list[int]:
-    """Place and angle of every disk in 0.1 mm and mrad."""
+    """Disks (n + 1, 3), m and rad, as whole numbers in one list: x, y (0.1 mm) and angle (mrad) of each in turn."""
     return (places * [1e4, 1e4, 1e3]).round().astype(int).ravel().tolist()
 
 
 def tensions_in_words(pulls: Mapping[str, float]) -> str:
-    """A sentence on the cables that are pulled, with tensions to 0.1 N; `pulls` by name, N."""
+    """A sentence on the cables that are pulled, with tensions to 0.1 N; `pulls` are tensions by cable, N."""
     pulled = [f"{name}: {style.with_unit(round(pull, 1), 'N')}" for name, pull in pulls.items() if pull > 0.05]
     return f"Pulled: cable {', cable '.join(pulled)}." if pulled else "No cable is pulled."

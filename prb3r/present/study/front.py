@@ -1,4 +1,4 @@
-"""Figures of a decision: reserves to the requirements, worth by the preferences, and the Pareto front."""
+"""Figures of a decision: reserve of each design to the requirements, worth by the preferences, and the Pareto front."""
 
 import textwrap
 from collections.abc import Sequence
@@ -17,27 +17,32 @@ from prb3r.study.decision import Decision
 from prb3r.study.phrases import bound_in_words, wish_in_words
 
 MOST_TOLD_APART = 6
-"""So many designs, the first in the ranking, have a look of their own; the others are grey."""
+"""Designs that have a look of their own at most, the first in the ranking; the others are grey."""
 PLACES = "best", "second", "third"
-"""What designs are called where their names take several lines, by their places in the ranking."""
+"""Names of designs by their places in the ranking, where their own names are too long for a legend."""
 MOST_WITH_LONG_NAMES = len(PLACES)
-"""So many are told apart then."""
+"""Designs that have a look of their own at most if a name is too long for a legend."""
 FULL_RESERVE = 1.0
-"""Reserves beyond this share of the bound, to either side, stand at the edge."""
+"""Reserves beyond this share of the bound, to either side, are drawn at the edge."""
 LABEL_LETTERS = 48
-"""So many letters of a label fit beside an axis of one column's width."""
+"""Letters of a label that fit along the x axis of a figure of one column; longer names are too long for a legend."""
 UPRIGHT_LETTERS = 36
-"""And beside its height."""
+"""Letters of a label that fit along the y axis."""
 MOST_OTHERS = 40
-"""Of more designs, those without a look of their own are left out where they would lie on top of each other."""
+"""With more designs, the grey ones are left out of the reserves, where they would lie on top of each other."""
 LEGEND_ROW = 4.0
 """Height of a row of a legend, mm."""
 Ink = dict[str, Any]
+"""Keyword arguments of a drawing function of matplotlib."""
 OTHERS = style.Look(style.PALE, ".", "-", "")
+"""Look of designs without one of their own."""
 
 
 def looks_of(decision: Decision) -> dict[int, style.Look]:
-    """The look of each design: the best ranked ones are told apart, and of designs that are out the nearest."""
+    """The look of each design, by its number.
+
+    The best ranked designs have their own, then, if there is room, those that break requirements by the least.
+    """
     out = [k for k in np.argsort(-decision.margins.min(1, initial=np.inf)) if not decision.feasible[k]]
     long = max(map(len, decision.designs)) > LABEL_LETTERS
     apart = [*decision.ranking, *map(int, out)][: MOST_WITH_LONG_NAMES if long else MOST_TOLD_APART]
@@ -46,12 +51,12 @@ def looks_of(decision: Decision) -> dict[int, style.Look]:
 
 
 def decision_figure(decision: Decision) -> Figure:
-    """Reserve to each requirement, and below it worth by each preference, of all designs.
+    """Two panels with all designs: their reserve to each requirement, and below it their worth by each preference.
 
     Raises
     ------
     ValueError
-        Without requirements and with a single design on the front: there is nothing to lay side by side.
+        Without requirements and with at most one design on the front, as there is nothing to compare then.
     """
     choice = decision.preferences if sum(decision.front) > 1 else []
     heights = [len(part) + 0.6 for part in (decision.requirements, choice) if part]
@@ -89,12 +94,12 @@ def decision_figure(decision: Decision) -> Figure:
 
 
 def _shown_beside(decision: Decision, look: style.Look) -> bool:
-    """Whether a design is drawn beside the others: of very many, only those that are told apart."""
+    """Whether a design with this look is drawn: of more than `MOST_OTHERS` only those with a look of their own."""
     return look is not OTHERS or len(decision.designs) <= MOST_OTHERS
 
 
 def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Line2D]:
-    """Legend entries of the designs that are told apart, best first, and of the others."""
+    """Legend entries of the designs with a look of their own, best first, and one of all others."""
     order = [*(k for k in decision.ranking if k in looks), *(k for k in looks if not decision.feasible[k])]
     handles = []
     apart = [k for k in order if looks[k] is not OTHERS]
@@ -106,7 +111,10 @@ def _design_handles(decision: Decision, looks: dict[int, style.Look]) -> list[Li
 
 
 def legend_names(decision: Decision, apart: Sequence[int]) -> list[str]:
-    """What a legend calls designs: by their names, or, where these are long, by their places in the ranking."""
+    """Names of the designs `apart` in a legend: their own or, if one is too long, their places in the ranking.
+
+    Designs without such a place keep their own names.
+    """
     names = without_repeats([decision.designs[k] for k in apart])
     if max(map(len, names), default=0) <= LABEL_LETTERS:
         return names
@@ -119,7 +127,7 @@ def _handle(look: style.Look, label: str) -> Line2D:
 
 
 def _rows(axes: Axes, values: np.ndarray, words: Sequence[str], looks: dict[int, style.Look]) -> None:
-    """A row for each column of `values`; the better ranked designs on top."""
+    """Draw `values` (designs, rows) in a panel with a row for each column; designs with their own look lie on top."""
     rows = np.arange(values.shape[1])[::-1]
     for k in sorted(looks, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
@@ -179,14 +187,17 @@ def front_figure(decision: Decision) -> Figure:
 
 
 def _around(values: np.ndarray) -> tuple[float, float]:
-    """Ends of an axis that shows finite values, with some room."""
+    """Ends of an axis that shows all finite values with a margin."""
     low, high = np.min(values[np.isfinite(values)]), np.max(values[np.isfinite(values)])
     room = 0.15 * (high - low) or 0.1 * abs(high) or 1.0
     return float(low - room), float(high + room)
 
 
 def _edge(scores: np.ndarray, feasible: np.ndarray) -> list[int]:
-    """Designs on the front of two preferences alone, in the order of the first."""
+    """Designs on the Pareto front of two preferences, from the worst to the best by the first of them.
+
+    `scores` (d, 2), greater is better; `feasible` (d,) whether a design keeps the requirements.
+    """
     edge = [
         k
         for k in np.flatnonzero(feasible).tolist()

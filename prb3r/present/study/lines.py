@@ -1,4 +1,4 @@
-"""Lines: columns over a column, with fitted laws, published points and failed cases."""
+"""The plot `lines`: columns of one unit over another column, with fitted lines, published points and failed cases."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +23,7 @@ from prb3r.study.plots.kinds import LinesPlot
 
 
 def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
-    """Columns against a column, with published points, fits, a marked value and failed cases."""
+    """Lines of the y columns over the x column, with fits, published points, a vertical line and failed cases."""
     plot, rows = sheet.plot, sheet.rows
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
     rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
@@ -59,12 +59,12 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
 
 
 def _in_order(sheet: Sheet[LinesPlot]) -> bool:
-    """Whether the plot is a locus, y positions over x positions, whose lines follow the cases instead of x."""
+    """Whether the plot is a locus, y positions over x positions; its lines follow the order of cases instead of x."""
     return sheet.plot.x.endswith("x_m") and all(y.endswith("y_m") for y in sheet.plot.y)
 
 
 def _band(sheet: Sheet[LinesPlot]) -> list[Patch]:
-    """Legend entry of the bands, if cases of one line share a place."""
+    """Legend entry of the bands, if several cases of one line share a value of x; else none."""
     spread = sheet.rows.groupby(["_panel", "_by", "_style", "_at"])["_up"].agg(np.ptp)
     if _in_order(sheet) or sheet.scene.sampled or not (spread > 0).any():
         return []
@@ -72,9 +72,10 @@ def _band(sheet: Sheet[LinesPlot]) -> list[Patch]:
 
 
 def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
-    """One line: sorted, several values at one place as median and band; a locus in the order of the cases.
+    """Draw one line, by rising x; several values at one x as their median and a band from the least to the greatest.
 
-    Samples are marks alone.  Failed cases are crosses: at their value if they have one, else at the lower edge.
+    A locus follows the order of the cases.  Sampled cases are marks without a line.  Failed cases are crosses: at their
+    value if they have one, else at the lower edge.  `index`, the number of the line, shifts its marks and crosses.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
     if not _in_order(sheet) and not sheet.scene.sampled:
@@ -94,7 +95,10 @@ def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[
 
 
 def _verticals(sheet: Sheet[LinesPlot], parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:
-    """The marked value of each panel; its line names it, with the value if all panels have the same."""
+    """Looks of the vertical line in each panel, with its place `at`; empty if the plot asks for none.
+
+    The label has the value or, if panels differ, the lowest and the highest one.
+    """
     column = sheet.plot.vertical
     if column is None or sheet.rows[column].isna().all():
         return []
@@ -106,7 +110,7 @@ def _verticals(sheet: Sheet[LinesPlot], parts: list[pd.DataFrame], x: Shown) -> 
 
 
 def _published(plot: LinesPlot) -> dict[str, dict[str, Any]]:
-    """Open symbols, one for each label of published points."""
+    """Look of published points, by their label: an open symbol for each."""
     labels = dict.fromkeys(point.label for point in plot.mark)
     common = {"color": style.INK, "ls": "", "mfc": "white", "mew": 0.9, "ms": 5.2, "zorder": 4}
     marks = itertools.cycle(style.OPEN_MARKERS)
@@ -114,7 +118,10 @@ def _published(plot: LinesPlot) -> dict[str, dict[str, Any]]:
 
 
 def _fits(sheet: Sheet[LinesPlot], x: Shown, y: Shown) -> Iterator[tuple[dict[str, Any], Callable, dict[str, Any]]]:
-    """Which rows each fit of this plot is about, its law in shown units, and its line with the law in words."""
+    """For each fit that the plot shows: the factor values of its cases, its line in shown units, and its look.
+
+    The label of the look has the law in words.
+    """
     plot = sheet.plot
     fits = [fit for fit in sheet.scene.fits if fit["x"] == plot.x and fit["y"] in plot.y]
     fits = [fit for fit in fits if plot.fit and fit["slope"] is not None]
@@ -130,13 +137,13 @@ def _fits(sheet: Sheet[LinesPlot], x: Shown, y: Shown) -> Iterator[tuple[dict[st
 
 
 def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> str:
-    """`56.8 mm per unit μ, within 1.1 mm`."""
+    """A fitted line with its largest deviation in words: `56.8 mm per unit μ, within 1.1 mm`."""
     rate = f"{style.with_unit(float(f'{slope:.3g}'), y_unit)} per {x_unit}"
     return f"{rate}, within {style.with_unit(float(f'{deviation:.2g}'), y_unit)}"
 
 
 def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:
-    """Write `text` above the middle of the line that joins the two points `x`, `y` (data units), along it."""
+    """Write `text` above the middle of the line between two points and along it; `x` (2,), `y` (2,) in data units."""
     above = axes.transData + ScaledTranslation(0, 5 / 72, axes.figure.dpi_scale_trans)
     along: dict[str, Any] = {"rotation": np.degrees(np.arctan2(*np.diff([y, x])[:, 0])), "transform_rotates_text": True}
     size = 0.85 * matplotlib.rcParams["font.size"]
@@ -145,10 +152,11 @@ def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:
 
 
 def _symbol(quantity: Quantity) -> str:
+    """A unit step of a dimensionless quantity in words: `unit μ`."""
     return f"unit {quantity.symbol or quantity.title.lower()}"
 
 
 def _common(sheet: Sheet[LinesPlot], unit: str) -> str:
-    """Axis label of several columns: the words that all of their names end with."""
+    """Label of the y axis for several columns: the words that all their titles end with, and the unit."""
     text = sheet.ending_of_stacked.capitalize() or "Value"
     return f"{text} ({unit})" if unit else text

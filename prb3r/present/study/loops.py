@@ -1,4 +1,4 @@
-"""Loops: where disks go while a cable is drawn in, let go and drawn in again."""
+"""The plot `loops`: positions of disks over a cable tension that rises, falls and rises again."""
 
 import itertools
 
@@ -19,7 +19,8 @@ ARROW = {"arrowstyle": "->", "color": style.INK, "lw": 1.0, "mutation_scale": 10
 def loops_figure(sheet: Sheet[LoopsPlot]) -> Figure:
     """Positions of disks over a tension along the path of each case: a row of panels for each position.
 
-    The last fall and rise are drawn in full, with an arrow on the fall of the first, what came before thin.
+    The last fall and rise are drawn in full, what came before is thin and dotted; falls of a panel's first group have
+    an arrow.
     """
     plot, (titles, parts) = sheet.plot, sheet.panels()
     rows = [(column, part) for column in plot.y for part in parts]
@@ -48,7 +49,7 @@ def loops_figure(sheet: Sheet[LoopsPlot]) -> Figure:
 
 
 def _path(sheet: Sheet[LoopsPlot], case: int, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tension as it enters the base, position of a disk and number of every step of a case."""
+    """(s,) each: tension at the base (N), the position `column` of a disk, and the number of every step of a case."""
     states = sheet.states if sheet.states is not None else pd.DataFrame()
     states = states[states["case_id"] == case].sort_values("step", kind="stable")
     last = int(sheet.scene.manipulator(case).plates)
@@ -58,6 +59,7 @@ def _path(sheet: Sheet[LoopsPlot], case: int, column: str) -> tuple[np.ndarray, 
 
 
 def _loop(axes: Axes, pull: np.ndarray, way: np.ndarray, ink: dict, directed: bool) -> None:
+    """Draw a position `way` over a tension `pull`, both (s,) in shown units; `directed`: with an arrow."""
     top, bottom, end = last_loop(pull)
     axes.plot(pull[: top + 1], way[: top + 1], color=ink["color"], lw=0.6, ls=":")
     middle = (top + bottom) // 2

@@ -1,4 +1,4 @@
-"""Paths that a disk is brought along: targets, where the disk comes, and the manipulator on some of them."""
+"""The plot `path`: targets of a disk, where the disk comes, and the manipulator at some of them; with sentences."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -20,15 +20,15 @@ from prb3r.study.plots.kinds import PathPlot
 from prb3r.study.run import Result
 
 DRAWN_STATES = 4
-"""Manipulators that are drawn along a path, evenly spaced, the first and the last among them."""
+"""Manipulators that are drawn along a path, evenly spaced from the first to the last target."""
 MOST_TOLD_PATHS = 24
-"""So many cases are told one by one; all are in the table."""
+"""Cases that have a sentence at most; all are in the table."""
 REACHED: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.2, "mfc": "white", "mec": style.INK, "mew": 0.8}
 MISSED: dict[str, Any] = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": style.ALARM}
 
 
 def paths_figure(sheet: Sheet[PathPlot]) -> Figure:
-    """The way of a disk past its targets, with the manipulator at some of them; targets that it misses are crosses."""
+    """The way of a disk past its targets, with the manipulator at some of them; missed targets are crosses."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws paths and needs states")
     titles, parts = sheet.panels()
@@ -59,7 +59,10 @@ def paths_figure(sheet: Sheet[PathPlot]) -> Figure:
 
 
 class _Way:
-    """The targets of a case and where its disk comes."""
+    """The targets of a case, the places where its disk comes, and the manipulators to draw.
+
+    `at` has the states of the disk, a row for each target; `rest` is the straight manipulator.
+    """
 
     def __init__(self, targets: list[Target], at: pd.DataFrame, rest: Body, bodies: list[Body]) -> None:
         self.targets, self.rest, self.bodies = targets, rest, bodies
@@ -69,7 +72,7 @@ class _Way:
 
     @classmethod
     def of(cls, sheet: Sheet[PathPlot], case: int) -> "_Way":
-        """That of a case, from the table of states."""
+        """The way of a case, from the table of states."""
         manipulator, states = sheet.scene.manipulator(int(case)), sheet.states
         assert states is not None
         targets = targets_of_case(sheet.scene, int(case))
@@ -83,7 +86,7 @@ class _Way:
 
     @property
     def corners(self) -> np.ndarray:
-        """(n, 2) points that must be in the picture, m."""
+        """(n, 2) points that the picture must show, m: targets, places of the disk, manipulators."""
         wanted = np.array([target.wanted[:2] for target in self.targets])
         points = [np.where(np.isfinite(wanted), wanted, self.places[:, :2]), self.places[:, :2]]
         points += [drawn.disks.reshape(-1, 2) for drawn in (self.rest, *self.bodies)]
@@ -91,6 +94,7 @@ class _Way:
         return corners[np.isfinite(corners).all(1)]
 
     def draw(self, axes: Axes, look: style.Look) -> None:
+        """Draw manipulators, the way of the disk, targets, and a line from each missed target to the disk."""
         draw_ghost(axes, self.rest)
         strongest = max((tension.max() for drawn in self.bodies for tension in drawn.tensions), default=0.0)
         for drawn in self.bodies:
@@ -110,15 +114,16 @@ def targets_of_case(scene: Scene, case: int) -> list[Target]:
 
 
 def paths_section(result: Result, scene: Scene) -> Section:
-    """Of each case how many targets are reached, which is missed first, and with what tensions.
+    """A section with a sentence for each case: how many targets are reached, the first that is missed, tensions.
 
-    Without the metric `follow` there is nothing to say.
+    Without the metric `follow` it has no sentences.
     """
     said = list(_followed(result, scene)) if "reached_share" in result.cases else []
     return Section("Along the path", said, [], "Missed targets: the disk is as near as the cables bring it.")
 
 
 def _followed(result: Result, scene: Scene) -> Iterator[str]:
+    """The sentences of that section, of the first `MOST_TOLD_PATHS` cases."""
     factors = [factor.name for factor in result.plan.study.factor]
     for row in result.cases.head(MOST_TOLD_PATHS).to_dict("records"):
         named = ", ".join(f"{style.quantity_of(name, ()).title}: {row[name]}" for name in factors)

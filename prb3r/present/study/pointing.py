@@ -1,4 +1,4 @@
-"""What a page tells of the cases that a reader points at: words, and the manipulator where states are kept."""
+"""What a page shows of the case that a reader points at: its text and, where states are kept, its manipulator."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,19 +22,21 @@ from prb3r.study.run import Result
 from prb3r.study.workspace import cloud_tension
 
 MOST_FRAMES = 3000
-"""So many states of load paths go into a page; of more cases, the first ones."""
+"""States of load paths that go into a page at most; where there are more, only the first cases have theirs."""
 SAME_TIP_M = 1e-6
-"""A manipulator computed again is drawn if its tip is where the table has it, m."""
+"""A manipulator that is solved again is drawn only if its tip is this near to that in the table, m."""
 
 
 @dataclass(frozen=True)
 class Pointed:
-    """What a page knows of cases, by the numbers that spots carry."""
+    """What a page knows of the cases, and designs, that a reader can point at, by the numbers in the spots."""
 
     figures: Mapping[str, Mapping[str, Any]]
+    """Spots of each figure, by its name."""
     cases: Mapping[int, str]
+    """Text on each case or design, by its number."""
     states: Mapping[str, tuple[list[int], str]] = field(default_factory=dict)
-    """By `case:step`, or `case:-1` for the last step: place (0.1 mm) and angle (mrad) of every disk; its tensions."""
+    """By `case:step`, or `case:-1` for the last step: `PackedState` of the manipulator."""
     half: float = 0.0
     """Half the height of a disk, mm."""
     paths: Sequence[tuple[int, list[int]]] = ()
@@ -42,12 +44,12 @@ class Pointed:
 
     @property
     def plain(self) -> dict[str, Any]:
-        """The fields by their names, with plain lists, as JSON hands them to the script of the page."""
+        """The fields by their names, with plain lists, as the script of the page gets them in JSON."""
         return vars(self) | {"paths": list(self.paths)}
 
 
 def about_designs(spots: Mapping[str, Any] | None, cases: int) -> dict[str, Any] | None:
-    """Spots that carry numbers of designs, with numbers that follow those of all cases."""
+    """Spots of designs, renumbered to follow those of all `cases` of the study, so that no number stands for both."""
     if spots is None:
         return None
     return {**spots, "points": [[*place, design + cases, step] for *place, design, step in spots["points"]]}
@@ -60,13 +62,13 @@ def pointed(
     figures: Mapping[str, Mapping[str, Any]],
     decision: Decision | None,
 ) -> Pointed:
-    """What the page of a study tells of the spots in its figures, and of load paths.
+    """Everything that the page of a study shows of the spots in its figures, and the load paths that it can play.
 
     Parameters
     ----------
     kept : the states that the figures are drawn from.
     figures : by name, as `spots_of` and `about_designs` give them.
-    decision : between the designs, where the study makes one.
+    decision : between the designs, if the study makes one.
     """
     plan, count = result.plan, len(result.cases)
     asked = {(int(case), int(step)) for figure in figures.values() for *_, case, step in figure["points"]}
@@ -98,14 +100,14 @@ def pointed(
 
 
 def _first_cases(source: Source, decision: Decision) -> list[int]:
-    """The case that stands for each design: its first."""
+    """Number of the first case of each design of the decision."""
     names = design_names(source.cases, source.study.design_factors)
     first = dict(zip(reversed(names), reversed(source.cases["case_id"].tolist()), strict=True))
     return [first[name] for name in decision.designs]
 
 
 def _paths(states: pd.DataFrame) -> list[tuple[int, list[int]]]:
-    """Cases of more than two steps with an equilibrium, so many as a page holds."""
+    """Cases with more than two steps in equilibrium, and these steps, up to `MOST_FRAMES` states in all."""
     paths, room = [], MOST_FRAMES
     for case, part in states[np.isfinite(states["x_m"])].groupby("case_id"):
         steps = sorted(part["step"].unique().tolist())
@@ -118,7 +120,10 @@ def _paths(states: pd.DataFrame) -> list[tuple[int, list[int]]]:
 
 
 def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tuple[list[int], str]]:
-    """Manipulators at some loads of a cloud, solved again as the table may hold tips alone."""
+    """States of the manipulator under some loads of a cloud (`steps`, from 1), solved again, by `case:step`.
+
+    The table `kept` may hold tips alone; by these it is checked that the states are the same.
+    """
     manipulator = case.manipulator()
     chain = manipulator.chain(case.settings["broken"])
     cloud = Cloud.model_validate(case.settings["cloud"])

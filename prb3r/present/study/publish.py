@@ -1,4 +1,4 @@
-"""Figures and report of a finished study, beside its tables."""
+"""Figures and report of a finished study, written beside its tables."""
 
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from prb3r.study.workspace import convergence_warning
 
 
 def scene_of(result: Result) -> Scene:
-    """What the figures of a study are drawn from beside its tables."""
+    """Everything beside the tables that the figures of a study are drawn from."""
     plan = result.plan
     return Scene(
         lambda n: plan.cases[n].manipulator(),

@@ -1,4 +1,4 @@
-"""Targets that a disk was brought to from Python: where it comes, and the manipulator at some of them."""
+"""Figure and table of the result of `prb3r.reach`."""
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,12 @@ from prb3r.present.study.shapes import body, draw_body, draw_ghost, straight
 
 
 def reached_figure(manipulator: Manipulator, targets: pd.DataFrame, states: pd.DataFrame) -> Figure:
-    """The way of a disk past its targets, a cross where it misses one, with the manipulator at some of them.
+    """The way of a disk past its targets, with the manipulator at some of them; missed targets are crosses.
 
     Parameters
     ----------
-    targets : a row for each, as `Reached.table`.
-    states : solved, of the steps that lead there.
+    targets : the table `Reached.table`.
+    states : the table that `solve` returns for `Reached.steps`.
     """
     rest, (look,) = straight(manipulator), style.looks([""]).values()
     steps = states["step"].unique()
@@ -49,7 +49,10 @@ def reached_figure(manipulator: Manipulator, targets: pd.DataFrame, states: pd.D
 
 
 def reached_table(steps: pd.DataFrame, targets: pd.DataFrame) -> Table:
-    """Tension of every cable and safety factor for each target."""
+    """A row for each target: tension of every cable, their sum, safety factor and outcome.
+
+    `steps` and `targets` are the tables `Reached.steps` and `Reached.table`.
+    """
     names = [name for name in steps if name.startswith("cable_")]
     heads = [f"cable {name.removeprefix('cable_').removesuffix('_n')} (N)" for name in names]
     known = steps.set_index("step")

@@ -20,19 +20,20 @@ from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
 
 WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
-"""Up to how many cases are listed one by one, failed cases are listed, and values of a factor are named."""
+"""Cases that the table of all cases has at most; failed cases, and values of a factor in words, that are listed at
+most; numbers of a factor that are listed one by one, and groups of cases, at most."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """What a study answers beyond its tables."""
+    """Parts of a report beyond tables and figures."""
 
     counsel: Advice | None = None
-    """Which design to build."""
+    """Which design to build, if the study decides."""
     sections: Sequence[Section] = ()
-    """Of its kind: errors of rigs, a search, a path."""
+    """Those of this kind of study: search, path, errors of rigs, convergence of workspaces."""
     pointed: Pointed | None = None
-    """The cases that a reader can point at in its figures."""
+    """What the page shows of spots in its figures, if there are any."""
 
 
 def write_report(
@@ -77,21 +78,21 @@ def write_report(
 
 
 def _answer(source: Source, answers: Answers) -> str:
-    """The sentence that stands for the page where there is room for one."""
+    """The answer of the study in a sentence: its recommendation, else the first of a section, else how many cases."""
     said = [answers.counsel.recommendation] if answers.counsel else []
     said += [section.sentences[0] for section in answers.sections if section.sentences]
     return (said[0] if said else f"{in_short(source)}.").replace("**", "")
 
 
 def in_short(source: Source) -> str:
-    """How many cases there are, and how many of them failed."""
+    """The number of cases, and how many of them failed, in words."""
     total, failed = len(source.cases), len(source.failed)
     which = f"{failed:,} of them without a stable equilibrium" if failed else "all in stable equilibrium"
     return f"{total:,} case{'s' * (total != 1)}, {which}"
 
 
 def _varied(source: Source, name: str) -> tuple[str, str, str]:
-    """A factor: its name in words, what it sets, the values it takes."""
+    """A factor in words: its title, the path that it sets, and its values."""
     factor = next(factor for factor in source.study.factor if factor.name == name)
     values = source.cases[name].drop_duplicates()
     if not factor.chosen:
@@ -105,7 +106,10 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
 
 
 def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
-    """Least, median and greatest value of each column, apart for each alternative; not of cases against themselves."""
+    """Least, median and greatest value of each column in each of the groups of :func:`_alternatives`; None without any.
+
+    For a comparison the cases that others are compared with are left out.
+    """
     parts, rows = list(_alternatives(source)), []
     for column in columns:
         base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
@@ -123,10 +127,10 @@ def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
 
 
 def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
-    """Cases apart by factors whose values are words (broken cables, models, orders), which no median may mix.
+    """Groups of cases, with words for each, that a median must not mix: by factors whose values are words.
 
-    Of those factors the ones that make most groups, up to `FEW`; where there are none, all cases together.  Words that
-    go along with a number (`zip`) are that number's.
+    Such factors are broken cables, models or orders, but not one that goes along with a numeric factor (`zip`).  Of all
+    sets of them the one with most groups, up to `FEW`, is taken; if there is none, all cases are one group.
     """
     drawn = {factor.name for factor in source.study.factor if not factor.chosen}
     numbers = [name for name in source.factors if pd.api.types.is_numeric_dtype(source.cases[name])]
@@ -147,18 +151,18 @@ def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
 
 
 def _goes_along(cases: pd.DataFrame, name: str, number: str) -> bool:
-    """Whether every value of the one column belongs to a value of the other."""
+    """Whether the values of the two columns correspond one to one."""
     pairs = len(cases[[name, number]].drop_duplicates())
     return pairs == cases[name].nunique() == cases[number].nunique()
 
 
 def first_cases(source: Source, most: int = 10) -> Table:
-    """The first cases with all that was varied and measured."""
+    """A row for each of the first cases, as :func:`every_case`."""
     return every_case(replace(source, cases=source.cases.head(most)))
 
 
 def every_case(source: Source) -> Table:
-    """All cases with all that was varied and measured."""
+    """A row for each case: its factors, metrics, comparisons and outcome."""
     columns = [name for name in (*source.factors, *source.measured, *source.compared) if name in source.cases]
     records = source.cases.to_dict("records")
     rows = [[*(source.cell(name, row[name]) for name in columns), str(row["outcome"])] for row in records]
@@ -168,7 +172,7 @@ def every_case(source: Source) -> Table:
 
 
 def _fits(source: Source) -> Iterable[str]:
-    """`Tip shift: 275 mm per unit μ, within 4.7 mm (7 cases; order = cable 3 first)`."""
+    """Each fitted line in words: `Tip shift: 275 mm per unit μ, within 4.7 mm, 1.2 mm at μ = 0 (7 cases; Plates 6)`."""
     for fit in source.manifest.get("fits") or ():
         x, y = source.shown(fit["x"]), source.shown(fit["y"])
         quantity = source.quantity(fit["x"])
@@ -185,6 +189,8 @@ def _fits(source: Source) -> Iterable[str]:
 
 
 def _failed(source: Source) -> Table | None:
+    """The first failed cases with their factors, outcomes and reasons; None without any."""
+
     def case(row):
         return ", ".join(source.named(name, row[name]) for name in source.factors)
 
@@ -194,12 +200,13 @@ def _failed(source: Source) -> Table | None:
 
 
 def _timing(rows: Iterable[Mapping[str, Any]]) -> Table | None:
+    """Time per equilibrium of each model, from the manifest; None if it has none."""
     lines = [[str(row["model"]), style.digits(float(row["microseconds_per_equilibrium"]))] for row in rows]
     return Table(["Model", "µs per equilibrium, one core, in bulk"], lines) if lines else None
 
 
 def _made(source: Source) -> list[tuple[str, str]]:
-    """How it was computed, for those who want to repeat it."""
+    """Name and value of each line on how the study was computed, for those who want to repeat it."""
     manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
     revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
     versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())

@@ -1,4 +1,4 @@
-"""Errors of rigs in a report: shares that keep the requirements, quantiles, and which error matters; with figures."""
+"""Errors of rigs in a report: shares of rigs that keep the requirements, quantiles, Sobol indices; with figures."""
 
 from pathlib import Path
 from typing import Any
@@ -36,16 +36,17 @@ RIGS_CAPTIONS = {
     "indices": "Which error matters: share of the variance that it makes by itself (dark) and with others (pale).",
 }
 MOST_PANELS = 6
-"""Metrics that are drawn; all of them are in the tables."""
+"""Metrics that are drawn at most; all of them are in the tables."""
 TOLD_QUANTILES = (0.05, 0.5, 0.95)
+"""Quantiles in the report; `quantiles.parquet` has more."""
 ENDS = "", "_low", "_high"
-"""What names of columns end with: an estimate and the ends of its interval."""
+"""Endings of column names: an estimate and the ends of its interval."""
 MATTERS = 0.05
-"""An error that makes less of the variance is told in `indices.parquet` alone."""
+"""Errors with smaller indices are left to `indices.parquet`: total ones in the table, first-order ones in sentences."""
 
 
 def rigs_section(result: Result) -> Section:
-    """What the errors of a study do, in sentences and tables."""
+    """The section on the errors of a study's rigs: sentences and tables."""
     study, rigs = result.plan.study, result.rigs
     assert rigs is not None
     tables = [("Quantiles over the rigs", _quantile_table(study, rigs))]
@@ -69,7 +70,7 @@ def rigs_section(result: Result) -> Section:
 
 
 def index_sentences(study: Study, rigs: Rigs) -> list[str]:
-    """Of each metric the errors that make most of its variance, largest first."""
+    """A sentence for each metric: the errors with a first-order index above `MATTERS`, largest first."""
     if rigs.indices.empty:
         return []
     said = []
@@ -83,7 +84,10 @@ def index_sentences(study: Study, rigs: Rigs) -> list[str]:
 
 
 def _by_setting(study: Study, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Rows apart by what is no error; with the setting in words, nothing where there is but one."""
+    """The rows of a table for each setting of the factors that are no errors, with the setting in words (in brackets).
+
+    The words are empty if the study has no such factors.
+    """
     errors = {error.name for error in study.errors}
     fixed = [f.name for f in study.factor if f.name not in errors and f.name in table]
     if not fixed:
@@ -94,18 +98,19 @@ def _by_setting(study: Study, table: pd.DataFrame) -> list[tuple[str, pd.DataFra
 
 
 def _percent(row: dict[str, Any], kind: str) -> str:
+    """An index with its interval in percent; `kind` is `first_order` or `total`."""
     numbers = within_bounds(np.array([row[f"{kind}{end}"] for end in ENDS]))
     rounded = [round(100 * number) for number in numbers] if np.isfinite(numbers).all() else []
     return "{} % ({} to {} %)".format(*rounded) if rounded else "–"
 
 
 def within_bounds(indices: np.ndarray) -> np.ndarray:
-    """Estimates of indices, or ends of their intervals, cut off at 0 and 1, between which an index lies."""
+    """Estimates of indices, or ends of their intervals, clipped to [0, 1], where the true index lies."""
     return np.clip(indices, 0.0, 1.0)
 
 
 def _title(study: Study, metric: str) -> str:
-    """A metric in words, with its unit where another one has the same name."""
+    """The title of a metric, with its unit if another metric of the study has the same title."""
     quantities = metrics_of(study)
     quantity = next(quantity for quantity in quantities if quantity.name == metric)
     alike = sum(other.title == quantity.title for other in quantities) > 1
@@ -113,10 +118,12 @@ def _title(study: Study, metric: str) -> str:
 
 
 def _error(name: str) -> str:
+    """The title of an error."""
     return style.quantity_of(name, ()).title
 
 
 def _share_table(study: Study, rigs: Rigs) -> Table:
+    """A row for each design and requirement with the share of rigs that keep it."""
     quantities = {quantity.name: quantity for quantity in metrics_of(study)}
     words = {ALL_REQUIREMENTS: "every requirement"}
     for number, requirement in enumerate(study.requirement, 1):
@@ -131,10 +138,12 @@ def _share_table(study: Study, rigs: Rigs) -> Table:
 
 
 def _of(requirement: Requirement, quantities: dict[str, Quantity]) -> Quantity:
+    """The quantity that a requirement bounds."""
     return quantities.get(requirement.metric) or describe(requirement.metric)
 
 
 def _quantile_table(study: Study, rigs: Rigs) -> Table:
+    """A row for each setting and metric with its quantiles and standard deviation over the rigs."""
     quantities = {quantity.name: quantity for quantity in metrics_of(study)}
     rows = []
     for setting, part in _by_setting(study, rigs.quantiles):
@@ -147,6 +156,7 @@ def _quantile_table(study: Study, rigs: Rigs) -> Table:
 
 
 def _index_table(study: Study, rigs: Rigs) -> Table:
+    """A row for each setting, metric and error with its Sobol indices, the errors with the smallest left out."""
     rows = [
         [
             _title(study, row["metric"]) + setting,
@@ -171,14 +181,14 @@ def rigs_pictures(result: Result) -> list[Path]:
 
 
 def _drawn(study: Study, most: int) -> list[tuple[Quantity, Requirement | None]]:
-    """What has a panel: the metrics of requirements, each with its requirement, or else the first metrics."""
+    """What has a panel: each requirement with its quantity or, without requirements, each metric; the first `most`."""
     quantities = {quantity.name: quantity for quantity in metrics_of(study)}
     asked: list[tuple[Quantity, Requirement | None]] = [(_of(r, quantities), r) for r in study.requirement]
     return (asked or [(quantity, None) for quantity in quantities.values()])[:most]
 
 
 def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
-    """Cumulative share of the rigs over each metric, a panel each, with the bounds of requirements."""
+    """Empirical distribution of each metric over the rigs, a panel each, with the bounds of requirements."""
     drawn = cases[sampled_cases(study, cases) < 2]
     drawn = drawn.assign(_design=design_names(drawn, study.design_factors))
     looks = style.looks(list(dict.fromkeys(drawn["_design"])))
@@ -198,7 +208,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
             values = rows.loc[rows["_design"] == name, quantity.name].to_numpy(float)
             values = np.sort(values[np.isfinite(values)]) * shown.factor
             if len(values):
-                # of rigs without a value the curve stays below one
+                # rigs without a value count too, so that the curve then stays below one
                 height = np.arange(1, len(values) + 1) / (rows["_design"] == name).sum()
                 panel.step(values, height, where="post", color=look.colour, ls=look.line)
         if requirement is not None:
@@ -212,7 +222,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
 
 
 def _bound(axes: Axes, requirement: Requirement, factor: float) -> None:
-    """The bound as a line, its far side shaded."""
+    """Draw the bound of a requirement as a line, with the side that breaks it shaded."""
     at, (low, high) = requirement.limit * factor, axes.get_xlim()
     axes.axvline(at, color=style.ALARM, lw=1.0)
     low, high = min(low, at), max(high, at)

@@ -1,4 +1,4 @@
-"""A search for the best design in a report: how far it has settled."""
+"""The search for the best design in a report: how many designs were tried, and whether the search has settled."""
 
 import numpy as np
 import pandas as pd
@@ -41,14 +41,17 @@ def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Sec
 
 
 def merit(decision: Decision) -> np.ndarray:
-    """(d,) by what the designs are ranked: score, or without preferences the smallest reserve; NaN off requirements."""
+    """(d,) the number by which designs are ranked: score or, without preferences, smallest reserve.
+
+    NaN for designs that break a requirement.
+    """
     if decision.preferences:
         return decision.score
     return np.where(decision.feasible, decision.margins.min(1, initial=np.inf), np.nan)
 
 
 def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[str]:
-    """The ranges that the best design lies at the end of: a wider one may be better."""
+    """A sentence for each searched factor that the best design has within 1 % of an end of its range."""
     if decision.winner is None:
         return []
     said = []
@@ -67,7 +70,7 @@ def _at_the_ends(study: Study, cases: pd.DataFrame, decision: Decision) -> list[
 
 
 def search_picture(decision: Decision) -> Figure:
-    """The score of every design in the order in which they were tried, and the best so far."""
+    """The score of every design, and the best so far, in the order in which they were tried."""
     with rc.in_use():
         return _search_figure(decision)
 

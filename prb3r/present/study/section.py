@@ -7,11 +7,11 @@ from prb3r.present.page import Table
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, what there is to say, and tables."""
+    """A heading with sentences and tables below."""
 
     heading: str
     sentences: list[str]
     tables: list[tuple[str, Table]]
-    """Caption and table."""
+    """Each with its caption."""
     note: str = ""
     """How the numbers are to be read."""

@@ -1,4 +1,4 @@
-"""Shapes: the manipulator to scale, with plates, disks and cables."""
+"""The plot `shapes`, and how manipulators are drawn to scale: plates, disks and cables."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,11 +23,13 @@ from prb3r.study.compare import select
 from prb3r.study.plots.kinds import ShapesPlot
 
 MOST_SHAPES = 48
-"""So many manipulators can still be told apart in a figure, which stays below 2 MB; of more, evenly spaced ones."""
+"""Manipulators that a figure draws at most, so that they can be told apart and it stays below 2 MB; of more, evenly
+spaced ones."""
 HIDDEN, SLIMMER = 0.01, 0.45
-"""Of two manipulators that are nowhere farther apart than this share of the length the second is drawn slimmer, by this
-factor, so that the first is seen on both sides of it."""
+"""If two manipulators are nowhere farther apart than the share `HIDDEN` of the length, the second is drawn slimmer by
+the factor `SLIMMER`, so that the first is seen on both sides of it."""
 GHOST = Look(style.PALE, "", "-", "")
+"""Look of manipulators that others are compared with."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,14 @@ class Body:
     """A manipulator in one state as curves to draw, m."""
 
     disks: np.ndarray
-    """(n + 1, 4, 2) corners."""
+    """(n + 1, 4, 2) corners of the disks."""
     plates: np.ndarray
-    """(n, points, 2) clamps as straight ends, the arc between as a cubic with the tangents of its disks."""
+    """(n, points, 2) each plate: clamps as straight ends, the arc between as a cubic with the tangents of its disks."""
     cables: tuple[np.ndarray, ...]
-    """Each (2k + 2, 2): behind the base disk, then where the cable leaves and enters the holes of k plates."""
+    """Each (2k + 2, 2), of a cable that crosses k plates: the proximal face of the base disk, where it leaves one disk
+    and enters the next at each plate, and the distal face of its last disk."""
     tensions: tuple[np.ndarray, ...]
-    """Each (2k + 1,) tension of the parts between those points, N."""
+    """Each (2k + 1,) tension of a cable between these points, N."""
 
 
 def body(manipulator: Manipulator, state: pd.DataFrame) -> Body:
@@ -124,7 +127,7 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
 
 
 def _coincide(first: Body, other: Body) -> bool:
-    """Whether a manipulator hides another one that is drawn before it."""
+    """Whether two manipulators coincide, so that the one drawn later would hide the other."""
     if first.plates.shape != other.plates.shape:
         return False
     length = np.linalg.norm(np.diff(first.plates.reshape(-1, 2), axis=0), axis=1).sum()
@@ -132,10 +135,10 @@ def _coincide(first: Body, other: Body) -> bool:
 
 
 def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]:
-    """The plot with a colour and a style of lines for factors that it does not name; notes of those that look alike.
+    """The sheet with colour and line style, where the plot leaves them free, given to factors that tell cases apart.
 
-    Only factors that differ between cases which would look alike; of more than two, and of cases in great number, the
-    note says that they do.
+    Such factors differ between cases that would look alike otherwise.  For each one that has too many values, or for
+    which neither colour nor style is left, there is a note.
     """
     plot, rows = sheet.plot, sheet.rows
     free = [key for key in ("by", "style") if getattr(plot, key) is None]
@@ -152,12 +155,15 @@ def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]
 
 
 def _reference(sheet: Sheet[ShapesPlot]) -> pd.DataFrame:
-    """Rows of the cases that are drawn behind all others."""
+    """Rows of the cases that the plot draws pale, behind all others."""
     return select(sheet.cases, sheet.plot.reference) if sheet.plot.reference else sheet.cases[:0]
 
 
 def _bodies(sheet: Sheet[ShapesPlot], rows: pd.DataFrame) -> dict[int, Body]:
-    """What can be drawn of `rows`, by row: the state of that row's step, or the last one of its case."""
+    """Curves of the manipulator for each of `rows`, by its index, where the state is an equilibrium.
+
+    The state is that of the row's step or, without a column `step`, the last one of its case.
+    """
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws shapes and needs states")
     by_case = dict(iter(sheet.states.groupby("case_id")))
@@ -200,9 +206,13 @@ def straight(manipulator: Manipulator) -> Body:
 
 
 def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float, slim: float = 1.0) -> None:
-    """One manipulator: slack cables grey, tensioned ones in its colour and as thick as their tension.
+    """Draw one manipulator: slack cables grey, others in its colour, the thicker the more tension they have.
 
-    `slim`: factor on the width of its backbone and on its mark.
+    Parameters
+    ----------
+    line : line style; other than solid it is drawn as white gaps in the backbone.
+    strongest : tension of the thickest cable, N.
+    slim : factor on the width of the backbone and on the mark at the tip.
     """
     for cable, tension in zip(drawn.cables, drawn.tensions, strict=True):
         spans = 1e3 * np.stack([cable[:-1], cable[1:]], 1)
@@ -224,6 +234,6 @@ def draw_body(axes: Axes, drawn: Body, look: Look, line: Any, strongest: float, 
 
 
 def draw_ghost(axes: Axes, drawn: Body) -> None:
-    """A manipulator to compare others with: plates and disks alone."""
+    """Draw a manipulator that others are compared with: pale, plates and disks alone."""
     axes.add_collection(LineCollection(list(1e3 * drawn.plates), colors=[GHOST.colour], linewidths=1.5, zorder=1.9))
     axes.add_collection(PolyCollection(list(1e3 * drawn.disks), facecolors=[GHOST.colour], linewidths=0, zorder=1.9))

@@ -1,4 +1,4 @@
-"""What a figure is drawn from: the plot, the rows it shows, the looks of their groups, the notes in its legend."""
+"""A plot together with its data: the rows that it shows, their groups with looks and panels, and legend entries."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,6 +20,7 @@ from prb3r.study.compare import select
 from prb3r.study.plots.base import COLUMN, Panelled, Plot
 
 FAILED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
+"""Cross of failed cases."""
 
 PlotKind = TypeVar("PlotKind", bound=Plot)
 """The kind of plot that is drawn."""
@@ -30,24 +31,24 @@ class Scene:
     """What a drawing needs beyond the tables of cases and states."""
 
     manipulator: Callable[[int], Manipulator]
-    """From `case_id`."""
+    """The manipulator of a case, by its `case_id`."""
     quantities: tuple[Quantity, ...] = ()
-    """Of metric columns; others are described by their names."""
+    """Descriptions of columns; other columns are described by their names."""
     fits: tuple[Mapping[str, Any], ...] = ()
-    """`x, y, slope, intercept, largest_deviation, where`, all in SI."""
+    """Fitted lines: `x, y, slope, intercept, largest_deviation, where`, all in SI."""
     sampled: frozenset[str] = frozenset()
-    """Factors that are drawn by a sampling, which have no order along which cases could be joined."""
+    """Factors whose values are random samples; cases have no order then along which a line could join them."""
     reach: Callable[[int], Mapping[str, Any]] = lambda case: {}
-    """From `case_id`: disk and targets of the path that it follows."""
+    """Disk and targets of the path that a case follows, by its `case_id`."""
     loads: int | None = None
-    """Of clouds, so many first loads alone are among the states."""
+    """Number of first loads of each cloud to which the states are limited; None: the states are all."""
     factors: tuple[str, ...] = ()
     """Columns of the cases that hold factors."""
 
 
 @dataclass(frozen=True)
 class Sheet(Generic[PlotKind]):
-    """A plot with its data: who is drawn, in which panel, and in which look."""
+    """A plot with its data: which cases are drawn, in which panel, and with which look."""
 
     plot: PlotKind
     cases: pd.DataFrame
@@ -56,7 +57,16 @@ class Sheet(Generic[PlotKind]):
 
     @cached_property
     def rows(self) -> pd.DataFrame:
-        """Selected cases (with their states where the plot names columns of those), with key columns."""
+        """The selected cases, joined with states if the plot names columns of these, and with key columns.
+
+        Key columns hold the values by which rows are told apart: `_by` (colour), `_style` (line style) and `_panel`.
+        In a plot that stacks columns, each row becomes one for each of them, with its value in `_y`.
+
+        Raises
+        ------
+        ValueError
+            If no case is selected, or a column is in neither table.
+        """
         plot, rows = self.plot, select(self.cases, self.plot.where)
         if plot.behind:
             rows = rows.drop(select(rows, plot.behind).index)
@@ -76,12 +86,12 @@ class Sheet(Generic[PlotKind]):
 
     @property
     def by(self) -> str | None:
-        """The column told by colour and mark, if any."""
+        """The column whose values differ in colour and mark, if any."""
         return self.plot.groups.by
 
     @property
     def style(self) -> str | None:
-        """The column told by line style, if any."""
+        """The column whose values differ in line style, if any."""
         return self.plot.groups.style
 
     @property
@@ -91,7 +101,7 @@ class Sheet(Generic[PlotKind]):
 
     @cached_property
     def looks(self) -> dict[Any, Look]:
-        """Look of each value of `by`: texts keep theirs whichever of them a plot selects."""
+        """Look of each value of `by`; words keep the same look in all plots of a study, whichever of them are shown."""
         present = ordered(self.rows["_by"])
         known = ordered(values_of(self.cases, self.by)) if self.by in self.cases else present
         fixed = not pd.api.types.is_numeric_dtype(self.rows["_by"]) and len(known) <= len(style.palette())
@@ -99,20 +109,24 @@ class Sheet(Generic[PlotKind]):
 
     @cached_property
     def dashes(self) -> dict[Any, Any]:
+        """Line style of each value of `style`."""
         return {value: style.LINES[i % len(style.LINES)] for i, value in enumerate(ordered(self.rows["_style"]))}
 
     def line(self, look: Look, key: Any) -> Any:
+        """Line style of a group: that of its value `key` of `style` or, if the plot has no such column, of its look."""
         return self.dashes[key] if self.style else look.line
 
     def quantity(self, column: str) -> Quantity:
+        """Name, symbol, unit and meaning of a column."""
         return style.quantity_of(column, self.scene.quantities)
 
     def shown(self, column: str, unit: str | None = None) -> Shown:
+        """How a column is shown: in `unit`, or in the one that suits the size of its values."""
         known = column in self.rows and pd.api.types.is_numeric_dtype(self.rows[column])
         return shown(self.quantity(column), self.rows[column] if known else (), unit)
 
     def text(self, column: str | None, value: Any) -> str:
-        """A value of a key column as a legend or a panel title says it; nothing without a column."""
+        """A value of a column as legends and panel titles say it; empty without a column."""
         if column is None:
             return ""
         if column == COLUMN:
@@ -133,13 +147,13 @@ class Sheet(Generic[PlotKind]):
 
     @cached_property
     def ending_of_stacked(self) -> str:
-        """The words that the names of all columns in a panel end with, in small letters; of a single one all words."""
+        """The words that the titles of all stacked columns end with, in small letters; of a single column all words."""
         titles = [self.quantity(column).title.lower().split()[::-1] for column in self.plot.stacked]
         same = itertools.takewhile(lambda words: len(set(words)) == 1, zip(*titles, strict=False))
         return " ".join([words[0] for words in same][::-1])
 
     def panels(self) -> tuple[list[str], list[pd.DataFrame]]:
-        """The titles of the panels and the rows of the cases in them."""
+        """Titles of the panels, and the rows in each."""
         values = ordered(self.rows["_panel"])
         parts = [self.rows[self.rows["_panel"] == value] for value in values]
         titles = [self.text(self.panel, value) if self.panel else "" for value in values]
@@ -147,7 +161,7 @@ class Sheet(Generic[PlotKind]):
         return [", ".join(filter(None, pair)) for pair in zip(titles, notes, strict=True)], parts
 
     def _note(self, part: pd.DataFrame) -> str:
-        """The value of the noted column, to two digits, where a panel has one."""
+        """The value of the plot's column `note`, to two digits, if all rows of a panel have the same; else empty."""
         column = self.plot.note if isinstance(self.plot, Panelled) else None
         if column is None or part[column].nunique() != 1:
             return ""
@@ -163,7 +177,10 @@ class Sheet(Generic[PlotKind]):
                     yield look, self.line(look, key), group
 
     def handles(self, patch: bool = False, solid: bool = False) -> list[Any]:
-        """Legend entries of colours (lines, solid ones, or patches) and of line styles."""
+        """Legend entries of colours and of line styles.
+
+        Colours are shown by lines, by `solid` lines whatever their look, or by a `patch`.
+        """
         entries: list[Any] = []
         named = named_in_legend(list(self.looks)) if self.by else []
         for value, text in zip(named, without_repeats([self.text(self.by, value) for value in named]), strict=True):
@@ -183,19 +200,20 @@ class Sheet(Generic[PlotKind]):
 
 
 def values_of(rows: pd.DataFrame, column: str | None) -> pd.Series:
+    """A column by which rows are grouped: empty cells of words as "", and "" for all rows without a column."""
     if column is None:
         return pd.Series("", rows.index)
     return rows[column] if pd.api.types.is_numeric_dtype(rows[column]) else rows[column].fillna("")
 
 
 def ordered(values: pd.Series) -> list[Any]:
-    """Distinct values: numbers sorted, texts as they come."""
+    """Distinct values: numbers sorted, words in the order in which they first appear."""
     distinct = values.dropna().drop_duplicates()
     return (distinct.sort_values() if pd.api.types.is_numeric_dtype(values) else distinct).tolist()
 
 
 def begin_at_zero(panels: Sequence[Axes]) -> None:
-    """Let y axes begin at zero, except where something is drawn below, there or in a panel that shares the axis."""
+    """Let y axes begin at zero, except if a value in the panel, or in one that shares its axis, is negative."""
     for panel in panels:
         sharing = panel.get_shared_y_axes().get_siblings(panel)
         if min(other.dataLim.y0 for other in sharing) >= 0:
@@ -203,12 +221,12 @@ def begin_at_zero(panels: Sequence[Axes]) -> None:
 
 
 def entry(ink: Mapping[str, Any]) -> Line2D:
-    """A legend entry drawn as its lines or marks are."""
+    """A legend entry with the look and the label of lines or marks; the place `at` of a look is ignored."""
     return Line2D([], [], **{key: value for key, value in ink.items() if key != "at"})
 
 
 def failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """Legend entry of each way in which cases failed, with their number."""
+    """Look and label for each outcome of failed cases, with their number; :func:`entry` makes the legend entry."""
     failed = rows[rows["outcome"] != "converged"]
     placed = failed["_at"].notna() if "_at" in failed else failed["outcome"].notna()
     entries = []

@@ -1,4 +1,4 @@
-"""What the report of a study is made from, and how its values are put into words."""
+"""The tables, descriptions and manifest that the report of a study is made from, with values in words."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from prb3r.study.spec import Study
 ROUNDING = 1e-9
 """Values smaller than this share of the largest one in their column are shown as zero."""
 MOST_VALUES = 6
-"""So many metrics of a case are told where a reader points at it."""
+"""Metrics that are shown at most of a case that a reader points at."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """What the report of a study is made from, and how its values are put into words."""
+    """A study with its table of cases, the quantities of the columns, and its manifest."""
 
     study: Study
     cases: pd.DataFrame
@@ -39,7 +39,7 @@ class Source:
 
     @property
     def measured(self) -> list[str]:
-        """Columns of the cases that hold metrics, without factors and comparisons."""
+        """Columns of the table of cases that hold metrics."""
         apart = {*self.factors, *self.compared}
         return [q.name for q in self.quantities if q.name in self.cases and q.name not in apart]
 
@@ -49,21 +49,21 @@ class Source:
         return self.cases[self.cases["outcome"] != "converged"]
 
     def quantity(self, column: str) -> Quantity:
-        """Name, symbol, unit and meaning of a column of the cases, as the study describes it, else by its name."""
+        """Name, symbol, unit and meaning of a column of the cases: as the study describes it, else by its name."""
         return style.quantity_of(column, self.quantities)
 
     def shown(self, column: str) -> style.Shown:
-        """The unit and the label a column is shown with, by the size of its values unless a plot asks for one."""
+        """How a column is shown: in the unit that a plot asks for, else in one that suits the size of its values."""
         numeric = column in self.cases and pd.api.types.is_numeric_dtype(self.cases[column])
         return style.shown(self.quantity(column), self.cases[column] if numeric else (), self.units.get(column))
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Units that plots ask for; the report shows the same."""
+        """Units that plots ask for, by column; tables of the report use the same."""
         return {column: unit for plot in self.study.plot for column, unit in plot.units()}
 
     def cell(self, column: str, value: Any, unit: bool = False) -> str:
-        """One value as text, in the unit its column is shown in."""
+        """One value as text, in the unit that its column is shown in; with `unit`, followed by that unit."""
         if value is None or (isinstance(value, float) and np.isnan(value)):
             return "–"
         if isinstance(value, (str, bool, np.bool_)):
@@ -74,7 +74,7 @@ class Source:
         return style.with_unit(value, shown.unit) if unit else style.digits(value)
 
     def told(self, row: Mapping[str, Any]) -> str:
-        """A case in two lines: what was varied, and its first metrics, or why it has none."""
+        """A case in two lines: its factors, then the reason if it failed, and its first metrics."""
         varied = ", ".join(self.named(name, row[name]) for name in self.factors)
         names = [name for name in (*self.measured, *self.compared) if name in row and pd.notna(row[name])]
         values = [

@@ -1,7 +1,7 @@
-"""Which states figures and pages are made from, so that their memory does not grow with the study.
+"""Selection of the states that figures and pages are made from, so that memory does not grow with the study.
 
-Of clouds of many loads these are the first loads, which fill the same region; of many cases whose states no plot draws
-the first cases, as pages have no room for all of them.
+Of clouds with many loads these are the first loads, which fill the same region.  Of many cases whose states no plot
+draws these are the first cases, as a page has no room for all of them.
 """
 
 import pandas as pd
@@ -13,12 +13,13 @@ from prb3r.study.plots.base import Plot
 from prb3r.study.run import Result
 
 MOST_ROWS, FEWEST_LOADS = 2**21, 2**10
-"""Rows of states that are read for figures; loads of every cloud among them at least."""
+"""Rows of states that are read at most, but at least so many loads of every cloud."""
 ALWAYS = ("case_id", "step", "disk", "x_m", "y_m")
+"""Columns of the states of clouds that are always read."""
 
 
 def loads_to_draw(result: Result) -> int | None:
-    """First loads of every cloud that figures show; None: all steps."""
+    """Number of first loads of every cloud that figures show; None: all, or the study has no cloud."""
     plan = result.plan
     if plan.study.cloud is None or plan.study.states != "path":
         return None
@@ -28,7 +29,7 @@ def loads_to_draw(result: Result) -> int | None:
 
 
 def states_to_draw(result: Result) -> pd.DataFrame | None:
-    """The states that figures and page are made from; None if the study keeps none or nothing shows them."""
+    """The states that figures and page are made from; None if the study keeps none, or has no plot and no decision."""
     plan, table = result.plan, result.folder / "states.parquet"
     if (most := loads_to_draw(result)) is not None:
         return read_first(table, {*ALWAYS, *named_columns(plan.study)}, "step", most).to_pandas()

@@ -1,4 +1,4 @@
-"""Workspaces: the region that tips reach, filled and outlined."""
+"""The plot `workspace`: the regions that tips reach under clouds of loads, filled and outlined."""
 
 from typing import Any
 
@@ -17,11 +17,11 @@ from prb3r.present.style import Look, pale
 from prb3r.study.plots.kinds import WorkspacePlot
 
 MOST_OUTSIDE = 0.1
-"""Of the points so many lie beside the outline of a region that is nowhere thin."""
+"""Share of the points that may lie outside of the outline; if more do, the region is thin there and they are drawn."""
 
 
 def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
-    """Regions that tips reach: overlaid outlines told apart by colour, hatch and line; a lone one with its density."""
+    """Regions that tips reach: several in a panel differ in colour, hatch and line, a single one shows its density."""
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
     tips = sheet.states[sheet.states["disk"] == sheet.states.groupby("case_id")["disk"].transform("max")]
@@ -60,9 +60,10 @@ def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
 
 
 def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Centres of square cells (m), points in each (x, y), and the region as a smoothed mask: inside above one half.
+    """Square cells over `points` (n, 2), m: x (a,) and y (b,) of their centres, m, points in each, and the region.
 
-    Cells are as small as the points allow, about eight in each on average.
+    The region (a, b) is a smoothed mask, inside above one half.  Cells are as small as the points allow: about eight
+    points in each on average.
     """
     low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
     coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
@@ -78,6 +79,7 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
 
 
 def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -> None:
+    """Draw the region that `points` (n, 2), m, fill, with its outline; `lone`: with the density of the points."""
     x, y, filled, inside = occupancy(points)
     at = 1e3 * x, 1e3 * y, inside.T
     if lone:
@@ -96,7 +98,10 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
 
 
 def _thin(axes: Axes, points: np.ndarray, region: tuple[np.ndarray, np.ndarray, np.ndarray], look: Look) -> None:
-    """The points beside the region, where that is too thin to be outlined, as where cables bend a single segment."""
+    """Draw the points outside of the outline if there are many: where the region is too thin to be outlined.
+
+    It is so where cables bend a single segment.
+    """
     x, y, inside = region
     column, row = (np.searchsorted((ends[1:] + ends[:-1]) / 2, points[:, axis]) for axis, ends in enumerate((x, y)))
     beside = points[inside[column, row] <= 0.5]
