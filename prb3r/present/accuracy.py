@@ -1,4 +1,4 @@
-"""Error against time: what an equilibrium costs by each method, and how far it is from the exact one."""
+"""The figure of the benchmark: tip error of each method over the time that it takes for an equilibrium."""
 
 from pathlib import Path
 
@@ -11,11 +11,11 @@ from prb3r.present.page import save_figure
 NAME = "error-against-time"
 WIDTH, HEIGHT = 130 * style.MM, 75 * style.MM
 LEAST_PERCENT = 1e-9
-"""Errors below are drawn there: digits that the reference itself has not."""
+"""Smaller errors are drawn at this one, as the reference itself is not exact to more digits."""
 
 
 def accuracy_figure(methods: pd.DataFrame) -> Figure:
-    """A mark for each method, down and to the left is better.
+    """Largest tip error over the time of an equilibrium, a mark for each method; down and to the left is better.
 
     Parameters
     ----------
@@ -43,5 +43,5 @@ def accuracy_figure(methods: pd.DataFrame) -> Figure:
 
 
 def publish_accuracy(methods: pd.DataFrame, folder: Path) -> list[Path]:
-    """Write the figure as PNG and SVG into a folder; both files."""
+    """Write the figure as PNG and SVG into a folder and return both paths."""
     return save_figure(accuracy_figure(methods), folder, NAME)

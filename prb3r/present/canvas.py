@@ -1,4 +1,4 @@
-"""What figures are drawn on: axes of their own in a new figure, or axes that are given."""
+"""Axes to draw on: those of a new figure or, within `drawn_on`, axes that the caller gives."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -14,19 +14,19 @@ from prb3r.present import style
 from prb3r.present.legends import legend_shape
 
 Panels = Axes | Sequence[Axes] | np.ndarray | None
-"""Axes to draw on: one, or as many as a plot has panels; None: those of a new figure."""
+"""Axes to draw on: one, or as many as a plot has panels; None: a new figure."""
 
 _GIVEN: ContextVar[tuple[Axes, ...] | None] = ContextVar("axes that are given", default=None)
 
 
 @contextlib.contextmanager
 def drawn_on(axes: Panels) -> Iterator[None]:
-    """Within the block the next figure is drawn on these axes, in the order of its panels.
+    """Within the block figures are drawn on these axes, in the order of their panels; on new figures with None.
 
     Raises
     ------
     ValueError
-        From what draws, if they are not as many as the panels.
+        From the function that draws, if there are not as many axes as panels.
     """
     given = None if axes is None else tuple(np.ravel(np.asarray(axes, object)))
     token = _GIVEN.set(given)
@@ -39,14 +39,19 @@ def drawn_on(axes: Panels) -> Iterator[None]:
 def axes_grid(
     size: tuple[float, float], shape: tuple[int, int], count: int, **options: Any
 ) -> tuple[Figure, np.ndarray]:
-    """A figure and its axes, of the given shape if they are new.
+    """A figure and an array (rows, columns) of axes: new ones or, within `drawn_on`, the given ones, then None.
 
     Parameters
     ----------
     size : width and height of a new figure, mm.
     shape : rows and columns of axes.
-    count : axes that are drawn on; new ones beyond it are taken away.
+    count : number of axes that are drawn on, the first ones; spare new ones are removed from the figure.
     options : as `Figure.subplots` takes them.
+
+    Raises
+    ------
+    ValueError
+        If there are not `count` given axes.
     """
     given = _GIVEN.get()
     if given is not None:
@@ -63,14 +68,14 @@ def axes_grid(
 
 
 def close_up(figure: Figure) -> None:
-    """Little room between the panels of a new figure."""
+    """Set narrow gaps between the panels of a new figure; a figure of given axes is left as it is."""
     engine = figure.get_layout_engine()
     if _GIVEN.get() is None and engine is not None:
         engine.set(w_pad=0.8 * style.MM, h_pad=0.8 * style.MM, wspace=0.02, hspace=0.02)  # type: ignore[call-arg]
 
 
 def legend(figure: Figure, axes: Axes, columns: int, handles: Sequence[Artist] | None = None, **ink: Any) -> None:
-    """A legend below a new figure, or in the given `axes`; without `handles` of what has a label."""
+    """Add a legend in `columns` below a new figure or, on given axes, into `axes`; without `handles` of all labels."""
     known = {} if handles is None else {"handles": list(handles)}
     if _GIVEN.get() is None:
         figure.legend(loc="outside lower center", ncols=columns, **known, **ink)
@@ -79,7 +84,7 @@ def legend(figure: Figure, axes: Axes, columns: int, handles: Sequence[Artist] |
 
 
 def panels_in_row(axes: Sequence[Axes]) -> int:
-    """How many of these panels stand side by side; given ones count as standing alone."""
+    """Number of these panels that stand side by side; 1 for given axes, as their arrangement is the caller's."""
     grid = axes[0].get_gridspec()
     return 1 if _GIVEN.get() is not None or grid is None else grid.ncols
 
@@ -91,15 +96,15 @@ def panels(
     shared: bool | Literal["row"] = True,
     columns: int | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel for each title and one legend below; a single panel has the width of one column.
+    """A figure with a panel for each title, and these axes; one legend of `handles` stands below.
 
-    On given axes the legend is in the last one.
+    A single panel has the width of one text column, several have that of two.  On given axes the legend is in the last.
 
     Parameters
     ----------
     ratio : height of a panel over its width.
-    shared : all panels (of a row) show the same range, and only outer ones carry numbers.
-    columns : panels in a row, up to three (four where there are many) by themselves.
+    shared : whether all panels (`row`: those of a row) have the same range, with numbers at outer panels only.
+    columns : panels in a row; by default up to three, two of four panels, and four of more than twelve.
     """
     count = max(len(titles), 1)
     width = style.SINGLE if count == 1 else style.DOUBLE

@@ -1,4 +1,4 @@
-"""The results that a folder holds, each with its title, its answer and the page to read."""
+"""Results of studies, comparisons, diagnoses and proofs as entries of an index, read from their folders."""
 
 import contextlib
 import json
@@ -18,20 +18,23 @@ class Entry:
 
     title: str
     question: str
+    """Empty if the result states none."""
     answer: str
     date: str
-    """Day and time when it was written, UTC."""
+    """Day and time when the result was written, UTC: `2026-11-22 16:05`."""
     folder: Path
     page: str
-    """The file to read, in the folder."""
+    """Name of the file in the folder that a reader should open."""
     figure: Path | None = None
+    """PNG file for the thumbnail, if there is one."""
 
     @property
     def sort_key(self) -> tuple[str, str]:
-        """Entries stand in the order of their folders."""
+        """Key that sorts entries by folder, then by page."""
         return self.folder.as_posix(), self.page
 
 
+# Each of the next five functions reads one kind of result from its folder, None if the file that marks it is unusable.
 def _study(folder: Path) -> Entry | None:
     manifest = read_manifest(folder)
     study = (manifest or {}).get("study", {})
@@ -112,7 +115,7 @@ RESULT_KINDS: tuple[tuple[str, str, Callable[[Path], Entry | None]], ...] = (
     ("Diagnoses of several recordings", "together.json", _together),
     ("Proofs", "proof.json", _proof),
 )
-"""Of each kind of result its heading, the file by which it is known, and how it is read."""
+"""For each kind of result its heading, the file that marks its folder, and the function that reads the folder."""
 ONE_OF = {
     "Studies": "study",
     "Comparisons": "comparison",
@@ -120,10 +123,11 @@ ONE_OF = {
     "Diagnoses of several recordings": "diagnosis of several recordings",
     "Proofs": "proof",
 }
+"""Singular of each heading."""
 
 
 def _json(path: Path) -> dict:
-    """A file's table; empty where it is damaged."""
+    """The JSON object in a file; empty if the file is missing, damaged or holds anything else."""
     try:
         known = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -132,11 +136,12 @@ def _json(path: Path) -> dict:
 
 
 def _first(folder: Path, *names: str) -> str:
-    """The first of some files that is there, or the last name."""
+    """The first of these names that is a file in the folder; if none is, the last name."""
     return next((name for name in names if name and (folder / name).is_file()), names[-1])
 
 
 def _figure(folder: Path, names: list[str]) -> Path | None:
+    """The first of these figures whose PNG file is in the folder."""
     return next((path for name in names if (path := folder / f"{name}.png").is_file()), None)
 
 
@@ -146,17 +151,18 @@ def _day(stamp: str) -> str:
 
 
 def _written(path: Path) -> str:
+    """Day and minute of a file's last change, UTC."""
     return f"{datetime.fromtimestamp(path.stat().st_mtime, UTC):%Y-%m-%d %H:%M}"
 
 
 class _Head(HTMLParser):
-    """Title and answer that a page gives of itself; empty where it gives none."""
+    """Title and answer in the head of a page (`<title>` and the description); empty if they are absent."""
 
     title, answer = "", ""
     inside = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Keep what the tag of the description holds."""
+        """Keep the content of the description, and note whether a title begins."""
         named = dict(attrs)
         self.inside = tag == "title"
         if tag == "meta" and named.get("name") == "description":
@@ -169,7 +175,7 @@ class _Head(HTMLParser):
 
 
 def _head(page: Path) -> _Head:
-    """What a page says of itself, before its style begins."""
+    """Title and answer of a page; only the text before its style sheet is parsed."""
     head = _Head()
     with contextlib.suppress(OSError):
         head.feed(page.read_text("utf-8", errors="replace").partition("<style>")[0])

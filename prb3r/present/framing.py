@@ -1,11 +1,11 @@
-"""What part of the plane a drawing to scale shows."""
+"""Limits of the axes of a drawing to scale."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 
 def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
-    """Limits along x and y with a margin, mm, and height over width; points in m."""
+    """Limits along x and y, mm, that show `points` (n, 2), m, with a margin; and the ratio of height to width."""
     low, high = 1e3 * np.nanmin(points, 0), 1e3 * np.nanmax(points, 0)
     margin = 0.04 * np.max(high - low) + 1e-9
     x, y = (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin)
@@ -13,7 +13,7 @@ def view_of(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float
 
 
 def to_scale(axes: Axes, points: np.ndarray) -> None:
-    """Let `axes`, in mm, show `points`, in m, with equal scales."""
+    """Set the limits of `axes`, in mm, to show `points` (n, 2), m, with equal scales along x and y."""
     x, y, _ = view_of(points)
     axes.set(xlim=x, ylim=y)
     axes.set_aspect("equal")

@@ -15,13 +15,13 @@ from prb3r.runs.files import ensure_writable, write_whole
 
 INDEX_PAGE = "index.html"
 THUMBNAIL = 4
-"""So many pixels of a figure to either side are one of its thumbnail."""
+"""A thumbnail is smaller than its figure by this factor, along width and height."""
 SHORT = 280
-"""So many letters of a question or an answer are shown."""
+"""Letters of a question or an answer that are shown; longer ones are cut off."""
 
 
 def write_index(folder: Path) -> tuple[Path, int]:
-    """Write `index.html` over everything in `folder` and the folders below; its path and how much it lists.
+    """Write `index.html` over all results in `folder` and the folders below; its path and the number of results.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def write_index(folder: Path) -> tuple[Path, int]:
 
 
 def _found(folder: Path, mark: str, read: Callable[[Path], Entry | None]) -> Iterator[Entry]:
-    """Entries of the folders that hold the file `mark`; hidden folders are passed over."""
+    """Entries of the folders that hold the file `mark`, as `read` reads them; hidden folders are passed over."""
     for place, inside, files in os.walk(folder):
         inside[:] = [name for name in inside if not name.startswith(".")]
         if mark in files and (entry := read(Path(place))) is not None:
@@ -64,6 +64,7 @@ def _found(folder: Path, mark: str, read: Callable[[Path], Entry | None]) -> Ite
 
 
 def _card(entry: Entry, folder: Path) -> dict[str, str]:
+    """An entry as the template of the index in `folder` takes it: texts, link and thumbnail."""
     inner = entry.folder.relative_to(folder).as_posix()
     return {
         "title": entry.title,
@@ -82,7 +83,7 @@ def _short(text: str) -> str:
 
 
 def _thumbnail(figure: Path | None) -> str:
-    """A small copy of a figure as a data address; empty without one, or where the file is no picture."""
+    """A small copy of a figure as a data address; empty without a figure, or if the file is no picture."""
     if figure is None:
         return ""
     content = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Legends that are read in a column of a paper: as few rows as their words allow, and no word twice."""
+"""Legends that fit into a column of a paper: which values they name, without repeated words, in how many columns."""
 
 import re
 from collections.abc import Sequence
@@ -10,20 +10,22 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
 MOST_NUMBERS, SOME_NUMBERS = 8, 7
-"""So many numbers stand in a legend, whose colours are a ramp; of more, so few from the first to the last."""
+"""Numbers that a legend names at most, and how many it names, evenly spaced, where there are more (their colours are a
+ramp, so that the others can be read off)."""
 MOST_WORDS = 16
-"""So many groups that have names instead."""
+"""Values with names instead of numbers that a legend names at most."""
 MOST_LEGEND_ROWS = 2
-"""Of a legend, unless its words are too long."""
+"""A legend with more rows gets short lines if that saves a row."""
 SHORT_HANDLE = 2.0
-"""Length of the lines in a legend of marks, or of many words, in letters."""
+"""Length of the lines in such a legend, and in one of marks, in font sizes."""
 UNIT = r"[µmcdkMG]?(?:m|N|Pa|g|s|rad|deg|°)(?:[\^²⁴/]\S*)?|%"
+"""Pattern of the units that values may have."""
 VALUE = re.compile(rf"(.+?) ([−-]?\d[\d.,e+−-]*(?: ?(?:{UNIT}))?)")
-"""What a part of a name is made of: words, and a number with its unit."""
+"""Pattern of a part of a name: words, and a number with its unit."""
 
 
 def named_in_legend(values: Sequence) -> list:
-    """The values that a legend names: all, or so many from the first to the last that they can be read."""
+    """The values that a legend names: all or, of too many, `SOME_NUMBERS` evenly spaced from the first to the last."""
     numbers = all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in values)
     if len(values) <= (MOST_NUMBERS if numbers else MOST_WORDS):
         return list(values)
@@ -31,7 +33,7 @@ def named_in_legend(values: Sequence) -> list:
 
 
 def without_repeats(names: Sequence[str]) -> list[str]:
-    """Names of which all but the first leave out the words that stand before numbers in all of them.
+    """The names, all but the first without the words before numbers that every name has in the same place.
 
     Examples
     --------
@@ -48,9 +50,9 @@ def without_repeats(names: Sequence[str]) -> list[str]:
 
 
 def legend_shape(entries: Sequence[str], width: float) -> tuple[int, float]:
-    """Columns of a legend that fits into `width` (mm), and the length of the lines in it (letters).
+    """Number of columns of a legend that fits into `width` (mm), and the length of its lines, in font sizes.
 
-    Lines are as long as the style has them, or short where that saves one of more than two rows.
+    Lines are as long as the style says, or `SHORT_HANDLE` where that saves one of more than two rows.
     """
     columns, usual = legend_columns(entries, width), float(matplotlib.rcParams["legend.handlelength"])
     if len(entries) <= MOST_LEGEND_ROWS * columns or usual <= SHORT_HANDLE:
@@ -75,7 +77,7 @@ def legend_columns(entries: Sequence[str], width: float) -> int:
 
 
 def _width(text: str, font: FontProperties) -> float:
-    """Of a text of one or several lines, mm."""
+    """Width of a text of one or several lines, mm."""
     lines = text.split("\n")
     measured = [text_to_path.get_text_width_height_descent(line, font, is_math_text(line))[0] for line in lines]
     return float(max(measured)) / 72 * 25.4

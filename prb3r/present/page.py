@@ -1,4 +1,4 @@
-"""What every page and every figure file is made with: templates, tables as text, pictures, PNG and SVG."""
+"""Parts that all pages and figure files share: templates, tables as text, pictures in pages, PNG and SVG files."""
 
 import base64
 import io
@@ -15,19 +15,20 @@ from prb3r.present import rc
 from prb3r.runs.files import write_whole
 
 DPI = 200
-"""Of PNG files."""
+"""Resolution of PNG files."""
 PAGE_SCALE = 4.4
-"""Pixels of a page for a millimetre of a figure."""
+"""Pixels of a page per millimetre of a figure."""
 
 
 class Cell(str):
-    """The text of a cell, and the number by which a page sorts its column where texts alone would not tell."""
+    """The text of a table cell with the number by which a page sorts its column, where the text is not that number."""
 
     __slots__ = ("key",)
     key: str
+    """The number as text."""
 
     def __new__(cls, text: str, key: float) -> "Cell":
-        """A cell that reads `text` and is sorted by the number `key`, kept to twelve digits."""
+        """A cell that reads `text` and sorts by the number `key`, which is kept to twelve digits."""
         cell = super().__new__(cls, text)
         cell.key = f"{key:.12g}"
         return cell
@@ -40,13 +41,13 @@ class Table:
     head: list[str]
     rows: list[list[str]]
     words: Sequence[int] = (0,)
-    """Columns of words; the others hold numbers."""
+    """Numbers of the columns of words, from 0; the others hold numbers and are set to the right."""
     sortable: bool = False
-    """Whether its rows are things of one kind, which pages sort by any column and filter."""
+    """Whether pages let a reader sort the rows by any column and filter them."""
 
     @property
     def markdown(self) -> str:
-        """The table in Markdown, with columns of numbers set to the right and a line end after each line."""
+        """The table in Markdown, columns of numbers set to the right, with a line end after each line."""
         numbers = set(range(len(self.head))) - set(self.words)
         rows = [[str(cell) for cell in row] for row in self.rows]
         return "".join(f"{line}\n" for line in markdown_table(self.head, rows, numbers))
@@ -54,20 +55,20 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in the folder of results, ready to stand in a page."""
+    """A figure of the folder of results, as a page holds it."""
 
     name: str
     caption: str
     data: str
-    """The smaller of its files as a data address; of a workspace the PNG."""
+    """The smaller one of its PNG and SVG files as a data address; of a workspace the PNG."""
     width: int = 0
-    """Pixels of a page that it takes where there is room; 0 if its files do not tell."""
+    """Width in pixels of the page; 0 if there is no PNG to tell it."""
     spots: Mapping[str, Any] | None = None
-    """Places that stand for cases, as `spots_of` gives them."""
+    """Places in it that stand for cases, as `spots_of` gives them."""
 
 
 def templates() -> jinja2.Environment:
-    """The pages of reports; what they do not know is an error."""
+    """The templates of all pages; a name that a template uses and is not given raises an error."""
     return jinja2.Environment(
         loader=jinja2.PackageLoader("prb3r.present"),
         undefined=jinja2.StrictUndefined,
@@ -78,13 +79,13 @@ def templates() -> jinja2.Environment:
 
 
 def briefly(title: str, sentences: Sequence[str], table: Table | None = None) -> str:
-    """A result as a piece of HTML without pictures, for notebooks: title, sentences, a table that is not sorted."""
+    """A result as a piece of HTML for notebooks, without pictures: title, sentences, and a table without sorting."""
     plain = None if table is None else replace(table, sortable=False)
     return templates().get_template("brief.html.j2").render(title=title, sentences=sentences, rows=plain)
 
 
 def picture(folder: Path, name: str, caption: str, kind: str = "", spots: Mapping | None = None) -> Picture:
-    """A figure whose files are in `folder` already; `kind` is that of its plot, `spots` are what can be pointed at.
+    """The figure `name`, whose files are in `folder` already; `kind` is that of its plot, `spots` as in `Picture`.
 
     Raises
     ------
@@ -101,18 +102,19 @@ def picture(folder: Path, name: str, caption: str, kind: str = "", spots: Mappin
 
 
 def data_address(kind: str, content: bytes) -> str:
-    """A file as an address that holds all of it; `kind` is such as `image/png`."""
+    """A data address (RFC 2397) that holds the content of a file; `kind` is its media type, such as `image/png`."""
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def _page_width(path: Path) -> int:
-    """Pixels of a page for a PNG: as many for a millimetre in every figure, so that all letters are of one size."""
+    """Width of a PNG file in pixels of a page, 0 for other files; the scale is the same for all figures, so that all
+    letters have one size."""
     head = path.read_bytes()[:24]
     return round(int.from_bytes(head[16:20], "big") / DPI * 25.4 * PAGE_SCALE) if head[:4] == b"\x89PNG" else 0
 
 
 def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
-    """Write `name.png` (200 dpi) and `name.svg` whole or not at all; the same figure gives the same bytes.
+    """Write `name.png` (200 dpi) and `name.svg`, each whole or not at all; the same figure gives the same bytes.
 
     Returns
     -------
@@ -123,7 +125,7 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
         content = io.BytesIO()
         with rc.in_use():
             figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
-        figure.set_layout_engine("none")  # what stands where in one file, stands there in the other
+        figure.set_layout_engine("none")  # the second file has the layout of the first
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
     figure.set_layout_engine(layout)
     return paths

@@ -1,4 +1,4 @@
-"""Settings of matplotlib that all figures are drawn with, beside those of the user's own style."""
+"""The matplotlib settings of all figures, and how they give way to the user's own style."""
 
 import contextlib
 from collections.abc import Iterator
@@ -44,14 +44,15 @@ RC: dict[Any, Any] = {
     "svg.hashsalt": "prb3r",
 }
 FONT_SIZES = tuple(name for name in RC if name.endswith(("labelsize", "titlesize", "fontsize")))
-"""What goes with `font.size`: who sets that one sets all of them."""
+"""Settings that give way together with `font.size`: a user who changes that one wants all sizes to follow."""
 
 
 @contextlib.contextmanager
 def in_use() -> Iterator[None]:
-    """This style within a block, except for what the user's own style of matplotlib says.
+    """Use the settings `RC` within a block, except those that the user has changed.
 
-    What a `matplotlibrc` file, `matplotlib.style.use` or `matplotlib.rcParams` set to other than the defaults stands.
+    A setting counts as changed if a `matplotlibrc` file, `matplotlib.style.use` or `matplotlib.rcParams` set it to
+    another value than the default of matplotlib.
     """
     theirs = {name for name in RC if matplotlib.rcParams[name] != matplotlib.rcParamsDefault[name]}
     if "font.size" in theirs:

@@ -1,4 +1,4 @@
-"""Places in a figure that stand for cases, so that a page can say which case a reader points at."""
+"""Spots: places in a figure that stand for cases, so that a page can tell which case a reader points at."""
 
 from typing import Any
 
@@ -8,15 +8,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 MOST_SPOTS = 1200
-"""So many places of a figure can be pointed at; of more, evenly spaced ones."""
+"""Spots that a figure keeps at most; of more, evenly spaced ones."""
 BEYOND_PANEL = 1e-3
-"""Share of a figure by which a place at the edge of its panel may lie beyond it."""
+"""Share of a figure's size by which a spot may lie outside of its panel, for rounding."""
 LAST = -1
-"""In place of a step: the last one of its case."""
+"""Stands for the number of the last step of a case."""
 
 
 class Spots(Artist):
-    """Places in a panel, in its own coordinates, each with the number of a case and a step; nothing is drawn."""
+    """Spots of a panel, as an artist that draws nothing: `at` (n, 2) in data coordinates, `keys` (n, 2) case and step.
+
+    `to_scale`: whether the panel shows the plane in mm.
+    """
 
     def __init__(self, at: np.ndarray, keys: np.ndarray, to_scale: bool) -> None:
         super().__init__()
@@ -25,14 +28,14 @@ class Spots(Artist):
 
 
 def point_at(axes: Axes, at: np.ndarray, cases: Any, steps: Any = LAST, to_scale: bool = False) -> None:
-    """Let readers point at places of a panel.
+    """Add spots to a panel.
 
     Parameters
     ----------
-    at : (n, 2) in the panel's coordinates; those that are not finite are left out.
-    cases : (n,) number of the case, or of the design, at each place.
-    steps : (n,) number of the step, or one for all.
-    to_scale : the panel shows the plane in mm, so that a manipulator can be drawn in it.
+    at : (n, 2) data coordinates; places that are not finite are left out.
+    cases : (n,) number of the case, or of the design, at each place; or one for all.
+    steps : (n,) number of the step at each place, or one for all.
+    to_scale : the panel shows the plane in mm, so that a page can draw a manipulator in it.
     """
     at = np.asarray(at, float).reshape(-1, 2)
     keys = np.empty((len(at), 2), np.int64)
@@ -42,13 +45,14 @@ def point_at(axes: Axes, at: np.ndarray, cases: Any, steps: Any = LAST, to_scale
 
 
 def spots_of(figure: Figure) -> dict[str, Any] | None:
-    """The places of a figure that has been drawn; None without any.
+    """The spots of a figure whose layout is done (it has been drawn or saved); None if it has none.
 
     Returns
     -------
-    `points`: rows of place in shares of width and height from the upper left corner, panel, case and step;
-    `scales`: of each panel that is to scale the place of (0, 0) and the lengths of a millimetre along x and y, in the
-    same shares, else None; `ratio`: height over width; `all`: how many places there were.
+    `points`: rows (x, y, panel, case, step), x and y in shares of the figure's width and height from its upper left
+    corner; `scales`: for each panel, if it is to scale, the x and y of the data point (0, 0) and the lengths of a
+    millimetre along x and y, in the same shares, else None; `ratio`: height over width of the figure; `all`: number of
+    spots before those beyond `MOST_SPOTS` were left out.
     """
     points: list[np.ndarray] = []
     scales: list[list[float] | None] = []

@@ -1,4 +1,4 @@
-"""How figures and numbers look: sizes, type, colours that survive grey print, units people read, panels and legends."""
+"""The look of figures and numbers: widths, colours and marks that survive grey print, and the units people read."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -13,13 +13,15 @@ from prb3r.quantities import SHORT_FOR, Quantity, describe, label, printed, scal
 MM = 1 / 25.4
 """A millimetre in inches, which matplotlib measures in."""
 SINGLE, DOUBLE = 88.0, 180.0
-"""Widths of one and of two columns, mm."""
+"""Widths of one and of two text columns of a paper, mm."""
 
 INK, QUIET, PALE = "#1a1a1a", "#6e6e6e", "#c4c4c4"
+"""Dark, middle and light grey."""
 ALARM = "#b00020"
+"""Red of bounds and of missed targets."""
 
 PALETTE = ("#004488", "#DDAA33", "#BB5566", "#222222", "#6699CC", "#997700", "#EE99AA", "#117733")
-"""Paul Tol's high and medium contrast sets, so ordered that neighbours differ in lightness as well as in hue."""
+"""Paul Tol's high and medium contrast colours, ordered so that neighbours differ in lightness as well as in hue."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 LINES: tuple[Any, ...] = (
     "-",
@@ -34,7 +36,7 @@ LINES: tuple[Any, ...] = (
 HATCHES = ("", "////", "\\\\\\\\", "xxxx", "----", "||||", "++++", "//")
 OPEN_MARKERS = ("D", "o", "s", "^", "v", "p", "h", "*")
 RAMP_FROM = 4
-"""From this many numbers on, colour is a ramp from dark to light instead of a set of distinct ones."""
+"""From this many numbers on, their colours are a ramp from dark to light instead of distinct ones."""
 
 NATURAL = {
     "m": ((1.0, "mm"),),
@@ -46,12 +48,12 @@ NATURAL = {
     "m/N": ((1.0, "mm/N"),),
     "rad/N": ((math.inf, "deg/N"),),
 }
-"""For each SI unit what people read instead while the largest value stays below a bound."""
+"""For each SI unit the units people read instead: (bound, unit), the first whose bound exceeds the largest value."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """What tells one group from the others; colour, mark, line and hatch all differ at once."""
+    """How one group is drawn: groups differ in colour, mark, line and hatch at once."""
 
     colour: Any
     marker: str
@@ -61,7 +63,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Shown:
-    """A quantity in the unit it is shown in: values times `factor`."""
+    """How a quantity is shown: its label, the factor from SI values to the shown unit, and that unit as printed."""
 
     label: str
     factor: float
@@ -76,7 +78,8 @@ def palette() -> Sequence[str]:
 
 
 def looks(values: Sequence[Any]) -> dict[Any, Look]:
-    """A look for each value of a column; many numbers get a ramp of the colour map in their order, dark to light."""
+    """A look for each of the distinct `values`; `RAMP_FROM` numbers or more get colours of the user's colour map, dark
+    to light in rising order."""
     numeric = all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in values)
     cycle = palette()
     colours: Sequence[Any] = [cycle[i % len(cycle)] for i in range(len(values))]
@@ -89,12 +92,15 @@ def looks(values: Sequence[Any]) -> dict[Any, Look]:
 
 
 def pale(colour: Any, share: float = 0.25) -> tuple[float, ...]:
-    """A colour of which only `share` is left, on white."""
+    """RGB of a colour mixed with white, of which `share` is left."""
     return tuple(1 - share * (1 - part) for part in matplotlib.colors.to_rgb(colour))
 
 
 def quantity_of(column: str, given: Iterable[Quantity]) -> Quantity:
-    """The quantity in a column as the study describes it, with the symbol of the nomenclature if it has none."""
+    """Name, symbol, unit and meaning of a column: as `given` describes it, else by its name.
+
+    A given quantity without symbol gets that of the nomenclature.
+    """
     known = describe(SHORT_FOR.get(column, column))
     quantity = next((quantity for quantity in given if quantity.name == column), None)
     if quantity is None or column in SHORT_FOR:
@@ -103,7 +109,7 @@ def quantity_of(column: str, given: Iterable[Quantity]) -> Quantity:
 
 
 def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Shown:
-    """How to show values of a quantity: in `unit`, or in the one people read at this size.
+    """How to show values of a quantity (SI): in `unit`, or in the one that `NATURAL` has for their size.
 
     Raises
     ------
@@ -120,12 +126,13 @@ def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Show
 
 
 def literal(text: str) -> str:
-    """A user's words as a figure shows them: no sign among them begins a formula."""
+    """A user's words for a figure of matplotlib, with `$` escaped, which would begin a formula."""
     return text.replace("$", r"\$")
 
 
 def digits(value: float) -> str:
-    """Four significant digits, thousands apart, a real minus: `1,234`, `0.05678`, `−3.2e−07`."""
+    """A number with four significant digits, commas between thousands and a real minus: `1,234`, `0.05678`,
+    `−3.2e−7`; a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     if value != 0 and not 1e-4 <= abs(value) < 1e7:
