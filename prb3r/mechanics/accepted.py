@@ -1,4 +1,4 @@
-"""The accepted states along a load path, kept for what has to follow it once more."""
+"""The accepted states along a load path, kept for derivatives, which have to follow the same path."""
 
 from typing import NamedTuple
 
@@ -11,22 +11,22 @@ from prb3r.mechanics.kernel import kernel
 
 @bundle
 class AcceptedStates(NamedTuple):
-    """States of a chain of `n` plates and `m` cables that depend on those before: rest, then each sub-step."""
+    """Up to `e` accepted states of a chain of `n` plates and `m` cables: rest, then the end of each sub-step."""
 
     noted: np.ndarray
-    """(1,) states that were to be kept; more than there is room for are only counted."""
+    """(1,) number of accepted states; those for which there is no room are counted but not kept."""
     row: np.ndarray
-    """(e,) load step that the sub-step leads to, from 1; 0 is rest."""
+    """(e,) load step to which the sub-step belongs, from 1; 0 is rest."""
     share: np.ndarray
-    """(e,) part of the way there from the last good step."""
+    """(e,) part of the way from the last solved step to this one at which the sub-step ends."""
     q: np.ndarray
-    """(e, n, nodes) node angles."""
+    """(e, n, nodes) node angles, rad."""
     slip: np.ndarray
     """(e, n, m) slip at the holes."""
 
 
 def room_for_states(chain: Chain, room: int = 0) -> AcceptedStates:
-    """Arrays for up to `room` accepted states of a chain, none noted yet; without room, states are counted only."""
+    """Arrays for up to `room` accepted states of a chain, none noted yet; with a room of 0, states are only counted."""
     return AcceptedStates(
         noted=np.zeros(1, np.int64),
         row=np.zeros(room, np.int64),

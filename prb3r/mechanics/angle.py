@@ -1,6 +1,7 @@
-r"""Cosine and sine of one angle together, angles of vectors and exponentials, in line: in a plate most are small.
+r"""Cosine and sine, angle of a vector and exponential, compiled into their callers.
 
-Polynomials are summed by halves (Estrin): a processor works on several terms at a time.
+Most arguments within a plate are small, so a polynomial does; the library function is called for large ones alone.
+Polynomials are summed by Estrin's scheme, in which a processor works on several terms at a time.
 """
 
 from math import atan2, cos, exp, sin
@@ -11,7 +12,7 @@ from prb3r.mechanics.lanes.number import some, where
 
 @kernel
 def cos_sin(angle):
-    """Cosine and sine to the last digit; the polynomials hold to pi / 4 (Moshier, Cephes, sin.c)."""
+    """Cosine and sine of an angle (rad) to the last digit; the polynomials hold to pi / 4 (Moshier, Cephes, sin.c)."""
     z = angle * angle
     w = z * z
     s = (-1.66666666666666307295e-1 + 8.33333333332211858878e-3 * z) + w * (
@@ -31,7 +32,7 @@ def cos_sin(angle):
 
 @kernel
 def direction_of(x, y):
-    """Angle of the vector (x, y), to the last digit (Moshier, Cephes, atan.c, where it is small)."""
+    """Angle of the vector (x, y), rad, to the last digit; small angles by the rational of Moshier, Cephes, atan.c."""
     t = y / x
     z = t * t
     w = z * z
@@ -49,7 +50,7 @@ def direction_of(x, y):
 
 @kernel
 def exponential(x):
-    """e to the power of `x`, to the last digits: where it is small its series to the eleventh power."""
+    """e to the power of `x`, to the last digits; up to 0.25 by its Taylor series to the eleventh power."""
     z = x * x
     w = z * z
     tail = (1 / 2 + x / 6) + z * (1 / 24 + x / 120) + w * ((1 / 720 + x / 5040) + z * (1 / 40320 + x / 362880))

@@ -1,4 +1,8 @@
-"""One step of a load path: the equilibrium under given loads, from the state before."""
+"""One attempt at a step of a load path: the equilibrium under given loads, from the present state.
+
+Without dead loads plates are solved one by one (`march.py`), with dead loads all at once (`newton.py`), and with tied
+node angles by Newton's method in their modes.
+"""
 
 from typing import NamedTuple
 
@@ -13,22 +17,25 @@ from prb3r.mechanics.newton import balance_chain
 from prb3r.mechanics.tangent import chain_tangent
 
 JUMPED = -2
-"""Beside `FAILED`: states were found, but none near the last one."""
+"""What a path returns, beside `FAILED`, where states were found but none near the last one."""
 
 
 @bundle
 class Way(NamedTuple):
-    """Where the loads change linearly, and between which of their rows."""
+    """A straight way through the loads, from one row to another."""
 
     rows: np.ndarray
-    """(s + 1, l) what acts at rest and at each step, as `rows_of_loads`."""
+    """(s + 1, l) loads at rest and at each step, as of `rows_of_loads`."""
     ends: np.ndarray
-    """(2,) row that the path comes from, and row that it leads to."""
+    """(2,) row from which the way starts, and row to which it leads."""
 
 
 @kernel
 def newton_modes(packed, tension, slip, force, tip, modes, work):
-    """Newton in a few modes of the node angles, from where they are; steps taken or `FAILED`."""
+    """Newton's method in a few `modes` (n, nodes, c) of the node angles, from their present values.
+
+    Returns the steps taken or `FAILED`; leaves the last correction of each mode in the last column of `work.system`.
+    """
     plates, n, columns = modes.shape
     for step in range(MAX_ITERATIONS):
         work.spent[0] += plates
@@ -52,7 +59,7 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
 
 @kernel
 def correction(system, shares, columns):
-    """Of a node angle, rad, from those of the modes in the last column of `system`."""
+    """Correction of a node angle, rad, by its `shares` (c,) in the modes, whose own stand in `system`'s last column."""
     angle = 0.0
     for c in range(columns):
         angle += shares[c] * system[c, columns]
@@ -61,7 +68,8 @@ def correction(system, shares, columns):
 
 @kernel
 def put_on(packed, way, share, now):
-    """Write the loads `share` of the `way` to `now`, extra moments to the plates; a cable cannot push."""
+    """Apply the loads at `share` of the `way`: write them to `now`, with negative tensions cut off at zero, and extra
+    moments and the remaining stiffness to the records."""
     last, target = way.ends[0], way.rows[way.ends[1]]
     blend(way.rows[last], target, share, now)
     if last == 0:
@@ -76,14 +84,14 @@ def put_on(packed, way, share, now):
 
 @kernel
 def attempt(packed, way, share, loaded, modes, now, work):
-    """Solve `share` of the `way` from the present state, without history; steps taken or `FAILED`.
+    """Solve for the equilibrium at `share` of the `way`, from the present state, where slip is declared.
 
-    `loaded` tells whether dead loads act, `modes` is that of `follow`.
+    Returns the Newton steps taken or `FAILED`.  `loaded` tells whether dead loads act; `modes` is that of `follow`.
     """
     put_on(packed, way, share, now)
     if modes is not None:
         return newton_modes(packed, now.tension, now.slip, now.force, now.tip, modes, work)
     if loaded:
         return balance_chain(packed, now, 0.0, work)
-    work.sign[0] = 1.0  # or the eigenvalue of a plate says so
+    work.sign[0] = 1.0  # a plate's lowest eigenvalue tells of instability instead
     return march(packed, now.tension, now.slip, work)

@@ -1,14 +1,14 @@
-r"""The only statement of equilibrium: what one plate feels, and how that changes.
+r"""The only statement of equilibrium of the package: residual and tangent of one plate.
 
-A plate is cut free at each of its nodes `P_k`.  The part beyond carries the tension of every cable that crosses the
+The chain is cut at each node `P_k` of a plate.  The part beyond carries the tension of every cable that crosses the
 plate and the dead loads further out (Eq. 8-10, 12); in the frame of the plate's proximal disk
 
     r_k = K_k (q_k - rest_k) - [ moment + extra - P_k x force ]
 
 with `force` and `moment` (about the frame's origin) of cables and dead loads together, and `extra` on the arc itself.
-Plates further in enter only through the tensions and directions with which cables arrive and through the frame; plates
-further out only through the dead loads, whose forces are known and whose total moment about the world origin is one
-scalar.
+Plates nearer to the base enter only through the frame and through the tensions and directions with which cables arrive;
+plates nearer to the tip only through the dead loads, whose forces are known and whose total moment about the world
+origin is one scalar.
 """
 
 from prb3r.mechanics.angle import cos_sin
@@ -20,7 +20,7 @@ from prb3r.mechanics.lanes.number import where
 
 @kernel
 def place_plate(model, plate):
-    """Nodes and distal end of a plate for its node angles `q` (Eq. 3, 4)."""
+    """Write links, nodes, distal end and bend of a plate for its node angles `q` (Eq. 3, 4)."""
     arc, clamp = plate.arc, plate.clamp
     n, links = plate.q.shape[0], plate.link.shape[1]
     bend, end_x, end_y = 0.0, clamp, 0.0
@@ -47,7 +47,7 @@ def place_plate(model, plate):
 
 @kernel
 def linearise_shape(model, plate):
-    """Derivatives by the node angles of the distal end of a plate that has been placed."""
+    """Write the derivatives by the node angles of the plate's distal end to `plate.dend`, after `place_plate`."""
     along, across = plate.clamp * plate.axis[0], plate.clamp * plate.axis[1]
     for p in range(plate.dend.shape[1]):
         dx, dy = -across, along
@@ -60,10 +60,11 @@ def linearise_shape(model, plate):
 
 @kernel
 def unbalance_plate(model, plate, span, cable):
-    """Residual of one plate [Eq. 12]; returns the largest unbalanced node angle, rad.
+    """Write the residual of one plate [Eq. 12], N m, and return its largest unbalanced node angle, rad: the residual
+    moment over the stiffness of the node.
 
-    `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.  A plate
-    whose shape is held (see `derivatives/partials.py`) has been placed.
+    `plate` holds node angles and dead loads, `cable` the cables as they arrive; writes `plate` and `span`.  The nodes
+    of a plate whose shape is held (see `derivatives/partials.py`) have been placed before.
     """
     if plate.tangent.shape[1] > 0:  # known when compiled
         place_plate(model, plate)
@@ -86,7 +87,8 @@ def unbalance_plate(model, plate, span, cable):
 
 @kernel
 def linearise_plate(model, plate, span):
-    """Tangent of one plate whose residual is known, and the derivatives of its end and of its cables by its angles."""
+    """Write the derivatives of a plate's residual (its tangent, N m/rad), end and cables by its node angles, after
+    `unbalance_plate`."""
     n, links = plate.q.shape[0], plate.link.shape[1]
     linearise_shape(model, plate)
     linearise_pull(model, plate, span)
@@ -105,7 +107,10 @@ def linearise_plate(model, plate, span):
 
 @kernel
 def balance_plate(model, plate, span, cable):
-    """Residual and, where there is room, tangent of one plate; returns what `unbalance_plate` returns."""
+    """Write the residual and, where the record has room for derivatives, the tangent of one plate.
+
+    Returns what `unbalance_plate` returns.
+    """
     largest = unbalance_plate(model, plate, span, cable)
     if plate.tangent.shape[1] > 0:
         linearise_plate(model, plate, span)

@@ -1,6 +1,7 @@
-"""Compiled laws of bending: moments of plates that follow `prb3r.mechanics.plate_law`, and of the disks beside them.
+"""Compiled bending laws: moments of plates by the parameters of `prb3r.mechanics.plate_law`, and of touching disks.
 
-Moments at a node are told as the angle that a linear plate would turn there for them.
+The moment at a node is expressed as an equivalent node angle: the one by which a linear plate would turn there under
+the same moment.
 """
 
 from math import copysign, inf
@@ -11,7 +12,10 @@ from prb3r.mechanics.lanes.number import where
 
 @kernel
 def tabled_law(table, side, x):
-    """A tabled law and its slope at the share `x` of its last curvature."""
+    """f over the last curvature of a tabulated bending law, and its slope, at `x`: curvature over the last curvature.
+
+    `side` is 0 for negative and 1 for positive curvature; beyond the table the law goes on as a straight line.
+    """
     last = table.shape[1] - 1
     row = int(min(x * last, last - 1.0))
     t = x * last - row
@@ -26,7 +30,14 @@ def tabled_law(table, side, x):
 
 @kernel
 def bending_law(model, knees, angle, curvature):
-    """Node angle that a linear plate would need for the same moment, and its slope; `curvature` per node angle."""
+    """Equivalent node angle (rad) of the moment by the bending law, and its derivative by the node angle.
+
+    Parameters
+    ----------
+    knees : (2,) curvature of the knee for negative and for positive curvature, 1/m.
+    angle : node angle beyond the stress-free one, rad.
+    curvature : curvature per node angle, 1/m.
+    """
     k, knee = abs(curvature * angle), knees[1] if angle > 0.0 else knees[0]
     if model.tabled:
         moment, slope = tabled_law(model.table, 1 if angle > 0.0 else 0, k / knee)
@@ -44,10 +55,10 @@ def bending_law(model, knees, angle, curvature):
 
 @kernel
 def spring_bound(model, plate, k, e, count, angle, outer):
-    """A bound of the spring of element `e` of `count` at a node bent by `angle` beyond the stress-free one, as a node
-    angle, and its slope by that: the `outer` one, to the side to which the node is bent, or the other.
+    """A bound of the spring of Jenkin element `e` of `count` at node `k`, rad, and its derivative by the node angle.
 
-    See :class:`prb3r.mechanics.plate_law.Hysteresis`.
+    `angle` is the node angle beyond the stress-free one.  The `outer` bound lies on the side to which the node is bent,
+    the inner one on the other.  See :class:`prb3r.mechanics.plate_law.Hysteresis`.
     """
     if model.reverse < 1.0:
         reverse = 1.0 if outer else model.reverse
@@ -58,14 +69,15 @@ def spring_bound(model, plate, k, e, count, angle, outer):
 
 
 FREE, OUTER, INNER = 0, 1, 2
-"""Where a spring in a plate is: between its bounds, or at one of them."""
+"""Where the spring of a Jenkin element is: between its bounds, or at the outer or inner one of `spring_bound`."""
 
 
 @kernel
 def held_spring(model, plate, k, e, count, angle, spring, slack):
-    """That spring held between its bounds, its slope by the node's angle, and where it is.
+    """The angle `spring` (rad) held between the bounds of `spring_bound`, its derivative by the node angle, and where
+    the spring is: `FREE`, `OUTER` or `INNER`.
 
-    Within a part `slack` of a bound it is at it.
+    A spring within the part `slack` of a bound counts as being at that bound.
     """
     side = 1.0 if angle >= 0.0 else -1.0
     outer, steep = spring_bound(model, plate, k, e, count, angle, True)
@@ -81,9 +93,9 @@ def held_spring(model, plate, k, e, count, angle, spring, slack):
 
 @kernel
 def slipping_law(model, plate, k, angle):
-    """Node angle that a linear plate would need for the moment of the springs that slip, and its slope.
+    """Equivalent node angle (rad) of the Jenkin elements' moment at node `k`, and its derivative by the node angle.
 
-    `angle` is that beyond the stress-free one.
+    `angle` is the node angle beyond the stress-free one.
     """
     total, follows, count = 0.0, 0.0, model.elements
     weight = model.share / max(count, 1)
@@ -96,7 +108,10 @@ def slipping_law(model, plate, k, angle):
 
 @kernel
 def law_of_plate(model, plate, k, angle):
-    """Node angle that a linear plate would need for the moment at node `k` of this one, and its slope."""
+    """Equivalent node angle (rad) of the whole moment at node `k`, and its derivative by the node angle.
+
+    `angle` is the node angle beyond the stress-free one.
+    """
     if model.share == 0.0:
         return bending_law(model, plate.knee, angle, plate.curvature[k])
     slipping, follows = slipping_law(model, plate, k, angle)
@@ -108,13 +123,13 @@ def law_of_plate(model, plate, k, angle):
 
 @law_of_plate.where_in_lanes
 def linear_law(model, plate, k, angle):
-    """The same of equilibria side by side, whose plates are linear."""
+    """`law_of_plate` for equilibria solved side by side, whose plates are all linear."""
     return angle, 1.0
 
 
 @kernel
 def contact(plate):
-    """Moment that touching disks carry beside a bent plate, N m, and its slope by the bend."""
+    """Moment that the touching disks beside a bent plate carry, N m, and its derivative by the bend, N m/rad."""
     positive = plate.bend > 0.0
     stiffness = where(positive, plate.contact_stiffness[1], plate.contact_stiffness[0])
     excess = abs(plate.bend) - where(positive, plate.contact_angle[1], plate.contact_angle[0])

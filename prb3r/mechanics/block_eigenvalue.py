@@ -12,13 +12,14 @@ from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 CLOSED_FORM_ROWS = 4
-"""Of a block whose eigenvalues have a closed form; those of larger ones are left to LAPACK."""
+"""Largest number of rows of a block whose eigenvalues are computed in closed form; larger ones are left to LAPACK."""
 
 
 def has_closed_form(chain: Chain) -> bool:
-    """Whether the eigenvalues of the plates' blocks are had in closed form.
+    """Whether the eigenvalues of the plates' blocks are computed in closed form.
 
-    A quartic loses the digits of its small roots beside one that is 10,000 times as large, as disks that touch make it.
+    They are not for four rows with contact of the disks: a quartic loses the digits of its small roots beside one that
+    is 10,000 times as large, as touching disks cause it.
     """
     rows = chain.stiffness.shape[1]
     return rows < CLOSED_FORM_ROWS or (rows == CLOSED_FORM_ROWS and not np.any(chain.contact.stiffness))
@@ -48,13 +49,13 @@ def lowest_of_cubic(p, q):
 def lowest_of_quartic(p, q, r):
     """Smallest real part among the roots of t^4 + p t^2 + q t + r, as a product of two quadratics (Ferrari, Descartes).
 
-    These are t^2 + s t + u and t^2 - s t + w; s^2 is the largest root of z^3 + 2 p z^2 + (p^2 - 4 r) z - q^2: of the
-    ways to take two roots together, that whose sum is largest, which loses the fewest digits.
+    These are t^2 + s t + u and t^2 - s t + w; s^2 is the largest root of z^3 + 2 p z^2 + (p^2 - 4 r) z - q^2.  Of the
+    ways to pair the roots, that one has the pair with the largest sum, which loses the fewest digits.
     """
     third, c = -2 * p / 3, p * p - 4 * r
     z = third + largest_root(c - p * p * 4 / 3, (c - 2 * third * third) * third - q * q)
     slope = (3 * z + 4 * p) * z + c
-    if slope > 0.0:  # one of Newton's steps, for the last digits
+    if slope > 0.0:  # a Newton step, for the last digits
         z -= (((z + 2 * p) * z + c) * z - q * q) / slope
     if not z > 0.0:
         return 0.0
@@ -65,9 +66,9 @@ def lowest_of_quartic(p, q, r):
 
 @kernel
 def lowest_of_block(a):
-    """Smallest real part among the eigenvalues of a matrix (n, n) of up to `CLOSED_FORM_ROWS` rows; NaN of others.
+    """Smallest real part among the eigenvalues of a matrix (n, n) of up to `CLOSED_FORM_ROWS` rows; NaN of larger ones.
 
-    The mean of its diagonal is taken off `a`, which leaves the traceless part.
+    Changes `a` to its traceless part.
     """
     n, mean = a.shape[0], 0.0
     if n > CLOSED_FORM_ROWS:
@@ -101,7 +102,7 @@ def lowest_of_block(a):
 
 
 def lowest_of_blocks(block: np.ndarray) -> np.ndarray:
-    """(s,) smallest real part among the eigenvalues of blocks (s, plates, n, n); NaN where there are none."""
+    """(s,) smallest real part among the eigenvalues of the blocks (s, plates, n, n); NaN where a block has a NaN."""
     lowest, known = np.full(len(block), np.nan), ~np.isnan(block).any((1, 2, 3))
     lowest[known] = np.linalg.eigvals(block[known]).real.min((1, 2))
     return lowest

@@ -1,10 +1,10 @@
 """Bundles of arrays that kernels hand to each other by address.
 
-Numba hands a NamedTuple over as all the numbers that its arrays are described by, ten for each array, packed and
-unpacked in every caller and every function: most of what there was to compile.  A class of NamedTuples that is marked
-as a `bundle` lies in memory once, where Python's call puts it, bundles within it included; what functions are given is
-where that is, and what they read of it is an array's description or the address of an inner bundle.  Nobody changes a
-bundle while it is in use (what its arrays hold may change), which the compiler is told.
+Numba passes a NamedTuple as all the numbers that describe its arrays, ten for each array, packed and unpacked in every
+caller and every function; that was most of what there was to compile.  A NamedTuple class that is marked as a `bundle`
+lies in memory once, where the call from Python puts it, inner bundles included.  Functions are passed its address, and
+read from it the description of an array or the address of an inner bundle.  A bundle does not change while it is in use
+(the contents of its arrays may), which the compiler is told.
 """
 
 from typing import Any, TypeVar
@@ -26,7 +26,7 @@ Class = TypeVar("Class", bound=type)
 
 
 class Bundle(types.Type):
-    """What Numba calls the type of a bundle: its class, and the types of its fields."""
+    """Numba's type of a bundle, given by its NamedTuple class and the types of its fields."""
 
     _code: int  # Numba's own number of a type
 
@@ -48,14 +48,14 @@ class Bundle(types.Type):
 
 
 def bundle(cls: Class) -> Class:
-    """Mark a class of NamedTuples of arrays, and of bundles of them, as a bundle."""
+    """Class decorator: mark a NamedTuple class as a bundle; its fields are arrays or other bundles."""
     typeof_impl.register(cls)(lambda value, context: Bundle(cls, tuple(typeof_impl(part, context) for part in value)))
     return cls
 
 
 @register_default(Bundle)
 class BundleModel(models.PrimitiveModel):
-    """The address of the fields, one behind the other."""
+    """Representation of a bundle in compiled code: the address of its fields, one behind the other."""
 
     def __init__(self, manager, kind: Bundle):
         self.members = [manager.lookup(member) for member in kind.members]
@@ -77,7 +77,7 @@ class BundleFields(AttributeTemplate):
 
 @lower_getattr_generic(Bundle)
 def field_of_bundle(context, builder, kind, address, field):
-    """Code that reads a field at an address: an array's description, or the address of an inner bundle."""
+    """Generate code that reads a field of a bundle: the description of an array, or the address of an inner bundle."""
     place = kind.place(field)
     there = cgutils.gep_inbounds(builder, address, 0, place)
     return there if isinstance(kind.members[place], Bundle) else builder.load(there)
@@ -85,7 +85,7 @@ def field_of_bundle(context, builder, kind, address, field):
 
 @unbox(Bundle)
 def bundle_from_python(kind, obj, c):
-    """Code that describes the arrays of a NamedTuple in memory that lasts as long as the call from Python."""
+    """Generate code that writes the descriptions of a NamedTuple's arrays to memory that lasts as long as the call."""
     address = cgutils.alloca_once(c.builder, c.context.data_model_manager[kind].layout)
     failed = cgutils.alloca_once_value(c.builder, cgutils.false_bit)
     _describe(kind, obj, address, failed, c)
@@ -93,6 +93,7 @@ def bundle_from_python(kind, obj, c):
 
 
 def _describe(kind, obj, address, failed, c):
+    """Generate code that writes the description of each field of `obj` at `address`, or sets `failed`."""
     for place, member in enumerate(kind.members):
         there, part = cgutils.gep_inbounds(c.builder, address, 0, place), c.pyapi.tuple_getitem(obj, place)
         if isinstance(member, Bundle):
@@ -105,7 +106,7 @@ def _describe(kind, obj, address, failed, c):
 
 @intrinsic
 def alike(typingctx, bundle, fields):
-    """A bundle of the class of `bundle` with other fields, a tuple."""
+    """A bundle of the same class as `bundle`, with the tuple `fields` as its fields; for compiled code."""
     kind = Bundle(bundle.made_by, tuple(fields))
 
     def code(context, builder, signature, values):

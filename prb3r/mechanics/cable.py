@@ -1,16 +1,16 @@
-r"""Cables: straight spans from disk to disk, turning at holes and belt friction (Eq. 5-9).
+r"""Cables: straight spans from disk to disk, turns at the holes and belt friction (Eq. 5-9).
 
 A cable runs straight from the hole `H` on the distal face of a disk to the hole `Q` on the proximal face of the next
-and pulls the distal part with ``T (H - Q) / |H - Q|``.  On entering the span its tension has changed by
+disk and pulls the distal part with ``T (H - Q) / |H - Q|``.  At a hole friction changes its tension to
 
     T = T_in exp(slip mu |beta - alpha|)                                                               [Eq. 6, 7]
 
-`alpha`, `beta`: directions before and after the hole, relative to the axis of the disk; at the base `alpha` is zero.
-Where both edges of a hole rub, the exponent has ``|alpha| + |beta|``.  A cable that is stiff against bending does not
-lie against a hole over all of a turn: of each turn t may count ``t / (1 + c t)``.  `mu` may fall or grow with the
-tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44 (1953) T59: friction as the
-power 1 - p of the force).
-The slip is declared, or it follows from the cable's own travel: when the length beyond a hole shortens by the
+with the directions `alpha` before and `beta` after the hole, relative to the axis of the disk; at the base `alpha` is
+zero.  Where both edges of a hole rub, ``|alpha| + |beta|`` takes the place of ``|beta - alpha|``.  A cable that is
+stiff against bending does not lie against the hole over the whole turn: a turn t may count as ``t / (1 + c t)``.  `mu`
+may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44
+(1953) T59: friction as the power 1 - p of the force).
+The slip is declared, or it follows from the cable's own travel: when the cable length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
 """
 
@@ -21,14 +21,16 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.lanes.number import every
 
 LEAN = 0.005
-"""Bend of a plate at which a cable with clearance has come to lie against the inner side of its holes, rad."""
+"""Bend of a plate over which a cable with clearance comes to lie against the inner side of its holes, rad: it is moved
+by the clearance times tanh(bend / LEAN)."""
 
 
 @kernel
 def measure_span(model, plate, out):
-    """Direction and length of one cable across a plate, and where its ends are.
+    """Write the direction, the length and the offset of one cable's span across a plate to its record `out`.
 
-    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.
+    A cable with clearance lies against the inner side of its holes, which moves both ends of the span alike.  The angle
+    of the span (rad) is computed only where friction needs it.
     """
     c, s = plate.axis[0], plate.axis[1]
     offset, out.moved = out.offset, 0.0
@@ -47,7 +49,7 @@ def measure_span(model, plate, out):
 
 @kernel
 def linearise_span(plate, out):
-    """Derivatives by the node angles of the direction and the length of a cable that has been measured."""
+    """Write the derivatives by the node angles of a span's direction and length to `out`, after `measure_span`."""
     c, s, ux, uy = plate.axis[0], plate.axis[1], out.along[0], out.along[1]
     per_length = 1.0 / out.length
     turned_x, turned_y = out.hole * c + out.moved * s, out.hole * s - out.moved * (c - 1.0)
@@ -58,14 +60,21 @@ def linearise_span(plate, out):
 
 @kernel
 def rubbing_part(turn, saturation):
-    """How much of a turn at a hole (rad, with its sign) rubs, in rad without a sign, and its derivative by the turn."""
+    """The part of a turn at a hole that rubs, rad, never negative, and its derivative by the turn (rad, signed).
+
+    A turn t counts as t / (1 + `saturation` t), `saturation` in 1/rad.
+    """
     share = 1.0 / (1.0 + saturation * abs(turn))
     return abs(turn) * share, copysign(share * share, turn)
 
 
 @kernel
 def rub(model, out, cable):
-    """Friction coefficient times turning angle at the hole before a span, and how the tension behind depends on it."""
+    """Write the friction at the hole before a span to its record `out`: the product of coefficient and wrap angle
+    (`wrap`), and the derivatives of the log tension behind the hole by direction, approach and log tension before it.
+
+    `cable` holds the cable as it arrives at the hole.
+    """
     after, before, slip, friction = out.direction, cable.approach, cable.slip, out.friction
     if model.friction_exponent != 0.0:
         friction *= (cable.tension / model.friction_tension) ** -model.friction_exponent
@@ -85,10 +94,11 @@ def rub(model, out, cable):
 
 @kernel
 def pull_cables(model, plate, span, cable):
-    """Wrench of all cables across one plate on its distal part.
+    """Compute the wrench of all cables across one plate on its distal part.
 
-    `cable` (m,): tension, approach and slip as each enters the holes of the proximal disk.  Reads the distal end from
-    `plate`, writes the wrenches to `plate` and `span` (m,).  An idle cable needs nothing but where travel is followed.
+    `cable` (m,) holds tension, approach and slip of each as it enters the hole of the proximal disk.  Reads the distal
+    end from `plate`; writes tension and wrench of each cable to `span` (m,) and their sum to `plate`.  A cable without
+    tension is skipped, but its length is measured where slip follows the travel.
     """
     x, y, moment = 0.0, 0.0, 0.0
     for j in range(len(span)):
@@ -113,7 +123,7 @@ def pull_cables(model, plate, span, cable):
 
 @kernel
 def linearise_pull(model, plate, span):
-    """Derivatives by the node angles of the wrench of all cables, as they have been pulled, in `plate`."""
+    """Write the derivatives by the node angles of the wrench of all cables to `plate.dwrench`, after `pull_cables`."""
     derivatives = plate.dwrench.shape[1]
     for d in range(3):
         for p in range(derivatives):

@@ -13,13 +13,15 @@ from prb3r.mechanics.plate_law import Contact, Hysteresis, Law
 
 
 class Term(NamedTuple):
-    """A moment on the arc of each plate that follows the state: `coefficient` (n,) times what `of` names.
+    """A moment on the arc of each plate that depends on the state: `coefficient` times the influence `of`.
 
-    The mechanics leaves terms alone; `prb3r.model.laws.self_consistent` turns them into `Loads.moment`.
+    The solver of this package ignores terms; `prb3r.model.laws.self_consistent` turns them into `Loads.moment`.
     """
 
     of: str
+    """Name of an influence of `prb3r.model.laws.moment_law.influences`."""
     coefficient: np.ndarray
+    """(n,) N m per unit of the influence."""
 
 
 class Chain(NamedTuple):
@@ -49,53 +51,53 @@ class Chain(NamedTuple):
     presliding: float = 0.0
     """Cable travel over which friction builds up to full slip, m; 0: slip is declared."""
     edges: bool = False
-    """Belt friction at both edges of a hole, each by its own turning, instead of by their sum."""
+    """Whether belt friction counts the turns at both edges of a hole separately, instead of the net turn."""
     clearance: float = 0.0
-    """How far a cable lies toward the inner side of its holes on a bent plate, m."""
+    """Radial play by which a cable lies toward the inner (concave) side of its holes on a bent plate, m."""
     pulley: np.ndarray | float = 1.0
     """(m,) efficiency of the pulley before the base hole."""
     law: Law = Law()
     """Bending law of the plates."""
     hysteresis: Hysteresis = Hysteresis()
-    """What of their stiffness slips."""
+    """Hysteresis of the plates."""
     curvature: np.ndarray | None = None
-    """(nodes,) curvature times arc length per node angle, 0 where a node is a hinge; None: all are part of the arc."""
+    """(nodes,) curvature times arc length per node angle, 0 for a hinge at an end of the arc; None: that of `plate`."""
     contact: Contact = Contact()
     """Contact of neighbouring disks."""
     constant: "Loads | None" = None
-    """Loads that always act (one step), at rest too; tensions are added to the applied ones."""
+    """Loads of one step that always act, at rest too; its tensions are added to the applied ones."""
     tip_efficiency: float = 1.0
-    """Share of the tip load that arrives."""
+    """Share of the recorded tip load that acts."""
     disk_efficiency: np.ndarray | float = 1.0
-    """(n, 1) share of the load on each disk 1..n that arrives."""
+    """(n, 1) share of the recorded load on each disk 1..n that acts."""
     gain: np.ndarray | float = 1.0
-    """(m,) true over noted tension, as the noted one goes to zero."""
+    """(m,) true over recorded tension, in the limit of a small one."""
     quadratic: np.ndarray | float = 0.0
-    """(m,) how that grows with the noted tension, relative, 1/N."""
+    """(m,) relative growth of true over recorded tension per recorded tension, 1/N."""
     play: np.ndarray | float = 0.0
-    """(m,) by which the tension lags behind the noted one, either way, N."""
+    """(m,) half-width of the play by which the true tension lags behind the recorded one, N; see `with_play`."""
     zero_drift: np.ndarray | float = 0.0
-    """(m,) by which the tension grows from step to step beside the noted one, N."""
+    """(m,) growth of the true tension over the recorded one with every elapsed step, N."""
     softening: float = 0.0
-    """Share of the plates' stiffness that is lost with every step."""
+    """Share of the plates' initial stiffness that is lost with every elapsed step."""
     friction_exponent: float = 0.0
-    """Of the tension before a hole, by which friction there falls."""
+    """Exponent p of friction that depends on the tension T before a hole: coefficients times (T / T_0)^-p."""
     friction_tension: float = 1.0
-    """Tension at which it has the coefficients of `friction`, N."""
+    """Tension T_0 at which the coefficients of `friction` hold, N."""
     friction_rate: float = 0.0
-    """Share by which friction grows where a cable's tension changes e times as fast."""
+    """Relative growth of friction where a cable's tension changes e times as fast."""
     friction_reference: float = 1.0
-    """How fast tensions change where friction has the coefficients of `friction`, N/s."""
+    """Rate of the tension at which the coefficients of `friction` hold, N/s."""
     friction_excess: float = 0.0
-    """Share by which friction is larger where a cable begins to slip."""
+    """Relative excess of static over kinetic friction, where a cable begins to slip."""
     friction_decay: float = 1.0
-    """Change of its tension over which that falls to 1/e, N."""
+    """Change of a cable's tension over which the excess falls to 1/e, N."""
     wrap_saturation: float = 0.0
-    """How little of a turn at a hole rubs, 1/rad: of a turn t counts t / (1 + wrap_saturation t)."""
+    """Saturation c of friction with the turn t at a hole, 1/rad: a turn counts as t / (1 + c t)."""
     umbilical: float = 0.0
-    """Couple by which the tip is turned back, of its turn, N m/rad."""
+    """Stiffness of a couple that turns the tip disk back to angle 0, N m/rad."""
     closure: tuple[Term, ...] = ()
-    """Moments on the arcs that follow the state."""
+    """Moments on the arcs that depend on the state."""
 
     @property
     def plates(self) -> int:
@@ -103,7 +105,7 @@ class Chain(NamedTuple):
 
     @property
     def remembers(self) -> bool:
-        """Whether states depend on those before: by the slip at holes or in the plates."""
+        """Whether a state depends on those before it, by slip at the holes or by hysteresis of the plates."""
         return self.presliding > 0 or self.hysteresis.slipping > 0
 
     @property
@@ -113,7 +115,7 @@ class Chain(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """`s` load steps: what hangs on the chain at each."""
+    """The loads on a chain of `n` plates and `m` cables at each of `s` load steps."""
 
     tension: np.ndarray
     """(s, m) cable tension as it enters the base hole, N."""
@@ -126,11 +128,11 @@ class Loads(NamedTuple):
     moment: np.ndarray
     """(s, n) extra bending moment on the arc of each plate, the same all along it, N m."""
     elapsed: np.ndarray
-    """(s, 1) steps of the recording or the case before each."""
+    """(s, 1) number of steps of the recording or the case that had passed before each step, for drift and softening."""
     rate: np.ndarray
-    """(s, m) how fast each cable's tension came to be, N/s; 0 where no time says."""
+    """(s, m) rate at which each cable's tension changed on the way to the step, N/s; 0 where no times are known."""
     travel: np.ndarray
-    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N."""
+    """(s, m) change of each cable's tension since the cable began to slip in its present direction, N."""
 
     @property
     def steps(self) -> int:
@@ -138,7 +140,10 @@ class Loads(NamedTuple):
 
 
 def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elapsed=0.0) -> Loads:
-    """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`, each as if pulled from rest."""
+    """Loads on `chain` from anything that broadcasts to the shapes of :class:`Loads`.
+
+    Rates are unknown (0), and the travel of each cable is its whole tension, as if each step were pulled from rest.
+    """
     tension = np.atleast_2d(np.asarray(tension, float))
     steps, cables = tension.shape
 
@@ -160,17 +165,18 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
 
 
 def no_loads(chain: Chain) -> Loads:
-    """Loads of one step, all zero, in the shapes (1, ...) that the plates and cables of the chain ask for."""
+    """Loads of one step, all zero, in shapes (1, ...) that fit the chain."""
     plates, cables = chain.offset.shape
     shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,), (cables,)
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 
 def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
-    """What acts on `chain` at rest (row 0) and under each step of `loads`: the applied loads and the constant ones.
+    """(s + 1) steps of what acts on `chain`: the constant loads at rest (row 0), and with each step of `loads` added.
 
-    A negative sum of tensions is a slack cable; it is cut off on the way from step to step, not before.  Declared slip
-    stands wherever friction does as its factor, so that it brings what the rate and the travel make of friction along.
+    Tensions may be negative here, which stands for a slack cable: the solver cuts them off at zero after it has
+    interpolated between two steps.  Declared slip enters the equations only as a factor of friction, so the factors by
+    which rate and travel change friction are multiplied into it.
 
     Parameters
     ----------
@@ -190,7 +196,10 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
 
 
 def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:
-    """(s, m) tension of the cables for the noted one, N, without what always acts; `begins` as of :func:`acting`."""
+    """(s, m) true tension of the cables for the recorded one, N, without the constant loads.
+
+    `begins` is that of :func:`acting`.
+    """
     true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
     if np.any(chain.play):
         true = with_play(true, chain.play, begins)
@@ -198,10 +207,11 @@ def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:
 
 
 def with_play(tension: np.ndarray, play: np.ndarray | float, begins: np.ndarray) -> np.ndarray:
-    """(s, m) what follows tensions (s, m) with some `play`, all in N: it stays as long as they are within that of it,
-    and is dragged along by them beyond.  It begins at nothing.
+    """(s, m) output of the play operator for tensions (s, m), N (Krejci, Hysteresis, Convexity and Dissipation in
+    Hyperbolic Equations, 1996).
 
-    The play operator of hysteresis (Krejci, Hysteresis, Convexity and Dissipation in Hyperbolic Equations, 1996).
+    The output stays as long as the tension is within `play` (N) of it, and is dragged along by the tension beyond
+    that.  It is 0 at rest, before every step that `begins` (s,).
     """
     low, high = tension - play, tension + play
     out = np.zeros_like(tension)
@@ -212,23 +222,23 @@ def with_play(tension: np.ndarray, play: np.ndarray | float, begins: np.ndarray)
 
 
 def dead_loads(chain: Chain, loads: Loads) -> np.ndarray:
-    """(s,) whether dead loads act on `chain` at a step, or the couple of an umbilical."""
+    """(s,) whether dead loads, or the couple of an umbilical, act on `chain` at each step."""
     if chain.umbilical:
         return np.ones(loads.steps, bool)
-    if not (loads.force.any() or loads.tip.any()):  # soon seen, and mostly so
+    if not (loads.force.any() or loads.tip.any()):  # the usual case, cheap to see
         return np.zeros(loads.steps, bool)
     return np.array(loads.force.any((1, 2)) | loads.tip.any(1))
 
 
 LEAST_FRICTION = 0.05
-"""Share of friction that is left at any rate, where its logarithm would take all of it or more."""
+"""Lower bound of `rate_factor`, where the logarithm would take all of friction away or more."""
 
 
 def rate_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
-    """(s, m) friction of each cable at each step over that at the reference rate; 1 where no time says how fast.
+    """(s, m) friction of each cable at each step over that at the reference rate; 1 where the rate is unknown.
 
-    1 + a ln(v / v_0): the steady state of rate and state friction (Dieterich, J. Geophys. Res. 77 (1972) 3690; Ruina,
-    J. Geophys. Res. 88 (1983) 10359), v how fast the tension changes.
+    1 + a ln(v / v_0) with the rate v of the tension: the steady state of rate and state friction (Dieterich, J.
+    Geophys. Res. 77 (1972) 3690; Ruina, J. Geophys. Res. 88 (1983) 10359).
     """
     if chain.friction_rate == 0:
         return 1.0
@@ -240,7 +250,8 @@ def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
     """(s, m) friction of each cable at each step over the kinetic one.
 
     1 + r exp(-s / d): friction weakens with slip (Rabinowicz, J. Appl. Phys. 22 (1951) 1373; Ida, J. Geophys. Res. 77
-    (1972) 3796; exponentially: Dieterich, J. Geophys. Res. 84 (1979) 2161), s the travel in terms of the tension.
+    (1972) 3796; exponentially: Dieterich, J. Geophys. Res. 84 (1979) 2161).  The slip is measured by `Loads.travel`
+    s, the change of the tension in N.
     """
     if chain.friction_excess == 0:
         return 1.0
@@ -248,14 +259,14 @@ def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
 
 
 def _from_rest(steps: np.ndarray) -> np.ndarray:
-    """(s + 1, ...) values of steps (s, ...) behind a row of zeros, which stands for rest."""
+    """(s + 1, ...) a row of zeros, which stands for rest, followed by the values of the steps (s, ...)."""
     out = np.zeros((len(steps) + 1, *steps.shape[1:]))
     out[1:] = steps
     return out
 
 
 class Pose(NamedTuple):
-    """Disks 0..n of one or many equilibria: leading dimensions are those of the node angles."""
+    """Positions and angles of disks 0..n in one or many equilibria; leading dimensions are those of the node angles."""
 
     x: np.ndarray
     """(..., n + 1) centre of each disk (mid thickness), m."""

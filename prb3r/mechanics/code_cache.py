@@ -1,8 +1,8 @@
-"""Machine code of kernels on disk, which cannot go stale and is nobody else's.
+"""The folder on disk for the machine code of kernels, which never is stale and belongs to the user alone.
 
-Numba keys a cached function by its own file alone, so an edit of `balance.py` would leave the entrances that lead to it
-unchanged.  The cache folder is therefore named after the text of the whole package `mechanics`, sub-folders included.
-Cached code is run as it stands: a folder that others own or can write to is not used.
+Numba keys a cached function by its own file alone, so after an edit of `balance.py` the cached entrances that call it
+would be used unchanged.  The folder is therefore named after a hash of the text of the whole package `mechanics`,
+sub-packages included.  Cached code is run unchecked: a folder that others own or can write to is not used.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ ROOM = Path(__file__).parent
 
 
 def text_key(room: Path = ROOM) -> str:
-    """Hash of the places and the text of all Python files of a folder and its sub-folders, 12 hexadecimal digits."""
+    """Hash of the paths and the text of all Python files in a folder and its sub-folders, 12 hexadecimal digits."""
     text = hashlib.sha256()
     for source in sorted(room.rglob("*.py")):
         text.update(source.relative_to(room).as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
@@ -31,9 +31,9 @@ def text_key(room: Path = ROOM) -> str:
 
 
 def cache_folder(room: Path = ROOM) -> Path:
-    """Folder for the machine code of the files in `room`: in the user's cache, else in the one for temporary files.
+    """Folder for the machine code of the files in `room`: in the user's cache folder, else in that for temporary files.
 
-    Where neither is the user's own it is a new one, of which later processes do not know.
+    If neither can be used (see `is_own`), it is a new temporary folder, which later processes do not find.
     """
     name, user = f"kernels-{text_key(room)}", os.getuid() if hasattr(os, "getuid") else "user"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prb3r"
@@ -49,7 +49,7 @@ def cache_folder(room: Path = ROOM) -> Path:
 
 
 def is_own(folder: Path) -> bool:
-    """Whether a folder is this user's, and no link, and nobody else can write to it."""
+    """Whether a folder belongs to this user, is no link, and nobody else can write to it."""
     status = folder.lstat()
     if not hasattr(os, "geteuid"):
         return True  # such systems keep the folders of users apart
@@ -57,7 +57,7 @@ def is_own(folder: Path) -> bool:
 
 
 def is_prepared() -> bool:
-    """Whether any machine code of this text is on disk: without it the first solve waits for it."""
+    """Whether machine code of the package's present text is on disk; otherwise the first solve has to compile it."""
     return any(Path(own_folder()).rglob("*.nbc"))
 
 
@@ -69,9 +69,10 @@ def own_folder() -> str:
 
 @contextlib.contextmanager
 def once_at_a_time(place: Path) -> Iterator[None]:
-    """Let the first process do what follows while others wait that want the same; they do it after, all at once.
+    """Let the first of several processes with the lock file `place` run the context while the others wait; these run it
+    afterwards, all at the same time.
 
-    What another one has compiled they find in the cache, so that a computer's processors compile nothing twice.
+    They then find what the first has compiled in the cache, so that nothing is compiled twice.
     """
     with contextlib.ExitStack() as stack:
         if fcntl is not None:
@@ -87,7 +88,7 @@ def once_at_a_time(place: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def one_after_another(place: Path) -> Iterator[None]:
-    """Let one process after another do what follows."""
+    """Let processes with the lock file `place` run the context one after another."""
     with contextlib.ExitStack() as stack:
         if fcntl is not None:
             with contextlib.suppress(OSError):  # no folder, or no locks in it

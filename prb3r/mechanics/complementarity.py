@@ -5,24 +5,30 @@ Find `x` between -1 and 1 with
     M x + w = c,    w = 0 where |x| < 1,    w >= 0 where x = 1,    w <= 0 where x = -1.
 
 As the box is bounded there always is a solution, whatever `M`.  Friction makes `M` unsymmetric: changing the set of
-holes as Newton's method asks may go round in circles, and there may be several solutions.  Here one variable changes
-at a time on a path of solutions for ``c + s d`` (Katzenelson, Lemke) that leads from a known one to ``s = 0``; where
-the determinant changes its sign, `s` rises for a while.  The path from the present state is the one that the loads go;
-if it turns back for good, the one from far out, where all `x` are held at their bounds, always leads to a solution.
+sticking holes as Newton's method asks may go round in circles, and there may be several solutions.  Here one variable
+changes between free and bound at a time, on a path of solutions for ``c + s d`` (Katzenelson, Lemke) that leads from a
+known one to ``s = 0``; where the determinant changes its sign, `s` rises for a while.  The path from the present state
+is the one that the loads follow; if it does not lead to ``s = 0``, the path from far out, where all `x` are held at
+their bounds, always leads to a solution.
 """
 
 from prb3r.mechanics.kernel import kernel
 
 SMALLEST_PIVOT = 1e-12
 MAX_PIVOTS = 100
-"""Changes, in numbers of variables; a path usually takes one or two for each, many more only for wild matrices."""
+"""Most pivots of a path per variable.  A path usually takes one or two per variable, many more only where `M` is far
+from that of a stable chain."""
 MOST_MULTIPLICATIONS, FEWEST_PIVOTS = 2_000_000_000, 4
-"""Where so many changes are more products than this, there are fewer, but at least so many for each variable."""
+"""Most multiplications of a path, which lowers the number of its pivots for large problems, and fewest pivots per
+variable that are allowed nevertheless."""
 
 
 @kernel
 def exchange(table, value, rate, h):
-    """Exchange basic and nonbasic variable `h` in ``r = value + s rate - table z``; whether the pivot allowed it."""
+    """Exchange the basic and the nonbasic variable `h` in ``r = value + s rate - table z``.
+
+    Returns whether that was done; nothing changes if the pivot is smaller than `SMALLEST_PIVOT`.
+    """
     n, pivot = len(value), table[h, h]
     if not abs(pivot) > SMALLEST_PIVOT:
         return False
@@ -45,7 +51,11 @@ def exchange(table, value, rate, h):
 
 @kernel
 def next_change(now, rate, side, free, last, way):
-    """Change of `s` in the direction `way` until a variable reaches a bound of its own, and which one it is."""
+    """The change of `s` in the direction `way` (1 or -1) until the first variable reaches its bound, and its index.
+
+    A free `x` reaches -1 or 1, a `w` reaches 0; the variable `last`, which has just been bound, is not considered as
+    `w`.  The index is -1 if no variable reaches a bound.
+    """
     least, which = 1e300, -1
     for i in range(len(now)):
         speed = way * rate[i]
@@ -65,9 +75,10 @@ def next_change(now, rate, side, free, last, way):
 
 @kernel
 def walk(table, value, rate, side, free, now, s):
-    """Follow the solutions for ``c + s rate`` from `s` down to 0, all sets as they are at the beginning.
+    """Follow the path of solutions for ``c + s rate`` from the given `s` to ``s = 0``.
 
-    Returns the number of sets on the way, which is negative where it does not lead there.
+    `side`, `free` and `now` are those of `solve_near`; `table` has been exchanged for the free variables.  Returns the
+    number of sets of free variables on the path; negative if the path does not lead to ``s = 0``.
     """
     n, last, way = len(value), -1, -1.0
     most = max(min(MAX_PIVOTS * (n + 1), MOST_MULTIPLICATIONS // (n * n + 1)), FEWEST_PIVOTS * (n + 1))
@@ -96,14 +107,17 @@ def walk(table, value, rate, side, free, now, s):
 
 @kernel
 def solve_near(table, value, rate, side, free, now):
-    """Solve the problem with ``M = table``, ``c = value``, which are used up; returns what `walk` does.
+    """Solve the complementarity problem with ``M = table`` and ``c = value``, on the path from the present state.
+
+    Returns what `walk` returns.  `table` and `value` are overwritten; `side`, `free` and `now` hold the present state
+    before and the solution afterwards.
 
     Parameters
     ----------
     rate : (n,) working space.
     side : (n,) the bound, 1 or -1, at which each `x` is that is not free.
     free : (n,) whether `x` is between its bounds.
-    now : (n,) `x` where it is free and `w` elsewhere.  All three as they are at present, and as they are solved.
+    now : (n,) `x` where it is free and `w` elsewhere.
     """
     n = len(value)
     for i in range(n):
@@ -118,7 +132,10 @@ def solve_near(table, value, rate, side, free, now):
 
 @kernel
 def solve_from_afar(table, value, rate, side, free, now):
-    """As `solve_near`, from where every `x` is held at its bound; `free` and `now` are only written."""
+    """Solve the same problem as `solve_near`, on the path from far out, where every `x` is held at its bound `side`.
+
+    `free` and `now` need not hold anything at first.
+    """
     s = 0.0
     for i in range(len(value)):
         free[i] = False

@@ -5,9 +5,9 @@ from prb3r.mechanics.kernel import kernel
 
 @kernel
 def solve_block(block, n, columns):
-    """Gauss elimination with pivoting of ``[A | B]`` in place: the columns `n` to `columns` become ``A^-1 B``.
+    """Gauss elimination with partial pivoting of ``[A | B]`` in place: the columns `n` to `columns` become ``A^-1 B``.
 
-    Returns the sign of the determinant of `A`.
+    `A` is (n, n) and is overwritten.  Returns the sign of the determinant of `A`.
     """
     sign = 1.0
     for k in range(n):

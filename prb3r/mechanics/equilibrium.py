@@ -1,4 +1,4 @@
-r"""Equilibria of a chain along a load path: the entrance to the mechanics."""
+r"""Equilibria of a chain along a load path: `solve_chain`, the entrance to the mechanics, and what it returns."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -48,7 +48,7 @@ class Outcome(IntEnum):
 
     @property
     def solved(self) -> bool:
-        """Whether there is a state in balance, be it unstable or reached by a detour."""
+        """Whether the step has a state in balance, be it unstable or reached by a detour."""
         return self not in (Outcome.NO_EQUILIBRIUM, Outcome.LIMIT_POINT, Outcome.GAVE_UP)
 
 
@@ -57,13 +57,13 @@ class Equilibria:
     """Equilibria of `s` load steps of a chain with `n` plates and `m` cables.  Failed steps hold NaN."""
 
     outcome: np.ndarray
-    """(s,) values of :class:`Outcome`; limit points are told from other failures where the eigenvalue is asked for."""
+    """(s,) values of :class:`Outcome`; limit points are told from other failures only with the eigenvalue."""
     reached: np.ndarray
-    """(s,) part of the way from the step before (or rest) to which the branch was followed; 1 for solved steps."""
+    """(s,) part of the way from the last solved step (or rest) to which the branch was followed; 1 for solved steps."""
     iterations: np.ndarray
-    """(s,) Newton steps, of the plate that took most, summed over the halved steps."""
+    """(s,) Newton steps, summed over the accepted sub-steps; of plates solved one by one the most that a plate took."""
     work: np.ndarray
-    """(s,) evaluations of a plate that the step took, whatever came of it."""
+    """(s,) evaluations of a plate that the step took, failed sub-steps included."""
     residual: np.ndarray
     """(s,) largest unbalanced moment, N m."""
     q: np.ndarray
@@ -79,14 +79,14 @@ class Equilibria:
     moment: np.ndarray
     """(s, n, nodes + 2) bending moment where each arc begins, at its nodes and where it ends, N m."""
     slip: np.ndarray
-    """(s, n, m) slip at the hole before each plate, -1 drawn in to +1 paid out; empty where slip is declared."""
+    """(s, n, m) slip at the hole before each plate, -1 drawn in to +1 paid out; no steps where slip is declared."""
     lowest_eigenvalue: np.ndarray | None
-    """(s,) of the tangent, N m/rad; None where it was not asked for."""
+    """(s,) lowest eigenvalue of the tangent, N m/rad; None where it was not asked for."""
     closed: np.ndarray | None = None
-    """(s,) whether moments that follow the state agree with it; None where there are none."""
+    """(s,) whether the moments of the chain's terms agree with the state; None for a chain without terms."""
 
     def reason(self, step: int) -> str:
-        """What is to be said about a step, with how far its branch was followed."""
+        """A sentence on the outcome of a step; if the step failed, with the part of it to which its branch led."""
         outcome = Outcome(self.outcome[step])
         if outcome.solved or np.isnan(self.reached[step]):
             return outcome.sentence
@@ -95,17 +95,24 @@ class Equilibria:
 
 
 LIMIT = 0.05
-"""Lowest eigenvalue, of that at rest, below which a branch that leads no further ends at a limit point."""
+"""Lowest eigenvalue, over that of the unloaded chain, up to which a branch that leads no further counts as ending at a
+limit point."""
 
 
 def last_solved(failed: np.ndarray) -> np.ndarray:
-    """(s,) row of the loads from which each step starts that does not start from rest: 0 is rest, then the steps."""
+    """(s,) row of the last solved step before each step, from which it starts unless it starts from rest.
+
+    Row 0 is rest, row k the k-th step.
+    """
     solved = np.where(failed, 0, np.arange(1, len(failed) + 1))
     return np.concatenate([[0], np.maximum.accumulate(solved)[:-1]])
 
 
 def left_out(failed: np.ndarray, anew: np.ndarray) -> np.ndarray:
-    """(s,) whether a step fails between each step and the rest that its path begins with."""
+    """(s,) whether each step, or a step between it and the rest from which its path begins, has failed.
+
+    `failed` (s,) and `anew` (s,): the steps that start from rest.
+    """
     if not failed.any() or anew.all():
         return failed
     passed, sofar = np.zeros(len(failed), bool), False
@@ -126,17 +133,20 @@ def solve_chain(
     smallest_step: float = SMALLEST_STEP,
     allowance: Allowance | None = None,
 ) -> Equilibria:
-    """Equilibria of `chain` under every step of `loads`, from rest: no slip at any hole, constant loads alone.
+    """Equilibria of `chain` under every step of `loads`.
+
+    The path begins at rest, with the constant loads alone and no slip at any hole.  Moments of `chain.closure` are
+    ignored; `prb3r.model.laws.self_consistent` takes them into account.
 
     Parameters
     ----------
     from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
-    detail : False leaves `q`, `tension`, `moment` and `slip` empty (zero steps), for clouds of a great many loads.
-    accepted : where accepted sub-steps are kept, if states depend on those before.
-    smallest_step : part of a load step to which it is found how far a step leads that has no equilibrium (`reached`),
-        unless friction follows the cables' travel.
-    allowance : what a sequence may take at most before its steps are given up; absent: `usual_allowance`.
+    detail : False may leave `q`, `tension`, `moment` and `slip` without steps, to save memory in clouds of many loads.
+    accepted : arrays in which the accepted sub-steps are kept, where states depend on those before.
+    smallest_step : accuracy of `reached` for a step without equilibrium, relative to the part that is reached; not
+        used where friction follows the cables' travel.
+    allowance : most work that a sequence may take before its steps are given up; absent: `usual_allowance`.
     """
     (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
     steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping

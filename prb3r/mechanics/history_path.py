@@ -1,8 +1,9 @@
-r"""Load paths where friction follows the cables' travel.
+r"""The way to one load step where friction follows the cables' travel.
 
-A sub-step of any length is exact as long as no hole that slips turns back within it (see `turning.py`).  So steps are
-as long as that allows: short where the loads have changed their course, as holes turn soon after they do, then growing;
-where a hole has turned back on the way, another one ends shortly before it did.
+A sub-step of any length is exact as long as no hole that slips turns back within it (see `turning.py`), so sub-steps
+are as long as that allows.  They are short at the beginning of a load step, as holes turn soon after the loads change
+their course, and then grow; where a hole has turned back within a sub-step, a shorter one that ends before the turn
+takes its place.
 """
 
 from math import floor
@@ -19,36 +20,41 @@ from prb3r.mechanics.stick_slip import balance_stick_slip
 from prb3r.mechanics.turning import clip, missed_slide, missed_slip
 
 SHORT_STEP = 1.0 / 64
-"""First sub-step of a load step.  The rates at its end show which holes have turned with the loads and which slip on;
-steps as short as this are not searched for holes that turn back, as then the error is soon slipped away again."""
+"""First sub-step of a load step.  The rates at its end show which holes have turned with the loads and which slip on.
+Sub-steps up to this one are not searched for holes that turn back: holes soon slip again, which ends that error."""
 LONGEST_STEP = 1.0 / 2
-"""A hole that turns twice need not show in rates at both ends; without this bound errors are up to 5 times as large."""
+"""Longest sub-step.  A hole that turns twice need not show in the rates at both ends of a sub-step; without this bound
+errors are up to 5 times as large."""
 GROWTH = 8.0
-"""Of sub-steps: 1/64, 1/8, 1/2 and the rest make a load step without turns."""
+"""Ratio of successive sub-steps: 1/64, 1/8, 1/2 and the rest make a load step without turns."""
 PARTS = 16
-"""Of a step in which a hole turned: the next one ends with the last of these before the turn.  Derivatives are those of
-the sub-steps taken, so where these end must not follow the parameters smoothly; all are sums of powers of 2.  Where a
-small change of a parameter chooses another part, the path changes by its own error; with 8 parts that is much more."""
+"""Parts of a sub-step in which a hole turned; the next try ends with the last whole part before the turn.  Derivatives
+are those of the sub-steps taken, so the ends of these must not vary smoothly with parameters; all are sums of powers
+of 2.  Where a small change of a parameter chooses another part, the path changes by its own error; with 8 parts that
+is much more."""
 TURN_ERROR = 0.004
-"""Largest slip that may be missed where a hole turns back within a step."""
+"""Largest error of a slip that is accepted where a hole turns back within a sub-step."""
 CAREFUL_STEP = 1.0 / 512
-"""Step below which the holes that stick are not guessed where longer ones failed: it is mostly such a guess."""
+"""Sub-step below which, after longer ones failed, it is not guessed which holes stick: a wrong guess is the usual cause
+of failure."""
 JUMP_STEP = 1.0 / 4096
-"""Step below which a disk that turns further than `JUMP_TURN` jumps."""
+"""Sub-step up to which a disk that turns further than `JUMP_TURN` counts as jumping."""
 JUMP_TURN = 0.005
-"""Turn of a disk that no path leads to in so short a step, rad."""
+"""Turn of a disk to which no continuous path leads in so short a sub-step, rad."""
 SMALLEST_SUB_STEP = 1.0 / 2**26
-"""Step below which the path leads no further."""
+"""Sub-step below which the path leads no further."""
 CLOSE = 1e-7
-"""Newton step of the node angles that may be the last of a sub-step within a load step, rad."""
+"""Correction of the node angles, rad, with which Newton's method may end at a sub-step that does not end the load
+step."""
 SIDESTEP = 1.0 / 64
-"""Part of a step over which loads are differenced for the rates: what the solver leaves out of balance, divided by
-this, is far below `TURN_ERROR` still."""
+"""Part of a sub-step over which loads are differenced for the rates: what the solver leaves out of balance, divided by
+it, is still far below `TURN_ERROR`."""
 
 
 @kernel
 def leapt(packed, start, step):
-    """Whether a disk has turned further in a small step than any path leads it."""
+    """Whether a disk has turned further since `start` than any continuous path leads in a sub-step as short as `step`;
+    see `JUMP_STEP`."""
     angle, most = 0.0, 0.0
     for i in range(start.q.shape[0]):
         for k in range(start.q.shape[1]):
@@ -59,9 +65,10 @@ def leapt(packed, start, step):
 
 @kernel
 def find_rates(packed, way, share, width, now, work, rates):
-    """Write the rates at the state just found, `share` of the `way`, to `rates`; its tensions are lost.
+    """Write the rates of the state just found at `share` of the `way` to `rates`; the tensions in the records are lost.
 
-    The state is in balance, so under the loads `width` before it a Newton step leads to the state there.
+    The state is in balance, so one Newton step under the loads that lie `width` before it leads to the state there;
+    that step over `width` is the backward difference.
     """
     put_on(packed, way, share - width, now)
     newton_march(packed, now, work)
@@ -82,7 +89,7 @@ def find_rates(packed, way, share, width, now, work, rates):
 
 @kernel
 def predict(packed, step, rates, work):
-    """Go from an accepted state along its tangent to where the next one is looked for."""
+    """Move from an accepted state by `step` along its `rates`, to the first guess of the next state."""
     for d in range(len(rates.handed)):
         work.handed[d] += step * rates.handed[d]
     for i in range(len(packed.span)):
@@ -98,16 +105,20 @@ def predict(packed, step, rates, work):
 
 @kernel
 def newton(packed, way, share, close, now, work):
-    """Equilibrium `share` of the `way` from the present guess; steps taken or `FAILED`; `close`: `balance_chain`."""
+    """Newton's method for the equilibrium at `share` of the `way`, from the present guess.
+
+    Returns the steps taken or `FAILED`; `close` is that of `balance_chain`.
+    """
     put_on(packed, way, share, now)
     return balance_chain(packed, now, close, work)
 
 
 @kernel
 def solve_sub_step(packed, way, share, careful, space, work):
-    """Equilibrium `share` of the `way`, from the present guess; Newton steps taken or `FAILED`.
+    """Solve for the equilibrium at `share` of the `way`; returns the Newton steps taken or `FAILED`.
 
-    Where that fails or `careful`, from the state in `space.start` without guessing which holes stick.
+    Newton's method starts from the present guess.  If it fails, or if `careful`, `balance_stick_slip` starts from the
+    state in `space.start`, without a guess which holes stick.
     """
     taken: Any = FAILED
     if not careful:
@@ -135,7 +146,11 @@ def copy_rates(source, into):
 
 @kernel
 def ramp_with_history(packed, way, loaded, space, work):
-    """As `ramp`, with friction that follows the cables' travel; accepted sub-steps are noted in `space.accepted`."""
+    """Bring the chain from its present state to the end of the `way`, with friction that follows the cables' travel.
+
+    Returns what `ramp` returns, and leaves the same in `space.kept` and `space.reached`; accepted sub-steps are noted
+    in `space.accepted`.  `loaded` tells whether dead loads act.
+    """
     start, before, after = space.start, space.before, space.after
     done, step, growth, iterations, careful = 0.0, SHORT_STEP, GROWTH, 0, False
     save(packed, work, start)

@@ -1,10 +1,10 @@
-"""How kernels are compiled: an entrance with all that it calls.
+"""How kernels are compiled: each entrance, which Python calls, together with all kernels that it calls.
 
-Kernels call each other ten deep.  As a rule Numba optimises a function together with all that it calls, once more in
-each of its callers, and wraps each for calls from Python, which is most of the time to compile.  Here a `kernel` is
-only translated; an `entrance`, which Python calls, is optimised once with all that it contains.
+Kernels call each other ten deep.  By default Numba optimises a function together with all that it calls, once more in
+each of its callers, and wraps each for calls from Python, which takes most of the time to compile.  Here a `kernel` is
+only translated; an `entrance` is optimised once, with all that it contains.
 
-Where machine code is kept is said in `code_cache.py`.
+Where machine code is kept is described in `code_cache.py`.
 """
 
 import contextlib
@@ -37,16 +37,17 @@ OPTIONS: dict[str, Any] = {
 """No division checks: divisions follow IEEE rules.  NaN and infinity stay visible, so that a failed solve can be told
 from a good one."""
 EFFORT: dict[str, Any] = {"opt": 1, "loop_vectorize": False, "slp_vectorize": False}
-"""Of LLVM.  Loops are a few rounds long, so that nothing is gained where they are searched for what could be done side
-by side; and kernels are as fast after the first level of optimisation as after the third (`docs/speed.md`)."""
+"""Optimisations of LLVM.  Loops are a few rounds long, so vectorising them gains nothing; and kernels are as fast after
+the first level of optimisation as after the third (`docs/speed.md`)."""
 PART = OPTIONS | {"no_cpython_wrapper": True}
+"""Numba's options for kernels that compiled code alone calls."""
 
 
 class _Entire(JITCodeLibrary):
-    """Code that is optimised with the `EFFORT` that pays for kernels.
+    """The code of an entrance: optimised with `EFFORT`, and with its parts private to it.
 
-    Its parts are its own.  As Numba names them they are shared: of two kernels that are loaded from disk the second
-    runs the parts of the first where their names are equal, and names hold numbers that each process gives anew.
+    Numba would share parts by their names, so that of two entrances loaded from disk the second runs parts of the
+    first where names are equal; and names hold numbers that each process assigns anew.
     """
 
     def _optimize_functions(self, ll_module):
@@ -64,7 +65,7 @@ class _Entire(JITCodeLibrary):
 
 
 class _Part(_Entire):
-    """Code that becomes part of an entrance: it is not loaded, and optimised as a whole only there."""
+    """The code of a kernel, which becomes part of an entrance: it is neither loaded nor optimised by itself."""
 
     def _optimize_final_module(self):
         pass
@@ -75,7 +76,7 @@ class _Part(_Entire):
 
 
 class _Lower(Lower):
-    """Translation that tells of bundles that nobody changes them."""
+    """Translation to LLVM in which arguments that are bundles are marked as not aliased (`noalias`)."""
 
     def setup_function(self, fndesc):
         super().setup_function(fndesc)
@@ -132,9 +133,9 @@ expressions of whole arrays."""
 
 
 class _FlagsAsSet(Flags):
-    """Flags that are told apart by what was set, without asking each for its default.
+    """Flags that compare equal by the values that were set, without asking each for its default.
 
-    Numba looks up by them what a call resolves to, hundreds of times a kernel.
+    Numba uses them as a key to look up what a call resolves to, hundreds of times per kernel, so this saves time.
     """
 
     def __hash__(self):
@@ -145,6 +146,8 @@ class _FlagsAsSet(Flags):
 
 
 def _compiler(lowering: type[NativeLowering]) -> type[CompilerBase]:
+    """A compiler class with the `PASSES` that kernels need, followed by the pass `lowering`."""
+
     class Compiler(CompilerBase):
         def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
             super().__init__(typingctx, targetctx, library, args, return_type, _FlagsAsSet(flags), locals)
@@ -163,16 +166,16 @@ _ENTRANCE_COMPILER, _COMPILER = _compiler(_EntranceLowering), _compiler(_PartLow
 
 
 class _Kernel(CPUDispatcher):
-    """A function that compiled code alone can call."""
+    """A function that only compiled code can call."""
 
     def add_overload(self, cres):
         self.overloads[tuple(cres.signature.args)] = cres
 
     in_lanes: Any = None
-    """The kernel that stands in its place where an argument is in lanes; see `lanes/`."""
+    """The kernel that is called instead where an argument is in lanes, if any; see `lanes/`."""
 
     def where_in_lanes(self, function):
-        """Compile `function` in its place where an argument is in lanes."""
+        """Decorator: compile `function` as the kernel that is called instead where an argument is in lanes."""
         self.in_lanes = kernel(function)
         return self.in_lanes
 
@@ -188,13 +191,16 @@ class _Kernel(CPUDispatcher):
 
 
 def kernel(function):
-    """Compile `function` as part of every entrance that leads to it; see `OPTIONS`."""
+    """Decorator: compile `function` as part of every entrance that calls it, directly or not; see `OPTIONS`."""
     return _Kernel(py_func=function, targetoptions=PART, pipeline_class=_COMPILER)
 
 
 @contextlib.contextmanager
 def no_collection() -> Iterator[None]:
-    """No search for garbage, of which compiling leaves little between millions of objects that are still needed."""
+    """Switch Python's garbage collector off for the time of the context.
+
+    Compiling leaves little garbage between millions of objects that are still needed, so searching is a waste of time.
+    """
     searched = gc.isenabled()
     gc.disable()
     try:
@@ -205,10 +211,10 @@ def no_collection() -> Iterator[None]:
 
 
 class _SharedCache(FunctionCache):
-    """The machine code of one entrance, for several kinds of arguments, on disk.
+    """The machine code of one entrance on disk, for several types of arguments, saved by one process at a time.
 
-    Numba reads the list of kinds, chooses a file that no other kind has, and writes the list: two processes that do so
-    at the same time with two kinds would choose the same file, and later ones run the code of the wrong kind.
+    Numba reads the list of types, chooses a file that no other type has, and writes the list.  Two processes that do so
+    at the same time for two types would choose the same file, and later ones would run code of the wrong type.
     """
 
     def save_overload(self, sig, data):
@@ -217,7 +223,7 @@ class _SharedCache(FunctionCache):
 
 
 class _Entrance(CPUDispatcher):
-    """A function that Python calls, compiled when it is first called with arguments of a kind."""
+    """A function that Python calls, compiled when it is first called with arguments of given types."""
 
     def enable_caching(self):
         self._cache = _SharedCache(self.py_func)
@@ -229,7 +235,7 @@ class _Entrance(CPUDispatcher):
 
 
 def entrance(function):
-    """Compile `function` for calls from Python, with the kernels that it calls, and keep the machine code on disk."""
+    """Decorator: compile `function`, with all kernels that it calls, for calls from Python; keep the code on disk."""
     folder = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = own_folder()  # type: ignore[attr-defined]
     try:

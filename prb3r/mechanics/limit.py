@@ -1,8 +1,8 @@
-r"""How far can the loads grow before the manipulator jumps or buckles?
+r"""Limit load: how far the loads can grow before the manipulator jumps or buckles.
 
 The path of growing loads is followed until its branch ends (a limit point: no equilibrium nearby under more load) or
-the lowest eigenvalue of the tangent ceases to be positive (a bifurcation, as of a straight column), and the place is
-bracketed.  Whether the manipulator finds another equilibrium after that is not asked.
+the lowest eigenvalue of the tangent ceases to be positive (a bifurcation, as of a straight column), and the factor on
+the loads is bracketed.  Equilibria beyond that are not looked for.
 """
 
 from typing import NamedTuple
@@ -13,24 +13,25 @@ from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 
 FIRST = 0.125
-"""First growth of the factor that is tried; every further one is twice as large."""
+"""First growth of the factor that is tried; every further growth, counted from the start too, is twice as large."""
 
 
 class Limit(NamedTuple):
     """The limit of growing loads."""
 
     factor: float
-    """Largest factor on the loads that is stable; infinity where none of those asked for is too large, NaN where the
-    path does not lead to the loads at all."""
+    """Largest stable factor on the loads; infinity if there is no limit up to the largest factor asked for; NaN if a
+    step of the path itself is unstable or not solved, or if the work allowed was used up."""
     outcome: Outcome
-    """What is beyond: `UNSTABLE`, `LIMIT_POINT` or `NO_EQUILIBRIUM`; `CONVERGED` where there is no limit,
-    `GAVE_UP`, with a factor of NaN, where it could not be told whether there is."""
+    """What larger loads meet: `UNSTABLE`, `LIMIT_POINT` or `NO_EQUILIBRIUM`; `CONVERGED` if there is no limit.  With a
+    factor of NaN: `GAVE_UP`, or the highest-numbered outcome of the steps of the path."""
 
 
 def limit_load(
     chain: Chain, path: Loads, *, from_rest: bool = False, most: float = 100.0, tolerance: float = 1e-6
 ) -> Limit:
-    """Factor by which all loads of the last step of `path` can be multiplied, together, before the branch ends.
+    """The largest factor by which all loads of the last step of `path` can be multiplied before the branch of stable
+    equilibria ends.
 
     Constant loads of the chain are not multiplied, and declared slips stay.
 
@@ -38,7 +39,7 @@ def limit_load(
     ----------
     from_rest : grow the last step's loads from zero, without the steps before; else follow `path` and grow from there.
     most : largest factor that is tried.
-    tolerance : of the factor, relative.
+    tolerance : relative accuracy of the factor.
     """
     start = 0.0 if from_rest else 1.0
     last = Loads(*(field[-1:] for field in path))

@@ -1,4 +1,4 @@
-"""Loads as kernels see them: what acts at a step is one row of numbers."""
+"""Loads as kernels see them: all that acts at a step stands in one row of numbers, so that steps are easily blended."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,17 +10,18 @@ from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.kernel import kernel
 
 ORDER = ("tension", "force", "tip", "moment", "slip", "elapsed")
-"""Of the fields in a row: first those that add up to what hangs on the chain."""
+"""Order of the fields of `Loads` in a row: first the mechanical loads, then slip and elapsed steps.  Rate and travel
+are left out, as `acting` has multiplied what they do into the slip."""
 
 
 @bundle
 class LoadRow(NamedTuple):
-    """What acts in one state of a chain of `n` plates and `m` cables: a row, and the parts of it by their names."""
+    """Loads in one state of a chain of `n` plates and `m` cables: a row, and views of its parts by name."""
 
     row: np.ndarray
-    """All numbers; the fields below are views of it."""
+    """(l,) all numbers in the `ORDER` of fields; the fields below are views of it."""
     tension: np.ndarray
-    """(m,) as in :class:`Loads`, like all others."""
+    """(m,) as in :class:`Loads`, like all fields below."""
     force: np.ndarray
     """(n, 2)."""
     tip: np.ndarray
@@ -34,12 +35,12 @@ class LoadRow(NamedTuple):
 
 
 def rows_of_loads(loads: Loads) -> np.ndarray:
-    """(s, l) every step of `loads` as one row."""
+    """(s, l) the steps of `loads`, each as one row of numbers in the `ORDER` of fields."""
     return np.concatenate([getattr(loads, name).reshape(loads.steps, -1) for name in ORDER], axis=1)
 
 
 def load_row(loads: Loads) -> LoadRow:
-    """Room for what acts in one state, with the shapes of `loads`."""
+    """A `LoadRow`, all zero, for one state of a chain under such `loads`."""
     cables, plates = loads.tension.shape[1], loads.moment.shape[1]
     ends = np.cumsum((cables, 2 * plates, 2, plates, cables, 1)).tolist()
     row = np.zeros(ends[-1])
@@ -49,9 +50,10 @@ def load_row(loads: Loads) -> LoadRow:
 
 @kernel
 def blend(start, target, share, now):
-    """Write the loads `share` of the way between two rows to `now`.
+    """Write the loads at `share` (0 to 1) of the way from row `start` to row `target` to `now`.
 
-    Where the way begins at rest, slips are those of its end from the beginning: `slip_from_the_start`.
+    Slips are interpolated too.  From rest, where none is declared, they are to be those of the target from the
+    beginning: then `slip_from_the_start` has to follow.
     """
     for i in range(len(now.row)):
         now.row[i] = start[i] + share * (target[i] - start[i])
@@ -59,7 +61,7 @@ def blend(start, target, share, now):
 
 @kernel
 def slip_from_the_start(target, now):
-    """Give `now` the slips of the row `target`."""
+    """Overwrite the slips of `now` with those of the row `target`."""
     first = len(now.row) - len(now.slip) - 1
     for j in range(len(now.slip)):
         now.slip[j] = target[first + j]

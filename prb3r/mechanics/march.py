@@ -1,7 +1,7 @@
 r"""Equilibrium of a chain without dead loads, plate after plate from base to tip.
 
-What a plate feels is known when its turn comes, so each is one small problem.  `newton.py` has the whole chain at once,
-for dead loads and for friction that follows the cables' travel.
+All forces on a plate are known once the plates before it are solved, so each plate is a small problem of its own.
+`newton.py` solves the whole chain at once, for dead loads and for friction that follows the cables' travel.
 """
 
 from math import exp
@@ -12,21 +12,24 @@ from prb3r.mechanics.kernel import kernel
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
 AS_FORETOLD = 1e-12
-"""The same of a plate that is solved before its first Newton step; such steps leave much less than `TOLERANCE`."""
+"""Largest unbalanced node angle of a plate that counts as solved before any Newton step, rad: sharper than `TOLERANCE`,
+as a Newton step leaves much less than that."""
 MAX_ITERATIONS = 60
 """Evaluations of a plate, or of the chain, after which a solve is given up."""
 CYCLING = 12
 """From this Newton step on steps are shortened: at kinks of friction or of a bending law full ones may cycle."""
 SHORTEST_SHARE = 1.0 / 64
-"""Of a step that leads to a larger error, where steps are shortened."""
+"""Smallest part to which a Newton step is cut that leads to a larger error, from step `CYCLING` on."""
 MAX_STEP = 0.5
 """Longest Newton step of a node angle, rad."""
 FAILED = -1
+"""What a solve returns, instead of its number of Newton steps, if it did not converge."""
 
 
 @kernel
 def exchange_rows(plate, k):
-    """Bring the row with the largest number in column `k` of a plate's tangent, from row `k` on, to row `k`."""
+    """Pivot: exchange row `k` of a plate's tangent, and of its residual, for the row below with the largest entry in
+    column `k`."""
     a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
     for r in range(k + 1, n):
         if abs(a[r, k]) > abs(a[k, k]):
@@ -37,12 +40,12 @@ def exchange_rows(plate, k):
 
 @exchange_rows.where_in_lanes
 def keep_rows(plate, k):
-    """No exchange side by side: lanes would want different ones, and one that needs it does not converge."""
+    """No pivoting in lanes: lanes would need different exchanges, and a lane that needs one does not converge."""
 
 
 @kernel
 def correct_plate(plate):
-    """Newton step of one plate: `residual` becomes ``tangent^-1 residual``; `tangent` is used up."""
+    """Solve for the Newton step of one plate: `residual` becomes ``tangent^-1 residual``; `tangent` is overwritten."""
     a, b, n = plate.tangent, plate.residual, plate.q.shape[0]
     for k in range(n):
         exchange_rows(plate, k)
@@ -62,7 +65,8 @@ def correct_plate(plate):
 
 @kernel
 def at_base_hole(cable, tension, slip):
-    """A cable as it enters the base disk: along its axis, under the applied tension less what a pulley takes."""
+    """Set the record of one cable as it enters the base disk: along the disk's axis, with the applied tension (N) as
+    changed at this `slip` by the pulley before the base hole."""
     cable.tension, cable.approach, cable.slip = tension, 0.0, slip
     cable.follows, cable.passed = 0.0, 0.0
     if cable.pulley != 0.0:
@@ -71,14 +75,15 @@ def at_base_hole(cable, tension, slip):
 
 @kernel
 def at_base(tension, slip, cable):
-    """Cables as they enter the base disk."""
+    """Set the records of all cables as they enter the base disk, under `tension` (m,) with `slip` (m,)."""
     for j in range(len(cable)):
         at_base_hole(cable[j], tension[j], slip[j])
 
 
 @kernel
 def next_frame(model, plate, after):
-    """Position and angle of the distal disk's distal face, from those of the proximal one."""
+    """Write the position and angle of the distal disk's distal face (the frame of the plate `after`), from those of the
+    proximal disk."""
     c, s = plate.frame[3], plate.frame[4]
     x = plate.end[0] + model.disk * plate.axis[0]
     y = plate.end[1] + model.disk * plate.axis[1]
@@ -91,7 +96,7 @@ def next_frame(model, plate, after):
 
 @kernel
 def depart(plate, span, cable):
-    """Cables as they arrive at the distal disk."""
+    """Set the records of all cables as they arrive at the distal disk, after the span across this plate."""
     for j in range(len(cable)):
         cable[j].tension = span[j].tension
         cable[j].approach = span[j].direction - plate.bend
@@ -100,11 +105,12 @@ def depart(plate, span, cable):
 
 @kernel
 def foretell(ahead, known):
-    """Take into `ahead` by how much the change of a plate's angles has been missed; returns the differences known.
+    """Update the extrapolation `ahead` of angle changes from plate to plate; returns the number of differences known.
 
-    From plate to plate the changes of the angles in a step of the load are nearly a polynomial: rows 0 to 2 hold the
-    change of the last plate and its first two differences, whose sum foretells the next; row 3 holds what was missed.
-    Where the last change alone would have done as well (another segment begins), they are gathered anew.
+    In a load step the changes of the node angles are nearly a polynomial of the plate's number.  Rows 0 to 2 of `ahead`
+    hold the change of the last plate and its first two differences, whose sum predicts the next change; row 3 holds
+    the error of the last prediction.  Where that is more than half the error of the last change alone as a prediction
+    (another segment begins), the differences start anew.
     """
     missed, without = 0.0, 0.0
     for k in range(ahead.shape[1]):
@@ -127,9 +133,9 @@ def foretell(ahead, known):
 
 @kernel
 def solve_plate(model, plate, span, cable, ahead):
-    """Newton's method on one plate from where it is; returns the steps taken or `FAILED`.
+    """Newton's method on one plate from its present node angles; returns the steps taken or `FAILED`.
 
-    Adds to row 3 of `ahead` by how much the node angles change; row 4 is working space.
+    Adds the changes of the node angles to row 3 of `ahead`; row 4 is working space.
     """
     n, last, share = plate.q.shape[0], 0.0, 1.0
     for step in range(MAX_ITERATIONS):
@@ -137,7 +143,7 @@ def solve_plate(model, plate, span, cable, ahead):
         if error <= (TOLERANCE if step > 0 else AS_FORETOLD):
             return step
         if step >= CYCLING and not error < last and share > SHORTEST_SHARE:
-            share /= 2  # back by half of what was gone
+            share /= 2  # take half of the last step back
             for k in range(n):
                 plate.q[k] -= share * ahead[4, k]
                 ahead[3, k] -= share * ahead[4, k]

@@ -1,9 +1,10 @@
-r"""Equilibrium of the whole chain at once, in O(plates).
+r"""Equilibrium of the whole chain at once, in O(plates) per Newton step.
 
-Plates further out act on those further in through a few scalars only: the total moment `W` of the dead loads about the
-world origin and, where friction follows the cables' travel, the length of each cable.  A full Newton step on all
-angles is therefore one march: every plate's correction is found as ``dq = dq_0 + sum_k dq_k dg_k``, linear in the
-corrections of those guesses, and the guesses close at the tip: no moment may remain, lengths must be those passed.
+Plates nearer to the tip act on those nearer to the base through a few scalars `g` only: the total moment of the dead
+loads about the world origin and, where friction follows the cables' travel, the length of each cable.  These are
+guessed.  A full Newton step on all angles is therefore one march from base to tip: every plate's correction is found
+as ``dq = dq_0 + sum_k dq_k dg_k``, linear in the corrections of the guesses, and the guesses are corrected at the tip,
+where no moment may remain and each length must be the sum of the spans passed.
 """
 
 from math import inf
@@ -25,19 +26,22 @@ from prb3r.mechanics.slip import pull_through_pulleys, slip_at, slip_on, slips_a
 from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, transmit
 
 LENGTH_TOLERANCE = 1e-13
-"""Largest error of a cable's length, of the length; small against every presliding length."""
+"""Largest error of a cable's length, over the length plus 1 m; small against every presliding length."""
 SLOWEST = 0.8
-"""By which the longest correction must fall with every step from `CYCLING` on, on the average of twelve and more:
-halved steps come to 0.5.  Of 1,600 steps of random chains with kinks and a tip load the same 1,398 converge without."""
+"""Factor by which the largest correction must fall per Newton step from step `CYCLING` on, averaged over twelve steps
+and more, or the solve is given up; halved steps come to 0.5.  Of 1,600 load steps of random chains with kinks and a tip
+load the same 1,398 converge without this test."""
 MAX_EXCHANGES = 24
-"""Newton steps where holes change between sticking and slipping; later they would only go round in circles."""
+"""Most Newton steps where slip follows the travel: where holes still change between sticking and slipping after these,
+they go round in circles."""
 
 
 @kernel
 def correct_columns(plate, block, column):
-    """Corrections of a plate's node angles (n, c) in `column`: its residual in the first, `block` has the variations.
+    """Write the corrections of a plate's node angles to `column` (n, c), one column per independent variable.
 
-    Returns the sign of the determinant of its tangent.
+    `block` holds the variations of the residual from its column n on; the residual itself is added to the first.
+    Returns the sign of the determinant of the plate's tangent.
     """
     n, columns = column.shape
     for k in range(n):
@@ -53,7 +57,7 @@ def correct_columns(plate, block, column):
 
 @kernel
 def softest_node(packed):
-    """Smallest stiffness of a node, N m/rad: the scale of moments, as rigid clamps may be hinges of any stiffness."""
+    """Smallest stiffness of a node, N m/rad: the scale of moments, as hinges for rigid clamps may be stiff at will."""
     softest = inf
     for i in range(len(packed.span)):
         for k in range(packed.plate[i].stiffness.shape[0]):
@@ -63,12 +67,12 @@ def softest_node(packed):
 
 @kernel
 def newton_march(packed, loads, work):
-    """One evaluation of the whole chain under the `loads` of one state, and the full Newton step from there.
+    """Evaluate the whole chain under the `loads` of one state, and find the full Newton step from there.
 
-    `work.handed` guesses what plates further out hand back: the
-    moment of the dead loads about the world origin and, where friction follows the cables' travel, their lengths.
-    Leaves the corrections of all node angles in `work.column` (first column) and of the guesses in the last column of
-    `work.system`; returns the largest unbalanced node angle and the errors of the guesses (N m and m).
+    `work.handed` holds the guesses: the moment of the dead loads about the world origin and, where friction follows
+    the cables' travel, the cable lengths.  Leaves the corrections of all node angles in the first column of
+    `work.column`, and those of the guesses in the last column of `work.system`.  Returns the largest unbalanced node
+    angle (rad), the moment left over at the tip (N m) and the largest error of a length as `close_guesses` has it.
     """
     model, cable, outer, change, block = packed.model[0], packed.cable, work.outer, work.variation, work.block
     force, tip = loads.force, loads.tip
@@ -111,9 +115,10 @@ def newton_march(packed, loads, work):
 
 @kernel
 def close_guesses(cable, change, moment_left, work):
-    """Newton step of the guesses: no moment may be left beyond the tip, lengths must be those that were passed.
+    """Find the Newton step of the guesses, so that no moment is left beyond the tip and each cable length is the sum of
+    its spans, and add what it does to the node angles to their corrections.
 
-    Returns the largest error of a length, relative where it is more than a metre.
+    Returns the largest error of a cable length, over the length plus 1 m.
     """
     columns, system = len(change.moment), work.system
     count, worst = columns - 1, 0.0
@@ -137,7 +142,7 @@ def close_guesses(cable, change, moment_left, work):
 
 @kernel
 def foresee(plates, work):
-    """Keep the angles of the disks that the full Newton step leads to."""
+    """Write the angles (rad) of all disks to which the full Newton step leads to `work.foreseen`."""
     angle = 0.0
     for i in range(len(work.foreseen)):
         for k in range(work.column.shape[1]):
@@ -147,18 +152,18 @@ def foresee(plates, work):
 
 @kernel
 def leads_nowhere(step, left, at_first):
-    """Whether what is `left` to correct has fallen so little since step `CYCLING`, where it was `at_first`, that the
-    method will not converge."""
+    """Whether the largest correction has fallen so little, from `at_first` at step `CYCLING` to `left` at `step`, that
+    Newton's method will not converge; see `SLOWEST`."""
     return step > 2 * CYCLING and left > at_first * SLOWEST ** (step - CYCLING)
 
 
 @kernel
 def balance_chain(packed, loads, close, work):
-    """Newton on all angles and on what is handed back, from where they are; returns the steps taken or `FAILED`.
+    """Newton's method on all angles and on the guesses of `newton_march`, from their present values.
 
-    `loads` are those of one state.  A correction of no node angle by more than `close` (rad) ends it too: Newton's
-    method squares the error, so what is left is far below `TOLERANCE`; residuals, tensions and frames are then those
-    before the correction.
+    Returns the steps taken, or `FAILED`.  `loads` are those of one state.  The solve also ends after a correction of no
+    node angle by more than `close` (rad): Newton's method squares the error, so what is left is far below `TOLERANCE`.
+    Residuals, tensions and frames are then those before that correction.
     """
     plates, column, handed = packed.plate, work.column, work.handed
     n, count, softest = column.shape[1], column.shape[2] - 1, softest_node(packed)

@@ -1,4 +1,4 @@
-"""Load paths: every step starts from the one before, from rest on."""
+"""Load paths: `follow` solves step after step, each from the last solved one or from rest, and writes a `Path`."""
 
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ from prb3r.mechanics.state import Rates, State, rates, restore, save, state
 from prb3r.mechanics.stick_slip import StickSlip, stick_slip_space
 
 SMALLEST_STEP = 1.0 / 2**20
-"""Where a path ends is found to this part of what has been reached of the load step, unless less is asked."""
+"""Usual accuracy of the place where a path ends, relative to the part of the load step that has been reached."""
 
 
 @bundle
@@ -31,54 +31,59 @@ class PathSpace(NamedTuple):
     """Working space of :func:`follow`."""
 
     now: LoadRow
-    """Loads of the state that is solved."""
+    """Loads of the state that is being solved."""
     reached: np.ndarray
-    """(1,) part of the way to the last accepted state."""
+    """(1,) part of the way to the present load step at which the last accepted state lies."""
     kept: State
-    """The last accepted state on the way to a step, from its beginning on."""
+    """The last accepted state on the way to the present load step; at its beginning, the state that it starts from."""
     good: State
-    """The state of the last solved step."""
+    """The state of the last solved load step."""
     rest: State
+    """The state at rest."""
     smallest: np.ndarray
-    """(1,) part of what is reached of a load step, or of the step where that is more, below which the path ends."""
+    """(1,) sub-step below which a path ends, over the part of the load step that is reached (1/64 at least)."""
     accepted: AcceptedStates
-    """Sub-steps where plates remember."""
+    """Accepted sub-steps, where states depend on those before."""
     allowed: np.ndarray
-    """(1,) work that the sequence may have taken up to the end of the present step; see `Scratch.spent`."""
+    """(1,) most work that the sequence may have taken by the end of the present step; see `Scratch.spent`."""
     allowance: np.ndarray
-    """(2,) by which it grows: :class:`Allowance`."""
+    """(2,) increments of `allowed` at the beginning of a sequence and of a step: :class:`Allowance`."""
 
 
 @bundle
 class Program(NamedTuple):
-    """The load steps that a path goes through."""
+    """The load steps of a path, for :func:`follow`."""
 
     onset: Way
-    """From no load, in its row 0, to rest, in row 1."""
+    """The way from no load at all (row 0) to the constant loads at rest (row 1)."""
     way: Way
-    """Its `rows` hold rest and then each step."""
+    """Loads at rest and then at each step; its `ends` are set by :func:`follow`."""
     dead: np.ndarray
-    """(s + 1,) which rows have dead loads."""
+    """(s + 1,) whether dead loads act at rest and at each step."""
     from_rest: np.ndarray
-    """(s,) which steps start from rest instead of from the step before."""
+    """(s,) whether a step starts from rest instead of from the step before."""
     done: np.ndarray
-    """(s,) which steps are solved already; no other goes on from them."""
+    """(s,) whether a step is solved already; no other step starts from such a one."""
 
 
 @bundle
 class HistorySpace(NamedTuple):
-    """Working space where friction follows the travel."""
+    """Working space of :func:`follow` where friction follows the cables' travel.
+
+    Fields without a description are those of `PathSpace`.
+    """
 
     now: LoadRow
     reached: np.ndarray
     kept: State
     holes: StickSlip
+    """Working space of `balance_stick_slip`."""
     start: State
-    """The state from which a sub-step is made."""
+    """The state from which a sub-step starts."""
     before: Rates
-    """Rates there."""
+    """Rates at the beginning of a sub-step."""
     after: Rates
-    """Rates where the sub-step ends."""
+    """Rates at its end."""
     accepted: AcceptedStates
     allowed: np.ndarray
 
@@ -90,9 +95,13 @@ def path_space(
     smallest: float = SMALLEST_STEP,
     allowance: Allowance | None = None,
 ) -> PathSpace:
-    """Working space for load paths of `chain` under `rows`; their ends are found to the part `smallest` of a load step.
+    """Working space for load paths of `chain` under the loads `rows`.
 
-    Where states depend on those before, what is accepted on the way is kept in `accepted`.
+    Parameters
+    ----------
+    accepted : arrays in which accepted sub-steps are kept, where states depend on those before.
+    smallest : as `PathSpace.smallest`.
+    allowance : most work that a sequence may take; absent: `usual_allowance`.
     """
     return PathSpace(
         now=load_row(rows),
@@ -108,7 +117,7 @@ def path_space(
 
 
 def history_space(chain: Chain, packed: Packed, space: PathSpace) -> HistorySpace:
-    """The same where friction follows the travel, sharing `space`."""
+    """Working space for load paths where friction follows the cables' travel; it shares arrays with `space`."""
     return HistorySpace(
         now=space.now,
         reached=space.reached,
@@ -124,9 +133,10 @@ def history_space(chain: Chain, packed: Packed, space: PathSpace) -> HistorySpac
 
 @kernel
 def come_to_rest(packed, onset, dead, modes, space, work):
-    """Bring the chain from nothing to its rest (row 1 of `onset`), where no hole slips, in `space.rest`.
+    """Bring the chain from no load to rest, under the constant loads in row 1 of `onset`, and save it as `space.rest`.
 
-    Returns Newton steps, or what `ramp` returns where that was not possible; `dead` tells whether dead loads act.
+    No hole slips at rest, and no friction acts on the way there.  `dead` tells whether dead loads act at rest.  Returns
+    what `ramp` returns: Newton steps, or a negative number where rest was not reached.
     """
     presliding, kept = packed.model[0].presliding, space.kept
     packed.model[0].presliding = 0.0
@@ -155,12 +165,12 @@ def come_to_rest(packed, onset, dead, modes, space, work):
 
 @entrance
 def follow(packed, program, modes, space, history, work, path):
-    """Solve every load step of a program that is not done and write `path`.
+    """Solve every load step of `program` that is not done, and write the results to `path`.
 
-    `modes` (n, nodes, c) ties node angles together; None: they are free, and what ties them need not be compiled.
-    `history` is None, likewise, where slip is declared.  Where `path.lowest` is not empty the lowest eigenvalue is
-    written where it is cheap: for free angles without dead loads or history.  A step in the direction of the one
-    before, where that was lost on the same way, is lost where that was.
+    `modes` (n, nodes, c) tie node angles together; with None they are free.  `history` is None where slip is declared.
+    With None, the code for tied angles or for history is not even compiled.  If `path.lowest` is not empty, the lowest
+    eigenvalue is written where that is cheap: for free angles without dead loads or history.  A step whose loads lie
+    further along the same straight way as a failed step before is not tried: it fails at the same loads.
     """
     way, dead, from_rest = program.way, program.dead, program.from_rest
     eigenvalue, kept, good = len(path.lowest) > 0, space.kept, space.good
@@ -168,12 +178,12 @@ def follow(packed, program, modes, space, history, work, path):
     work.spent[0], space.allowed[0] = 0, space.allowance[0]
     rest = come_to_rest(packed, program.onset, dead[0], modes, space, work)
     possible = rest >= 0
-    last: Any = np.int64(0)  # not a literal, for which everything would be compiled once more
+    last: Any = np.int64(0)  # a literal 0 is a type of its own, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
     if history is not None or packed.model[0].elements > 0:
         keep_state(space.accepted, last, 1.0, space.rest)
-    lost_from: Any = np.int64(-1)  # row from which the step before was lost; -1: it was not
+    lost_from: Any = np.int64(-1)  # row from which the step before started if it failed; -1: it did not fail
     for s in range(1, len(rows)):
         if program.done[s - 1]:
             lost_from = np.int64(-1)
@@ -185,7 +195,7 @@ def follow(packed, program, modes, space, history, work, path):
         before = work.spent[0]
         as_before = history is None and lost_from == last and packed.model[0].softening == 0.0
         farther = times_as_far(rows, len(packed.cable), last, s) if as_before else 0.0
-        end = path.reached[s - 2]  # where the step before was lost, if it was
+        end = path.reached[s - 2]  # part of the step before that was reached, if it failed
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
         way.ends[0], way.ends[1] = last, s

@@ -1,4 +1,4 @@
-"""What is kept of the states that a load path leads to."""
+"""The arrays to which a load path writes its states, and how each state is written."""
 
 from typing import NamedTuple
 
@@ -11,22 +11,31 @@ from prb3r.mechanics.stability import plate_moments
 
 @bundle
 class Path(NamedTuple):
-    """What is written of a load path of `s` steps; see `Equilibria` for shapes and units."""
+    """Results of a load path of `s` steps; fields without a description are those of `Equilibria`.
+
+    Arrays that are not wanted have no steps.
+    """
 
     status: np.ndarray
+    """(s, 2) 0 for a solved step, else `FAILED`, `JUMPED` or `GAVE_UP`; and the Newton steps of a solved one."""
     reached: np.ndarray
     spent: np.ndarray
+    """(s,) evaluations of a plate that the step took: `Equilibria.work`."""
     residual: np.ndarray
     q: np.ndarray
     disk: np.ndarray
+    """(s, n + 1, 3) x and y of the centres (m) and absolute angles (rad) of disks 0..n."""
     tension: np.ndarray
     moment: np.ndarray
     slip: np.ndarray
     beyond: np.ndarray
+    """(s, n, m) cable length beyond the hole before each plate, m."""
     slider: np.ndarray
+    """(s, n, nodes, elements) node angles, beyond the stress-free ones, at which the sliders stand, rad."""
     lowest: np.ndarray
+    """(s,) lowest eigenvalue of the tangent, N m/rad."""
     block: np.ndarray
-    """(s, n, nodes, nodes) tangents of the plates where their eigenvalues are left to LAPACK."""
+    """(s, n, nodes, nodes) tangents of the plates, N m/rad, where their eigenvalues are left to LAPACK."""
 
 
 @kernel
@@ -60,7 +69,10 @@ def write_step(packed, s, path):
 
 @kernel
 def write_end(s, kept, path):
-    """Keep where the path to step `s` ended; it is not an equilibrium of that step."""
+    """Write the last accepted state `kept` on the way to a step that failed to row `s` of the path, for its eigenvalue.
+
+    It is not an equilibrium of that step.
+    """
     if len(path.q) > 0:
         for i in range(path.q.shape[1]):
             for k in range(path.q.shape[2]):
@@ -74,7 +86,9 @@ def write_end(s, kept, path):
 
 @kernel
 def write_tied(packed, s, work, path):
-    """What differs for tied angles: moments are those of the shared curvature, the residual that of the modes."""
+    """Overwrite what differs for tied node angles in row `s` of the path, after `write_step`: moments by the linear law
+    of the shared curvature, and as residual the largest number in the last column of `work.system`.
+    """
     path.residual[s] = 0.0
     for c in range(len(work.system)):
         path.residual[s] = max(path.residual[s], abs(work.system[c, len(work.system)]))

@@ -1,7 +1,7 @@
 r"""Plate models: how one flexible plate is reduced to a few nodes that bend.
 
-Every model is the same four arrays, so springs and collocation share one balance and one solver.  A plate of
-arc length `l` has `n` nodes that turn by the angles `q` (rad) and `m` links between which they sit:
+Every model is given by the same four arrays, so springs and collocation share one balance and one solver.  A plate of
+arc length `l` has `n` nodes that turn by the angles `q` (rad), and `m` links that run from node to node:
 
     psi = turn @ q                     direction of each link, relative to the plate's proximal end
     P_k = l * reach[k] @ (cos psi, sin psi)    position of node k
@@ -32,24 +32,31 @@ HOWELL_TIP_FORCE = ((0.15, 0.85), (2.25,))
 """PRB 1R for a tip force (Howell, Compliant Mechanisms, 2001); it fails under moments."""
 
 GAUSS_POINTS = 4
-"""Per plate of the elastica: its error is below 1e-5 of the length up to plates that bend by more than 1 rad."""
+"""Collocation points per plate of the elastica: the error is below 1e-5 of the length up to plates that bend by more
+than 1 rad."""
 
 
 class PlateModel(NamedTuple):
     """A plate model for `n` nodes and `m` links; see the module's text for the meaning of each array."""
 
     turn: np.ndarray
-    """(m, n) directions of the links per node angle."""
+    """(m, n) direction of each link per angle of each node, 1."""
     reach: np.ndarray
-    """(n, m) positions of the nodes per unit arc length."""
+    """(n, m) weight of each link in the position of each node, in arc lengths."""
     end: np.ndarray
-    """(m,) position of the distal end per unit arc length."""
+    """(m,) weight of each link in the position of the arc's distal end, in arc lengths."""
     stiffness: np.ndarray
     """(n,) node stiffness in units of ``EI / l``, which is also the curvature per node angle in units of ``1 / l``."""
 
 
 def hinged_links(radius_factors: tuple[float, ...], stiffness: tuple[float, ...]) -> PlateModel:
-    """Rigid links joined by springs: `n + 1` radius factors (normalised to sum 1) and `n` coefficients."""
+    """The pseudo-rigid-body model of rigid links joined by springs.
+
+    Parameters
+    ----------
+    radius_factors : (n + 1) characteristic radius factors: lengths of the links in arc lengths, normalised to sum 1.
+    stiffness : (n) spring coefficients c_k of the hinges, in units of ``EI / l``.
+    """
     links = np.asarray(radius_factors, float) / np.sum(radius_factors)
     n = len(stiffness)
     before = np.tri(n + 1, n, -1)  # link j has turned with every hinge before it
@@ -71,7 +78,10 @@ def gauss_collocation(points: int = GAUSS_POINTS) -> PlateModel:
 
 
 def with_end_hinges(model: PlateModel) -> PlateModel:
-    """The model with one more node at each end of the arc; their stiffness is not that of the arc (NaN here)."""
+    """The model with one more node, a hinge, at each end of the arc.
+
+    The stiffness of these hinges is no multiple of ``EI / l``: it is NaN here and stands in `Chain.stiffness`.
+    """
     links = len(model.end)
     turn = np.hstack([np.ones((links, 1)), model.turn, np.zeros((links, 1))])
     reach = np.vstack([np.zeros(links), model.reach, model.end])
@@ -80,8 +90,10 @@ def with_end_hinges(model: PlateModel) -> PlateModel:
 
 @cache
 def plate_model(model: str, hinges: str = "chen") -> PlateModel:
-    """The plate model by its name in a manipulator file.  Constant curvature is an elastica whose nodes
-    are later tied to one bend per segment."""
+    """The plate model by the names `model` and `hinges` of a manipulator file.
+
+    Constant curvature is an elastica whose nodes are tied to one bend per segment later (`Chain.tied`).
+    """
     if model in ("elastica", "constant-curvature"):
         return gauss_collocation()
     return hinged_links(*{"chen": CHEN, "su": SU, "one": ONE_HINGE, "howell": HOWELL_TIP_FORCE}[hinges])

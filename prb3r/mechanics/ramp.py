@@ -1,6 +1,6 @@
-"""The way to one load step: as far as the branch leads, in parts of the step that are halved where they fail.
+"""The way to one load step where slip is declared: in sub-steps, as far as the branch of equilibria leads.
 
-A part after which another branch could be mixed up with the one that is followed is halved too.
+A sub-step that fails is halved, and so is one that may have led to another branch.
 """
 
 from typing import Any
@@ -13,32 +13,33 @@ from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.state import restore, save, slide, turned_by_surprise, turned_too_far
 
 SMALLEST_CROSSING = 1.0 / 1024
-"""Step below which the determinant of the tangent may change its sign: the branch itself loses its stability there."""
+"""Sub-step up to which the determinant of the tangent may change its sign: then the branch itself loses its stability;
+in a longer one the solver may have changed to another branch."""
 NOWHERE = 2.0
-"""Part of the way where nothing has failed yet."""
+"""Stands for the place where Newton's method failed, as a part of the way, while it has not failed yet."""
 TRIED_AGAIN = 4
-"""Where Newton's method has failed it is tried again after so many steps that each went half of the way there: it may
-have failed for coming from too far.  Looking for ends was four fifths of the work of a diagnosis whose fits met
-many; where it is tried again after each step, as it was, it takes twice as much."""
+"""Sub-steps, each half of the way to the place where Newton's method failed, after which that place is tried again: the
+method may have failed for coming from too far.  Looking for ends was four fifths of the work of a diagnosis whose fits
+met many; with a trial after every sub-step, as it was, it takes twice as much."""
 
 SLIDING_STEP = 1.0 / 8
-"""Longest part of a load step where plates remember but slip at holes is declared.  Over a sub-step of any length what
-slips is exact as long as no node that slips turns back within it; of one that does, what is missed falls with the
-square of this."""
+"""Longest sub-step where plates have hysteresis but slip at holes is declared.  Hysteresis is exact over a sub-step of
+any length as long as no node that slips turns back within it; if one does, the error falls with the square of the
+sub-step."""
 
 
 @kernel
 def ramp(packed, way, loaded, modes, space, work):
-    """Bring the chain to the end of the `way`, halving steps that fail or go too far.
+    """Bring the chain from the state `space.kept` to the end of the `way`, halving sub-steps that fail or turn too far.
 
-    Its state is in `space.kept`.  Leaves the last accepted state there, the part of the way to it in `space.reached`,
-    and returns Newton steps, or `FAILED` or `JUMPED` where the path leads no further, `GAVE_UP` where the
-    work that it may take is done.
+    Leaves the last accepted state in `space.kept` and its part of the way in `space.reached`.  Returns the Newton steps
+    of all accepted sub-steps; `FAILED` or `JUMPED` where the path leads no further; `GAVE_UP` where the work that it
+    may take is used up.
     """
     kept, reached, slides = space.kept, space.reached, packed.model[0].elements > 0
     longest = SLIDING_STEP if slides else 1.0
     done, step, iterations = 0.0, longest, 0
-    beyond, closer = NOWHERE, 0  # part of the way that was not reached from `done` or before, and steps toward it since
+    beyond, closer = NOWHERE, 0  # nearest part of the way where Newton failed, and sub-steps taken toward it since
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
@@ -50,7 +51,7 @@ def ramp(packed, way, loaded, modes, space, work):
         far = taken != FAILED and turned_too_far(packed, kept, loaded)
         if taken != FAILED and not far and loaded and modes is None:
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
-            # at first a spring right at its bound may slip on or follow: what Newton's first step foresees is not told
+            # a spring right at its bound may slip on or turn back, so with sliders Newton's first step predicts nothing
             far = crossed or (not slides and turned_by_surprise(packed, kept, work))
         if taken == FAILED or far:
             why = FAILED if taken == FAILED else JUMPED

@@ -1,8 +1,8 @@
-"""The chain as kernels see it: record arrays, one row a plate or a cable over a plate.
+"""The chain as kernels see it: record arrays, one record per plate or per cable over a plate.
 
 Records reach compiled code as plain pointers whose shapes are known, so that loops over nodes unroll and no
-reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.  For the same reason
-records without room for derivatives by the node angles are computed without them, at no cost.
+reference is counted; the same arithmetic on a tuple of thirty arrays takes three times as long.  The shapes also tell
+the compiler whether a record has room for derivatives by the node angles; without it they are not computed.
 """
 
 from collections.abc import Sequence
@@ -21,18 +21,20 @@ class Packed(NamedTuple):
     """A chain of `n` plates with `m` cables, together with the present state of its balance."""
 
     model: np.ndarray
-    """(1,) plate model and disk thickness."""
+    """(1,) what all plates share: plate model, disk thickness, laws of bending and friction."""
     plate: np.ndarray
-    """(n + 1,) every plate, from the base; of the last row only `frame` is used, the tip disk's distal face."""
+    """(n + 1,) every plate, from the base; of the last record only `frame` is used, for the tip disk's distal face."""
     span: np.ndarray
     """(n, m) every cable over every plate."""
     cable: np.ndarray
-    """(m,) the cables as they arrive at the disk that is being passed."""
+    """(m,) the cables as they arrive at the disk which the march from base to tip has reached."""
 
 
 def plate_fields(n: int, links: int, by: int) -> list[tuple]:
-    """One plate of `n` nodes with derivatives by `by` of their angles, all or none; positions, forces and moments in
-    the frame of its proximal disk, SI units."""
+    """Names, types and shapes of the record of one plate of `n` nodes, with derivatives by `by` node angles (n or 0).
+
+    Positions, forces and moments are in the frame of the plate's proximal disk, in SI units.
+    """
     return [
         ("arc", float),
         ("clamp", float),
@@ -43,28 +45,30 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("contact_angle", float, (2,)),  # bend at which the disks touch, negative and positive
         ("contact_stiffness", float, (2,)),
         ("q", float, (n,)),  # node angles
-        ("residual", float, (n,)),  # unbalanced moment at each node
+        ("residual", float, (n,)),  # unbalanced moment at each node, N m
         ("tangent", float, (n, by)),  # its derivative by q
         ("node", float, (2, n)),  # positions
-        ("slope", float, (n,)),  # derivative of the elastic moment by the node angle, of that of a linear plate
-        ("link", float, (2, links)),
+        ("slope", float, (n,)),  # derivative of the elastic moment by the node angle, over that of a linear plate
+        ("link", float, (2, links)),  # arc length times the direction of each link
         ("end", float, (2,)),  # distal disk's proximal face
         ("dend", float, (2, by)),  # its derivatives by q
         ("bend", float),  # angle of the distal disk to the proximal one
         ("axis", float, (2,)),  # its cosine and sine
         ("wrench", float, (3,)),  # force and moment (about the frame's origin) of the cables on the distal part
-        ("dwrench", float, (3, by)),
-        ("load", float, (3,)),  # the same of the dead loads further out
+        ("dwrench", float, (3, by)),  # its derivatives by q
+        ("load", float, (3,)),  # force and moment (about the frame's origin) of the dead loads further out
         ("extra", float),  # extra bending moment all along the arc
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
-        ("yields", float, (n,)),  # hysteresis: node angle from which Jenkin elements slip, on average
-        ("slider", float, (n, MOST_ELEMENTS)),  # node angle where the slider of each stood in the last accepted state
+        ("yields", float, (n,)),  # hysteresis: mean node angle at which the Jenkin elements begin to slip
+        ("slider", float, (n, MOST_ELEMENTS)),  # node angle beyond the rest one where each slider stands, last accepted
     ]
 
 
 def span_fields(by: int) -> list[tuple]:
-    """One cable over one plate with derivatives by `by` node angles; directions relative to the axis of the plate's
-    proximal disk."""
+    """Names, types and shapes of the record of one cable over one plate, with derivatives by `by` node angles.
+
+    Directions are relative to the axis of the plate's proximal disk.
+    """
     return [
         ("present", bool),
         ("rubs", bool),  # whether its direction matters: friction at the hole before or behind it
@@ -80,19 +84,19 @@ def span_fields(by: int) -> list[tuple]:
         ("tension", float),
         ("rate", float),  # d ln(tension) / d direction, signed
         ("rate_in", float),  # d ln(tension) / d approach, signed
-        ("wrap", float),  # friction coefficient times turning angle
+        ("wrap", float),  # friction coefficient times wrap angle at the hole
         ("passes", float),  # d ln(tension) / d ln(tension before the hole)
-        ("wrench", float, (3,)),
+        ("wrench", float, (3,)),  # on the distal part, as in the plate's record
         ("slip", float),  # history: slip at the hole in the last accepted state, -1 drawn in to +1 paid out
         ("beyond", float),  # history: cable length beyond the hole there
-        ("new_slip", float),  # the same two in the state that is tried
+        ("new_slip", float),  # slip and length beyond the hole in the state that is being solved for
         ("new_beyond", float),
-        ("sticks", bool),  # history: whether the slip there is between its bounds
+        ("sticks", bool),  # history: whether the new slip is between its bounds
     ]
 
 
 def model_fields(n: int, links: int) -> list[tuple]:
-    """Names, types and shapes of the one record that all plates share, for models of `n` nodes and so many links."""
+    """Names, types and shapes of the record that all plates share, for plate models of `n` nodes and `links` links."""
     return [
         ("turn", float, (links, n)),
         ("reach", float, (n, links)),
@@ -108,11 +112,11 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("tabled", bool),
         ("table", float, (2, LAW_ROWS, 2)),
         ("extra", bool),  # whether any plate ever has an extra moment
-        ("share", float),  # of the stiffness that slips
-        ("reverse", float),  # stress at which plates turn back over that at which they yield
-        ("elements", np.int64),  # in which it does; 0 where nothing slips, or where the shape is held
+        ("share", float),  # share of the stiffness that Jenkin elements carry; 1 for flag-shaped loops
+        ("reverse", float),  # stress of reverse yielding over that of yielding
+        ("elements", np.int64),  # Jenkin elements per node; 0 without hysteresis, or where the shape is held
         ("softening", float),
-        ("stiff", float),  # share of the plates' stiffness that is left in the present state
+        ("stiff", float),  # remaining stiffness of the plates over the initial one, in the present state
         ("friction_exponent", float),
         ("friction_tension", float),
         ("wrap_saturation", float),
@@ -127,23 +131,25 @@ CABLE_FIELDS = [
     ("follows", float),  # history: d slip / d (length beyond the hole), 1/m; 0 while the hole slips fully
     ("owed", float),  # history: slip that the length beyond the hole asks for and the hole does not have yet
     ("length", float),  # history: total length of the spans, as guessed
-    ("passed", float),  # history: length of the spans passed so far
+    ("passed", float),  # length of the spans passed so far
     ("pulley", float),  # logarithm of the efficiency of the pulley before the base hole
 ]
+"""Names and types of the record of one cable as it arrives at a disk."""
 
 
 @cache
 def record_types(n: int, links: int, by: int) -> tuple[np.dtype, ...]:
-    """Types of the records of the model, a plate, a cable over a plate and a cable, for `n` nodes, so many links, and
-    derivatives by `by` node angles."""
+    """Types of the records of the model, a plate, a cable over a plate and a cable, for plate models of `n` nodes and
+    `links` links, with derivatives by `by` node angles."""
     fields = model_fields(n, links), plate_fields(n, links, by), span_fields(by), CABLE_FIELDS
     return tuple(np.dtype(f) for f in fields)
 
 
 def pack(chain: Chain, held: bool = False) -> Packed:
-    """Records of `chain` at rest; without derivatives by the node angles where its shape is `held`.
+    """Records of `chain` with all node angles zero.
 
-    A held shape is without the moments of what slips in the plates too; see `derivatives/loops.py`.
+    Records of a `held` shape have no room for derivatives by the node angles, and no Jenkin elements: the moments of
+    these are added by `derivatives/loops.py`.
     """
     plates, n = chain.stiffness.shape
     links, cables = len(chain.plate.end), chain.offset.shape[1]
@@ -157,8 +163,10 @@ def pack(chain: Chain, held: bool = False) -> Packed:
 
 
 def pack_held_beside(held: Packed, others: Sequence[tuple[Chain, set[str]]]) -> Packed:
-    """(v, ...) records of chains with their shape held; each is given with the fields in which it differs from the one
-    that is `held`."""
+    """(v, ...) records of `v` chains with their shape held.
+
+    Each of `others` is a chain with the names of the fields in which it differs from the one whose records are `held`.
+    """
     many = Packed(*(_copies(field, len(others)) for field in held))
     for k, (chain, differ) in enumerate(others):
         if differ:
@@ -167,12 +175,12 @@ def pack_held_beside(held: Packed, others: Sequence[tuple[Chain, set[str]]]) -> 
 
 
 def differing(chain: Chain, other: Chain) -> set[str]:
-    """Names of the fields of which two chains do not share the value; values that they do not share may be equal."""
+    """Names of the fields in which two chains hold different objects; the values of these may still be equal."""
     return {name for name, mine, its in zip(Chain._fields, chain, other, strict=True) if mine is not its}
 
 
 def _copies(records: np.ndarray, count: int) -> np.ndarray:
-    """(count, ...) copies of records; NumPy copies records number by number, but bytes at once."""
+    """(count, ...) copies of records, made as bytes: NumPy would copy records number by number."""
     raw = records.view(np.uint8)
     return np.broadcast_to(raw, (count, *raw.shape)).copy().view(records.dtype)
 
@@ -181,13 +189,13 @@ OF_MODEL = (
     *("disk", "softening", "umbilical", "presliding", "edges", "clearance"),
     *("friction_exponent", "friction_tension", "wrap_saturation"),
 )
-"""Fields of a chain that are fields of its model's record."""
+"""Fields of a chain that stand under the same name in the record of the model."""
 OF_PLATES = "arc", "clamp", "stiffness", "rest"
-"""Fields of a chain that are fields of its plates' records."""
+"""Fields of a chain that stand under the same name in the records of the plates."""
 
 
 def _write(packed: Packed, chain: Chain, fields: set[str], held: bool) -> None:
-    """Write to the records of a chain what some `fields` of it say."""
+    """Write those of a chain's values to its records that depend on the `fields` of the given names."""
     model, plate, span, cable = packed
     plates, slips = len(chain.arc), chain.hysteresis
     for name in fields.intersection(OF_MODEL):

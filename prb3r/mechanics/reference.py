@@ -174,13 +174,15 @@ def _felt(chain: Chain, step: Loads, ends: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _quadrature(ends: np.ndarray, curvature: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """What each arc misses in length, x and y, all integrals over its direction."""
+    """(3, n) residuals of length, x and y of each arc, all by integrals over its direction."""
     bend, x, y = ends
     arcs = [_integrals(*arc) for arc in zip(bend, curvature, force.real, force.imag, strict=True)]
     return np.transpose(arcs) - [np.ones_like(bend), x, y]
 
 
 def _integrals(bend: float, curvature: float, fx: float, fy: float) -> tuple[float, float, float]:
+    """Length, x and y of one arc: integrals of ds, cos psi ds, sin psi ds over the direction psi from 0 to `bend`."""
+
     def length(psi):  # ds / dpsi, kept finite outside the domain while the root is being sought
         return 1 / copysign(sqrt(max(_curvature_square(psi, curvature, fx, fy, cos, sin), 1e-12)), curvature)
 
@@ -194,7 +196,7 @@ def _curvature_square(psi, curvature, fx, fy, cos=np.cos, sin=np.sin):
 
 
 def _initial_value(ends: np.ndarray, curvature: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """What each arc misses in bend, x and y when its curvature, linear in position, is integrated along it."""
+    """(3, n) residuals of bend, x and y of each arc, when its curvature, linear in position, is integrated along it."""
 
     def slope(_, state):
         psi, x, y = state.reshape(3, -1)
@@ -205,7 +207,11 @@ def _initial_value(ends: np.ndarray, curvature: np.ndarray, force: np.ndarray) -
 
 
 def _root(chain: Chain, step: Loads, miss: Callable, start: np.ndarray, xtol: float = 1e-9) -> tuple[np.ndarray, int]:
-    """The ends that no arc misses under the wrenches they cause, and the evaluations needed."""
+    """The `ends` (3, n) at which the residuals `miss` of all arcs vanish, and the number of evaluations.
+
+    `miss` takes the ends, and the curvature and force of each arc under the wrenches that these ends cause.  Raises
+    ValueError if no root is found.
+    """
 
     def missed(flat):
         ends = flat.reshape(start.shape)

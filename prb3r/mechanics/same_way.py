@@ -1,19 +1,19 @@
-"""Whether a load step leads on in the direction of the step before, so that it ends where that was lost."""
+"""Whether a load step leads further in the direction of the step before, so that it fails where that step failed."""
 
 from prb3r.mechanics.kernel import kernel
 
 SAME_LOAD = 1e-12
-"""Difference of two loads, relative, that is rounding."""
+"""Largest relative difference of two loads that counts as rounding."""
 
 
 @kernel
 def times_as_far(rows, cables, last, s):
-    """How many times as far row `s` is from row `last` as the row before, in the same direction; 0: in another one.
+    """Distance of row `s` from row `last`, over that of row ``s - 1``, if both lie in the same direction; else 0.
 
-    `rows` are those of `rows_of_loads` for so many `cables`.
+    `rows` are those of `rows_of_loads` for so many `cables`.  Slips have to be equal; elapsed steps are not compared.
     """
     start, before, target = rows[last], rows[s - 1], rows[s]
-    slips = len(start) - cables - 1  # what comes first hangs on the chain
+    slips = len(start) - cables - 1  # tensions, dead loads and moments stand before the slips
     for j in range(slips, slips + cables):
         if target[j] != before[j] or (last > 0 and target[j] != start[j]):
             return 0.0

@@ -1,8 +1,8 @@
-"""Equilibria without dead loads side by side: of loads that each act alone, from rest, in one step.
+"""Equilibria of independent load steps solved side by side: each from rest in one step, without dead loads.
 
-As in `march.py` plate follows plate from base to tip, here for as many loads at once as there are lanes.  A lane that
-has converged stands still, so that what comes of a load does not depend on those beside it.  A load that takes more, as
-a plate turns far or Newton's method does not converge at once, is left to `path.py`.
+As in `march.py` plate follows plate from base to tip, here for as many load steps at once as there are lanes.  A lane
+that has converged stands still, so that the result for a load does not depend on those beside it.  A load step in which
+a plate turns too far for one step, or Newton's method does not converge soon, is left to `path.py`.
 """
 
 from typing import Any, NamedTuple
@@ -23,59 +23,62 @@ from prb3r.mechanics.records import Packed
 from prb3r.mechanics.state import PLATE_TURN
 
 MOST_CORRECTIONS = 12
-"""Newton steps of a plate after which a load is left to `path.py`: from there on the march shortens them, for kinks."""
+"""Newton steps of a plate after which a load step is left to `path.py`; the march shortens steps from there on."""
 WRITTEN = ("q", "residual", "tangent", "node", "end", "bend", "axis", "wrench", "frame")
-"""Fields of a plate that what is kept of a state is made of."""
+"""Fields of a plate's record from which results are written, and which are copied out of the lanes for that."""
 TOLD_OF_LOADS = ("most", "spent", "farthest")
-"""Fields of `march_fields` that are told of each load."""
+"""Fields of `march_fields` that are read after the march, for each load step."""
 
 
 APPLIED = np.dtype([("tension", float), ("slip", float)])
-"""What a cable is given before the base hole, N, and the direction of its slip."""
+"""Record of what is applied to a cable: its tension before the base hole, N, and its declared slip."""
 
 
 def march_fields(n: int) -> list[tuple]:
-    """What a march knows, for plates of `n` nodes."""
+    """Names, types and shapes of the record of a march from base to tip, for plates of `n` nodes; see `foretell`."""
     return [
-        ("change", float, (n,)),  # of the node angles of the last plate since rest, rad, and its first and
-        ("first", float, (n,)),  # second difference from plate to plate
-        ("second", float, (n,)),
-        ("missed", float, (n,)),  # by how much the change of the present plate was missed
-        ("known", float),  # how many of these differences are known
+        ("change", float, (n,)),  # change of the last plate's node angles since rest, rad
+        ("first", float, (n,)),  # its first difference from plate to plate
+        ("second", float, (n,)),  # its second difference
+        ("missed", float, (n,)),  # error of the predicted change of the present plate
+        ("known", float),  # number of differences that are known
         ("most", float),  # Newton steps of the plate that took most
         ("spent", float),  # evaluations of a plate
-        ("farthest", float),  # turn of a plate, rad
+        ("farthest", float),  # largest turn of a plate since rest, rad
     ]
 
 
 @bundle
 class LaneSpace(NamedTuple):
-    """Working space of :func:`solve_side_by_side`: records for `lane_table`, and for each its numbers in lanes."""
+    """Working space of :func:`solve_side_by_side`: records for `lane_table`, and the numbers of each in lanes.
+
+    The width of an array in lanes is the count of numbers of a record that differ from lane to lane.
+    """
 
     plate: np.ndarray
-    """(n + 1, width, lanes)."""
+    """(n + 1, width, lanes) numbers of the plates in lanes."""
     span: np.ndarray
-    """(n, m, width, lanes)."""
+    """(n, m, width, lanes) numbers of the cables over the plates in lanes."""
     cable: np.ndarray
-    """(m, width, lanes)."""
+    """(m, width, lanes) numbers of the cables in lanes."""
     applied: np.ndarray
-    """(m,) records of what each cable is given; the numbers in lanes are in `given`."""
+    """(m,) records of `APPLIED`, whose numbers in lanes are in `given`."""
     given: np.ndarray
-    """(m, width, lanes)."""
+    """(m, width, lanes) tension and slip applied to each cable."""
     march: np.ndarray
-    """(1,) records of `march_fields`."""
+    """(1,) record of `march_fields`, whose numbers in lanes are in `told`."""
     told: np.ndarray
-    """(1, width, lanes) of the march."""
+    """(1, width, lanes) numbers of the march in lanes."""
     told_at: np.ndarray
-    """(3,) where the numbers of `TOLD_OF_LOADS` are among them."""
+    """(3,) positions of the fields `TOLD_OF_LOADS` along the width of `told`."""
     written_at: np.ndarray
-    """(2, c) where the numbers of `WRITTEN` are: in lanes, and in a plain record."""
+    """(2, c) positions of the numbers of the fields `WRITTEN`: along the width of `plate`, and in a plain record."""
     tension_at: np.ndarray
-    """(1,) where the tension of a cable over a plate is in lanes."""
+    """(1,) position of the tension along the width of `span`."""
     numbers: np.ndarray
-    """(n + 1, c) plain records of the plates as numbers."""
+    """(n + 1, c) view of the plain records of the plates as numbers."""
     rows: np.ndarray
-    """(lanes,) load steps that are side by side."""
+    """(lanes,) load step in each lane."""
 
 
 def lane_space(packed: Packed) -> LaneSpace:
@@ -101,13 +104,17 @@ def lane_space(packed: Packed) -> LaneSpace:
 
 
 def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bool) -> np.ndarray:
-    """(s,) which steps can be solved here: from rest under nothing, without dead loads, and with none that goes on.
+    """(s,) whether each step can be solved side by side with others.
+
+    It has to start from rest without any load, no other step may start from it, no dead load or extra moment may act,
+    and plates and friction must be plain: no bending law, hysteresis, history, softening, tied angles or friction that
+    depends on tension.
 
     Parameters
     ----------
-    rows : what acts at rest and at each step, as of `acting`.
-    from_rest : (s,) which steps start from rest.
-    eigenvalue : whether the lowest eigenvalue is asked for.
+    rows : loads at rest and at each step, as of `acting`.
+    from_rest : (s,) whether a step starts from rest.
+    eigenvalue : whether the lowest eigenvalue is asked for, which then needs a closed form.
     """
     plain = chain.law.linear and not (chain.tied or chain.remembers or chain.softening or chain.friction_exponent)
     dead, free = dead_loads(chain, rows), not (rows.tension[0].any() or rows.moment.any())
@@ -118,7 +125,7 @@ def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bo
 
 @kernel
 def solve_plates(model, plate, span, cable, march):
-    """Newton's method on one plate in every lane; returns the steps of each, `MOST_CORRECTIONS` where it failed."""
+    """Newton's method on one plate in every lane; returns the steps of each lane, `MOST_CORRECTIONS` if one failed."""
     n, steps = plate.q.shape[0], 0.0 * plate.q[0]
     for step in range(MOST_CORRECTIONS + 1):
         solved = unbalance_plate(model, plate, span, cable) <= (TOLERANCE if step > 0 else AS_FORETOLD)
@@ -138,7 +145,7 @@ def solve_plates(model, plate, span, cable, march):
 
 @kernel
 def foretell_in_lanes(march):
-    """As `foretell` of the march, in every lane for itself."""
+    """`foretell` of `march.py`, in every lane for itself."""
     missed, without, known = 0.0, 0.0, march.known
     for k in range(len(march.missed)):
         missed += abs(march.missed[k])
@@ -156,7 +163,8 @@ def foretell_in_lanes(march):
 
 @kernel
 def march_side_by_side(model, plates, spans, cable, applied, march, eigenvalue):
-    """Solve plate after plate in every lane; leaves the tangents of the plates in balance where `eigenvalue` is."""
+    """Solve plate after plate in every lane under the loads `applied`; with `eigenvalue` also write the tangents of the
+    solved plates."""
     n = len(march.missed)
     for j in range(len(cable)):
         at_base_hole(cable[j], applied[j].tension, applied[j].slip)
@@ -188,7 +196,7 @@ def march_side_by_side(model, plates, spans, cable, applied, march, eigenvalue):
 
 @kernel
 def write_lane(packed, space, lane, row, path):
-    """Keep the state in one lane as step `row` of `path`."""
+    """Copy the state in one lane into the plain records and write it as step `row` of `path`."""
     plates, cables = packed.span.shape
     for i in range(plates + 1):
         for c in range(space.written_at.shape[1]):
@@ -208,9 +216,10 @@ def write_lane(packed, space, lane, row, path):
 
 @entrance
 def solve_side_by_side(packed, tension, slip, alone, space, path, done):
-    """Solve the load steps that are `alone` (s,) under `tension` and `slip` (s, m), and write `path` as `follow` does.
+    """Solve the load steps that are marked in `alone` (s,) under `tension` (N) and `slip` (s, m), and write them to
+    `path` as `follow` does.
 
-    Marks in `done` (s,) which of them were solved; the others are as they were.
+    Marks in `done` (s,) which of them were solved; for the others nothing is written.
     """
     march: Any = lane_table(space.march, space.told)[0]  # type: ignore[call-arg]
     plates, spans = lane_table(packed.plate, space.plate), lane_table(packed.span, space.span)  # type: ignore[call-arg]

@@ -1,20 +1,22 @@
-"""Slip at the holes as an unknown beside the cables' travel, where friction follows it."""
+"""Slip at the holes as an unknown of Newton's method, where friction follows the cables' travel."""
 
 from math import exp
 
 from prb3r.mechanics.kernel import kernel
 
 SLIP_TOLERANCE = 1e-7
-"""How far the slip must turn back before a hole that slips sticks again; far above rounding, far below any effect."""
+"""Change of slip away from its bound from which on a hole that slips sticks again; far above rounding, far below any
+effect."""
 
 
 @kernel
 def slip_at(model, span, cable):
-    """Slip of every cable at the holes of the plate's proximal disk, and what their travel still asks of it.
+    """Write to `cable` the slip of each at its hole in the plate's proximal disk, the derivative of that slip by the
+    length beyond the hole, and by how much it falls short of what the travel asks for.
 
-    Slip is an unknown beside the travel: where a hole sticks, both are tied by the presliding length; where it slips,
-    the slip is at its bound.  Solving for it instead of computing it from the travel keeps Newton's method from
-    stumbling over presliding lengths that are small against the travel of a single step.
+    Slip is an unknown of its own: where a hole sticks, the presliding length ties it to the travel; where the hole
+    slips, it is at its bound.  Solving for the slip instead of computing it from the travel keeps Newton's method from
+    failing at presliding lengths that are small against the travel of a single step.
     """
     for j in range(len(cable)):
         hole = span[j]
@@ -27,10 +29,10 @@ def slip_at(model, span, cable):
 
 @kernel
 def slip_on(packed, work, damping):
-    """Newton step of the slip at every hole, after that of the angles; whether a hole began or ceased to stick.
+    """Make the Newton step of the slip at every hole, `damping` times, after that of the angles has been found.
 
-    Primal-dual active set: a hole whose slip would leave [-1, 1] slips, one that slips and whose travel turns back
-    sticks again.
+    Returns whether a hole began or ceased to stick.  Primal-dual active set: a hole whose slip would leave [-1, 1]
+    slips; a hole that slips and whose travel turns back sticks again.
     """
     model, cable = packed.model[0], packed.cable
     count, changed = work.column.shape[2] - 1, False
@@ -58,7 +60,7 @@ def slip_on(packed, work, damping):
 
 @kernel
 def slips_agree(packed):
-    """Whether the slip of every hole is what its travel asks for, cut off at the bounds."""
+    """Whether the slip of every hole is what its travel asks for, cut off at -1 and 1, within `SLIP_TOLERANCE`."""
     for i in range(len(packed.span)):
         for j in range(len(packed.cable)):
             hole = packed.span[i, j]
@@ -71,7 +73,10 @@ def slips_agree(packed):
 
 @kernel
 def pull_through_pulleys(tension, cable, change):
-    """Tension behind the pulleys where the slip at the base follows the cable's travel."""
+    """Write the tensions (m,) behind the pulleys, with their variation, where slip follows the cables' travel.
+
+    A pulley slips as the base hole of its cable does.
+    """
     for j in range(len(cable)):
         if cable[j].pulley != 0.0:
             cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)

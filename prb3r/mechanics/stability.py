@@ -1,8 +1,8 @@
-r"""Is an equilibrium stable, and how hard do the plates work?
+r"""Lowest eigenvalue of a chain without dead loads, and bending moments along the plates.
 
 The lowest eigenvalue of the tangent d(moment residual)/d(node angle), N m/rad, is positive on a stable branch.
 Friction makes the tangent unsymmetric, so real parts are taken.  Without dead loads the tangent is block triangular
-and the eigenvalues are those of the plates' own blocks.
+and the eigenvalues are those of the plates' own blocks; `eigenvalue.py` is for all other chains.
 """
 
 from math import inf
@@ -15,9 +15,10 @@ from prb3r.mechanics.kernel import kernel
 
 @kernel
 def write_lowest(packed, s, path):
-    """Lowest eigenvalue of all plates' own blocks, N m/rad, that of the chain when no dead loads act; or the blocks.
+    """Write the lowest eigenvalue of all plates' own blocks, N m/rad, to row `s` of `path.lowest`, or, if `path.block`
+    has room, the blocks themselves.
 
-    The plates are in balance; their tangents are taken anew.
+    It is that of the chain if no dead loads act.  The plates are in balance; their tangents are computed anew.
     """
     lowest = inf
     for i in range(len(packed.span)):
@@ -35,15 +36,16 @@ def write_lowest(packed, s, path):
 
 @kernel
 def plate_moments(packed, out):
-    """Bending moment (N m) where each arc begins, at its nodes and where it ends: `out` (plates, n + 2).
+    """Write the bending moment (N m) where each arc begins, at its nodes and where it ends to `out` (plates, n + 2).
 
-    Inside the arc it is the balance's own moment ``M(P)``, so ``M / EI`` is the curvature the plate is asked for.
+    At the nodes it is the balance's own moment ``M(P)``, less what touching disks carry, so that ``M / EI`` is the
+    curvature of a linear plate there.
     """
     n = out.shape[1] - 2
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-        moment = plate.wrench[2] + plate.load[2] + plate.extra - contact(plate)[0]  # which the disks carry
+        moment = plate.wrench[2] + plate.load[2] + plate.extra - contact(plate)[0]  # the disks carry the last term
         out[i, 0] = moment - plate.clamp * fy
         for k in range(n):
             out[i, k + 1] = moment - (plate.node[0, k] * fy - plate.node[1, k] * fx)

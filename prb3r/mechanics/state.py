@@ -1,4 +1,4 @@
-"""States of a chain: kept, come back to, compared."""
+"""Accepted states of a chain along a load path: saving, restoring, moving sliders on, and noticing jumps."""
 
 from typing import NamedTuple
 
@@ -10,39 +10,40 @@ from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.kernel import kernel
 
 PLATE_TURN = 0.35
-"""Largest change of a plate's bend in one step, rad; a larger one is halved."""
+"""Largest change of a plate's bend in one step, rad; a step that turns it further is halved."""
 DISK_TURN = 1.0
 """Largest change of a disk's angle in one step under dead loads, rad."""
 SURPRISE = 0.5
-"""Largest part of a disk's turn in a step that its beginning may not foresee; where more remains, it may be a jump."""
+"""Largest part of the largest disk turn in a step by which the first Newton step may miss a disk's final angle; where
+it misses by more, the step may be a jump to another branch."""
 SLIPS_ON = 1e-9
-"""Of a spring in a plate, by which its slider is held back so that one that slips does so without doubt: it stands at
-its bound but for rounding, which different kernels round differently."""
+"""Relative amount of a spring's angle by which its slider is moved back, so that a spring that stands at its bound
+slips without doubt: otherwise rounding, which differs between kernels, would decide."""
 SMALLEST_JUMP = 0.02
-"""Turn of a disk in one step up to which nothing is a jump, rad."""
+"""Turn of a disk in one step up to which no step counts as a jump, rad."""
 
 
 @bundle
 class State(NamedTuple):
-    """An accepted state of a chain, to come back to."""
+    """An accepted state of a chain, to which a failed step returns."""
 
     q: np.ndarray
-    """(n, nodes) node angles."""
+    """(n, nodes) node angles, rad."""
     handed: np.ndarray
-    """(1 + m,) moment of the dead loads and cable lengths."""
+    """(1 + m,) moment of the dead loads about the world origin, N m, and length of each cable, m."""
     slip: np.ndarray
     """(n, m) slip at the holes, where friction follows the cables' travel."""
     beyond: np.ndarray
-    """(n, m) cable length beyond the holes."""
+    """(n, m) cable length beyond the holes, m."""
     sign: np.ndarray
     """(1,) sign of the determinant of the tangent."""
     slider: np.ndarray
-    """(n, nodes, elements) where the sliders of the plates stand, rad."""
+    """(n, nodes, elements) node angles, beyond the stress-free ones, at which the sliders of the plates stand, rad."""
 
 
 @bundle
 class Rates(NamedTuple):
-    """How fast a state changes along its load step, per unit of the part of the step."""
+    """Derivatives of a state along a load step, by the part of the step that is done (0 to 1)."""
 
     q: np.ndarray
     """(n, nodes) node angles, rad."""
@@ -53,7 +54,7 @@ class Rates(NamedTuple):
 
 
 def state(chain: Chain) -> State:
-    """Arrays in which :func:`save` keeps a state of a chain; until then angles, slips and sliders are zero."""
+    """Arrays in which :func:`save` keeps a state of a chain; angles, lengths, slips and sliders are zero at first."""
     shape = chain.offset.shape
     return State(
         q=np.zeros_like(chain.stiffness),
@@ -66,7 +67,7 @@ def state(chain: Chain) -> State:
 
 
 def rates(chain: Chain) -> Rates:
-    """Room for the rates of a state of `chain`."""
+    """Arrays, all zero, for the rates of a state of `chain`."""
     return Rates(np.zeros_like(chain.stiffness), np.zeros(1 + chain.offset.shape[1]), np.zeros(chain.offset.shape))
 
 
@@ -89,7 +90,7 @@ def save(packed, work, into):
 
 @kernel
 def restore(packed, work, kept):
-    """Put the state `kept` by :func:`save` back into the records; its slip is also what is tried next."""
+    """Put the state `kept` by :func:`save` back into the records; its slip is also the guess of the next solve."""
     work.sign[0] = kept.sign[0]
     for d in range(len(kept.handed)):
         work.handed[d] = kept.handed[d]
@@ -107,7 +108,7 @@ def restore(packed, work, kept):
 
 @kernel
 def settle(packed):
-    """Take the slip and cable lengths of the state just found as accepted."""
+    """Accept slip and cable lengths of the state just found as those from which the next sub-step starts."""
     for i in range(len(packed.span)):
         for j in range(len(packed.cable)):
             hole = packed.span[i, j]
@@ -117,7 +118,7 @@ def settle(packed):
 
 @kernel
 def slide(packed):
-    """Let the sliders of the plates go where the state just found has dragged them."""
+    """Move the sliders of the plates to where the state just found has dragged them."""
     count = packed.model[0].elements
     for i in range(len(packed.span)):
         plate = packed.plate[i]
@@ -132,7 +133,8 @@ def slide(packed):
 
 @kernel
 def turned_too_far(packed, kept, loaded):
-    """Whether a plate, or a disk under dead loads, has turned so far since `kept` that branches could be mixed up."""
+    """Whether a plate, or under dead loads (`loaded`) a disk, has turned so far since `kept` that the solver may have
+    changed to another branch; see `PLATE_TURN` and `DISK_TURN`."""
     angle = 0.0
     for i in range(kept.q.shape[0]):
         turn = 0.0
@@ -146,7 +148,8 @@ def turned_too_far(packed, kept, loaded):
 
 @kernel
 def turned_by_surprise(packed, kept, work):
-    """Whether the chain has turned since `kept` in a way that the beginning of the step did not foresee."""
+    """Whether disks have turned since `kept` otherwise than the first Newton step of the solve (`work.foreseen`) said:
+    by more than `SURPRISE` of the largest turn, where that exceeds `SMALLEST_JUMP`."""
     before, now, turn, off = 0.0, 0.0, 0.0, 0.0
     for i in range(kept.q.shape[0]):
         for k in range(kept.q.shape[1]):

@@ -1,12 +1,13 @@
-r"""Equilibrium where friction follows the cables' travel and the holes do not agree on which of them stick.
+r"""Equilibrium where friction follows the cables' travel, without a guess which holes stick.
 
-The chain is balanced for any slip of its holes; the slip of each is an independent variable of one march.  Linearised,
-the travel beyond the holes asks for the slip
+This is the fallback where the active set of `slip.py` goes round in circles.  The chain is balanced for given slips of
+its holes, each an independent variable of one march from base to tip.  To first order the travel beyond the holes asks
+for the slips
 
     asked = a + B (slip - slip now),    slip = clip(asked, -1, 1)
 
-a linear complementarity problem in the slips alone (`complementarity.py`), solved exactly.  Newton's method then
-repeats this with the angles it leads to (Josephy): no set of holes is guessed, and none can cycle.
+This linear complementarity problem in the slips alone is solved exactly (`complementarity.py`), and Newton's method
+repeats it with the angles to which it leads (Josephy): no set of sticking holes is guessed, so none can cycle.
 """
 
 from math import exp
@@ -25,26 +26,30 @@ from prb3r.mechanics.slip import slips_agree
 from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 
 MAX_STEPS = 20
-"""Newton steps; from a near state a handful is enough."""
+"""Most Newton steps; from a near state a handful is enough."""
 COLUMNS_AS_A_PLATE, NUMBERS_AS_A_PLATE = 4, 32
-"""As much work as the evaluation of a plate, some 60 ns: so many of its derivatives by slips, so many numbers of the
-table that is exchanged each time a hole begins or ceases to stick."""
+"""What takes as long as one evaluation of a plate, some 60 ns: so many derivatives of a plate by slips, and so many
+numbers of the complementarity table that is exchanged each time a hole begins or ceases to stick."""
 LEEWAY = 1e-6
-"""Slip by which holes at their bounds are taken to be beyond them at first, no two alike: one changes at a time."""
+"""Least slip by which holes at their bounds are taken to be beyond them at first, a little more from hole to hole, so
+that one hole changes at a time."""
 
 
 @bundle
 class StickSlip(NamedTuple):
-    """Working space for `h` holes, counted plate by plate."""
+    """Working space for `h` holes, counted plate by plate: all cables at the first plate, then at the next.
+
+    Columns are those of the march: the present imbalance, the guessed moment of the dead loads, then each slip.
+    """
 
     work: Scratch
-    """With 2 + h columns."""
+    """Working space of the march, with 2 + h columns."""
     guess: np.ndarray
-    """(2 + h,) moment of the dead loads that closes the chain in each column, N m."""
+    """(2 + h,) change of the guessed moment of the dead loads that closes the chain in each column, N m."""
     travel: np.ndarray
-    """(2 + h,) change of a length in each column, m."""
+    """(2 + h,) change of the cable length beyond a hole in each column, m."""
     value: np.ndarray
-    """(h,) and all below: as `solve_near` has them."""
+    """(h,) right side of the complementarity problem; this and the fields below are the arguments of `solve_near`."""
     rate: np.ndarray
     side: np.ndarray
     free: np.ndarray
@@ -52,8 +57,7 @@ class StickSlip(NamedTuple):
 
 
 def stick_slip_space(packed: Packed) -> StickSlip:
-    """Working space for a chain with h holes, one for each cable at each plate: vectors of h slips, and 2 + h columns
-    of the march."""
+    """Working space for the chain of `packed`, whose holes are one for each cable at each plate."""
     holes = packed.span.size
     columns, of_holes = np.zeros(2 + holes), np.zeros(holes)
     return StickSlip(
@@ -70,10 +74,11 @@ def stick_slip_space(packed: Packed) -> StickSlip:
 
 @kernel
 def stick_slip_march(packed, tension, force, tip, holes):
-    """One evaluation of the chain at its present slips, with derivatives by all of them.
+    """Evaluate the chain at its present slips, with derivatives by the slip of every hole.
 
-    Leaves the corrections of all node angles in `work.column`: as they are (first column) and per unit of slip of every
-    hole (from the third on).  Returns the largest unbalanced node angle and the moment of the dead loads left over.
+    Leaves in `holes.work.column` the corrections of all node angles at the present slips (first column) and per unit
+    of slip of every hole (from the third on).  Returns the largest unbalanced node angle (rad) and the moment of the
+    dead loads left over at the tip (N m).
     """
     model, work, cable = packed.model[0], holes.work, packed.cable
     outer, change, column = work.outer, work.variation, work.column
@@ -119,9 +124,10 @@ def stick_slip_march(packed, tension, force, tip, holes):
 
 @kernel
 def linearise_slips(packed, holes):
-    """What the travel asks of every hole, at the present slips and once the angles have been corrected.
+    """Linearise the slips that the travel asks for, at the corrected node angles, by the slips of all holes.
 
-    Leaves the complementarity problem of the slips in `holes`: ``M = 1 - B`` in `work.system`, `c` in `value`.
+    Leaves the complementarity problem ``M x + w = c`` of the slips in `holes`: ``M = 1 - B`` in `work.system`, `c` in
+    `value`, and the present state of every hole in `side`, `free` and `now`.
     """
     work, value, travel = holes.work, holes.value, holes.travel
     plates, n, columns = work.column.shape
@@ -167,7 +173,8 @@ def linearise_slips(packed, holes):
 
 @kernel
 def take_step(packed, holes):
-    """Go to the angles and slips that solve the linearised problem, or a part of the way if that is far."""
+    """Go to the angles and slips that solve the linearised problem, or a part of the way if an angle would change by
+    more than `MAX_STEP`; returns whether the step is finite and of a sensible size."""
     work, plates = holes.work, packed.plate
     count, n, columns = work.column.shape
     cables = len(packed.cable)
@@ -205,10 +212,10 @@ def take_step(packed, holes):
 
 @kernel
 def balance_stick_slip(packed, loads, handed, allowed, holes):
-    """Newton on all angles and slips under the `loads` of one state, from where they are; steps taken or `FAILED`.
+    """Newton's method on all angles and slips under the `loads` of one state, from their present values.
 
-    What it takes is added to `holes.work.spent`, up to no more than `allowed`.  `handed` as in :class:`Scratch`: where
-    the search starts, and what it ends with.
+    Returns the steps taken or `FAILED`.  The work is added to `holes.work.spent`; the solve fails before that exceeds
+    `allowed`.  `handed` is that of :class:`Scratch`: its moment is the first guess, and the solved values replace it.
     """
     work, softest, count = holes.work, softest_node(packed), len(holes.now)
     exchange = count * count // NUMBERS_AS_A_PLATE

@@ -19,13 +19,14 @@ from prb3r.mechanics.variation import clear, enter, feel, local_load, shed, tran
 
 
 def unit_modes(shape: tuple[int, ...]) -> np.ndarray:
-    """(n, nodes, n * nodes): every node angle by itself, of a chain of the `shape` (n, nodes)."""
+    """(n, nodes, n * nodes) modes that are each one node angle by itself, for a chain of the `shape` (n, nodes)."""
     rows = math.prod(shape)
     return np.eye(rows).reshape(*shape, rows).copy()
 
 
 def segment_modes(chain: Chain) -> np.ndarray:
-    """(n, nodes, segments): one bend for all plates of a segment, shared evenly along their arcs, rad per rad."""
+    """(n, nodes, segments) modes of constant curvature: the bend of every plate of one segment, spread evenly over its
+    arc, rad per rad."""
     segments = np.arange(int(chain.segment.max()) + 1)
     member = (chain.segment[:, None] == segments).astype(float)
     return member[:, None, :] / chain.plate.stiffness[:, None]
@@ -33,14 +34,14 @@ def segment_modes(chain: Chain) -> np.ndarray:
 
 @entrance
 def chain_tangent(packed, tension, slip, force, tip, modes, work):
-    """``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles, in `work.system`.
+    """Write ``[modes^T (dr/dq) modes | modes^T r]`` (c, c + 1) at the present node angles to `work.system`.
 
-    `work` has `c` columns, and ``dr/dq modes`` (n, nodes, c) is left in `work.column`.  Returns the largest unbalanced
-    moment and the moment of the dead loads about the world origin, N m.
+    `modes` is (n, nodes, c), and `work` has c columns; ``dr/dq modes`` (n, nodes, c) is left in `work.column`.  Returns
+    the largest unbalanced moment of a mode and the moment of the dead loads about the world origin, N m.
     """
     model, cable, outer, variation, system = packed.model[0], packed.cable, work.outer, work.variation, work.system
     plates, n, columns = modes.shape
-    # first along the shape: the dead loads' moment about the origin and its derivatives
+    # first pass: the moment of the dead loads about the world origin and its derivatives, which need the shape alone
     for d in range(3):
         outer[d] = 0.0
     clear(variation)
@@ -65,7 +66,7 @@ def chain_tangent(packed, tension, slip, force, tip, modes, work):
         for j in range(len(cable)):
             variation.total[j, d] = variation.passed[j, d]
     clear(variation)
-    # then the balance of plate after plate
+    # second pass: the balance of plate after plate
     for d in range(3):
         outer[d] = -outer[d]
     for d in range(columns):

@@ -1,15 +1,15 @@
-r"""Holes that turn back within a step of a load path.
+r"""The error that holes and sliders make which slip and turn back within a sub-step of a load path.
 
 The slip at a hole follows the cable length `L` beyond it: ``d slip = dL / presliding``, held between -1 and 1.  Hence
 
     slip = clip(slip before + (L - L before) / presliding, -1, 1)                                             [*]
 
-is exact for a step of any length, whatever `L` does on the way while the slip stays within its bounds, and as long as
-`L` changes in one direction where it does not.  The only error of a step is that of holes which slip and turn back:
+is exact for a sub-step of any length: whatever `L` does on the way while the slip stays within its bounds, and as long
+as `L` changes in one direction while the slip is at a bound.  The only error is that of holes which slip and turn back:
 their slip should be counted from the length at which they turned.
 
-Where `L` turned is estimated from the cubic through its values and rates at both ends of the step.  A cubic is not
-trusted to tell whether `L` turned at all: rates jump where another hole begins to slip.  Their signs tell that.
+Where `L` turned is estimated from the cubic through its values and rates at both ends of the sub-step.  Whether `L`
+turned at all is told by the signs of the rates, not by the cubic: rates jump where another hole begins to slip.
 """
 
 from math import copysign, sqrt
@@ -26,9 +26,10 @@ def clip(slip):
 
 @kernel
 def turning_points(travel, start, end):
-    """Where a cubic turns on [0, 1] that rises by `travel` there, with slopes `start` and `end`: first and last place.
+    """The first and the last extremum within (0, 1) of the cubic that rises by `travel` from 0 to 1, with the slopes
+    `start` at 0 and `end` at 1.
 
-    Both are 1 where it does not turn, and the same where it turns once.
+    Both are 1 for a cubic without an extremum there, and equal for a cubic with a single one.
     """
     a, b = 3.0 * (start + end - 2.0 * travel), 2.0 * (3.0 * travel - 2.0 * start - end)
     inside = b * b - 4.0 * a * start
@@ -47,11 +48,12 @@ def turning_points(travel, start, end):
 
 @kernel
 def turning_lengths(travel, start, end):
-    """First place where that cubic turns (1: nowhere), and the changes of length up to its first and its last turn.
+    """The first extremum of the cubic of :func:`turning_points` (1: none), and the changes of length up to its first
+    and its last extremum.
 
-    A slope that leads to a turn falls on the way there, and one that leads away from it rises.  That of the cubic may
-    do otherwise: how far the length goes beyond that at an end is cut to what the slope there allows.  So what is
-    missed vanishes with a slope, and does not jump where its sign changes.
+    A real length slows down on its way to a turn and speeds up after it; the cubic need not.  So the overshoot at
+    either end is cut to slope times distance.  The error that is estimated from it then vanishes with the slope at
+    that end, and does not jump where the slope changes its sign.
     """
     first, last = turning_points(travel, start, end)
     square, cube = 3.0 * travel - 2.0 * start - end, start + end - 2.0 * travel
@@ -68,9 +70,10 @@ def turning_lengths(travel, start, end):
 
 @kernel
 def missed_slip(packed, step, before, after):
-    """Largest error of a slip by [*] in the state just found, and the part of the step before that hole turned.
+    """The largest error of a slip by [*] in the state just found, and the part of the sub-step after which that hole
+    turned back (1: none did).
 
-    `before` and `after` are the rates at both ends of the step, a part `step` of a load step.
+    `before` and `after` are the rates at both ends of the sub-step, which is the part `step` of a load step.
     """
     worst, where, per_length = 0.0, 1.0, 1.0 / packed.model[0].presliding
     for i in range(len(packed.span)):
@@ -93,8 +96,11 @@ def missed_slip(packed, step, before, after):
 
 @kernel
 def missed_slide(packed, step, start, before, after):
-    """The same of the springs in the plates that slip, in parts of their bounds: what a hole is to its cable's travel a
-    Jenkin element is to bending, with its bound in the place of the presliding length.  `start` is the state before.
+    """The largest error of a Jenkin element's spring in the state just found, over its bound, and the part of the
+    sub-step after which its node turned back (1: none did).
+
+    A Jenkin element follows bending as a hole follows its cable's travel, with the bound of its spring for the
+    presliding length; see :func:`missed_slip`.  `start` is the state before the sub-step.
     """
     worst, where, count = 0.0, 1.0, packed.model[0].elements
     for i in range(len(packed.span)):

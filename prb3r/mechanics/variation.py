@@ -1,4 +1,8 @@
-"""How what a plate is handed from the base side depends on plates further in: derivatives carried along the chain."""
+"""Derivatives carried along the chain from base to tip, of what each plate is handed from the base side: tensions and
+directions of the cables, frame, lengths, and the moment of the dead loads further out.
+
+`enter`, `feel`, `transmit` and `shed` carry them over one plate, in this order; `clear` starts them.
+"""
 
 from typing import NamedTuple
 
@@ -11,14 +15,17 @@ from prb3r.mechanics.records import Packed
 
 @bundle
 class Variation(NamedTuple):
-    """Derivatives of what a plate is handed from the base side, in `c` columns (one per independent variable)."""
+    """Derivatives of what a plate is handed from the base side, in `c` columns, one per independent variable.
+
+    In Newton's method the first column is not a derivative but the change that the residuals ask for.
+    """
 
     log_tension: np.ndarray
-    """(m, c)."""
+    """(m, c) logarithm of each cable's tension."""
     approach: np.ndarray
-    """(m, c)."""
+    """(m, c) direction of each cable before the disk, relative to the disk's axis."""
     frame: np.ndarray
-    """(3, c) position and angle of the disk's distal face."""
+    """(3, c) position and angle of the disk's distal face in the world."""
     moment: np.ndarray
     """(c,) moment of the dead loads further out about the world origin."""
     passed: np.ndarray
@@ -33,23 +40,23 @@ class Scratch(NamedTuple):
 
     variation: Variation
     handed: np.ndarray
-    """(1 + m,) what plates further out hand back: moment of the dead loads about the world origin, cable lengths."""
+    """(1 + m,) guesses: moment of the dead loads about the world origin (N m) and length of each cable (m)."""
     outer: np.ndarray
     """(3,) force and moment (about the world origin) of the dead loads further out, N and N m."""
     block: np.ndarray
-    """(n, n + columns) a plate's linear system."""
+    """(n, n + columns) linear system of one plate of n nodes."""
     system: np.ndarray
-    """(c, c + 1) linear system in the independent variables."""
+    """(columns, columns + 1) linear system in the independent variables."""
     column: np.ndarray
-    """(plates, n, columns) corrections of all node angles."""
+    """(plates, n, columns) corrections of all node angles, rad."""
     sign: np.ndarray
-    """(1,) sign of the determinant of the whole tangent, but for a factor that all states share."""
+    """(1,) sign of the determinant of the whole tangent, up to a sign that all states share."""
     foreseen: np.ndarray
     """(plates,) angle of every disk after the first Newton step of a solve, rad."""
     spent: np.ndarray
-    """(1,) work done since a sequence began, in evaluations of a plate."""
+    """(1,) work done since the sequence began, in evaluations of a plate."""
     ahead: np.ndarray
-    """(5, n) how node angles will change from plate to plate, see `march.py`, and room for a Newton step, rad."""
+    """(5, n) extrapolation of the changes of node angles from plate to plate (`foretell`), and a Newton step, rad."""
 
 
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
@@ -75,7 +82,7 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
 
 @kernel
 def local_load(plate, outer):
-    """Write force and moment of the loads further out, `outer` in the world, in the frame of the plate."""
+    """Write the force and moment `outer` of the dead loads further out to `plate.load`, in the frame of the plate."""
     c, s = plate.frame[3], plate.frame[4]
     plate.load[0], plate.load[1] = c * outer[0] + s * outer[1], c * outer[1] - s * outer[0]
     plate.load[2] = outer[2] - (plate.frame[0] * outer[1] - plate.frame[1] * outer[0])
@@ -83,7 +90,7 @@ def local_load(plate, outer):
 
 @kernel
 def enter(cable, span, change):
-    """Turn the variation of cables that arrive at a disk into that of their tensions behind its holes."""
+    """Carry the variation of the cables' log tensions through the holes of a disk, friction and slip included."""
     for j in range(len(cable)):
         if span[j].tension != 0.0:
             for d in range(change.moment.shape[0]):
@@ -99,7 +106,7 @@ def enter(cable, span, change):
 
 @kernel
 def feel(plate, span, outer, change, out, first):
-    """Derivatives of a plate's residual by what it is handed, varied by `change`, in `out` from column `first`."""
+    """Write the variation of a plate's residual with `change`, what it is handed, to `out` from column `first` on."""
     n = out.shape[0]
     for d in range(len(change.moment)):
         turned = change.frame[2, d]
@@ -116,7 +123,7 @@ def feel(plate, span, outer, change, out, first):
 
 @kernel
 def transmit(model, plate, span, dq, change):
-    """Carry the variation over a plate whose node angles change by `dq` (n, c)."""
+    """Carry the variation `change` over a plate whose node angles change by `dq` (n, c), to the next disk."""
     n, columns = dq.shape
     c, s = plate.frame[3], plate.frame[4]
     x = plate.end[0] + model.disk * plate.axis[0]
@@ -146,9 +153,10 @@ def transmit(model, plate, span, dq, change):
 
 @kernel
 def unload(packed, i, force, tip, sum):
-    """Take the loads of the distal disk of plate `i` off `sum` (force x, y, moment about the world origin).
+    """Take the dead loads on the distal disk of plate `i` off `sum` (force x, y, moment about the world origin).
 
-    `force` (n, 2) acts at the disks' centres, `tip` (2,) at the tip disk's distal face; the umbilical turns that back.
+    `force` (n, 2) acts at the disks' centres, `tip` (2,) at the tip disk's distal face; an umbilical adds the couple by
+    which it turns the tip disk back.
     """
     frame, half = packed.plate[i + 1].frame, packed.model[0].disk / 2
     at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
@@ -162,7 +170,10 @@ def unload(packed, i, force, tip, sum):
 
 @kernel
 def shed(packed, i, force, tip, sum, change):
-    """The same, written out as a call here costs the solver a twentieth, and the variation of it off `change`."""
+    """Take the dead loads on plate `i`'s distal disk off `sum`, as `unload` does, and their variation off `change`.
+
+    The lines of `unload` are repeated here, as a call would make the solver a twentieth slower.
+    """
     frame, half = packed.plate[i + 1].frame, packed.model[0].disk / 2
     at_tip = 1.0 if i + 1 == len(packed.span) else 0.0
     fx, fy, gx, gy = force[i, 0], force[i, 1], at_tip * tip[0], at_tip * tip[1]
@@ -181,7 +192,7 @@ def shed(packed, i, force, tip, sum, change):
 
 @kernel
 def clear(change):
-    """No variation, but for the total lengths of the cables."""
+    """Set the variation to zero, except for that of the cables' total lengths."""
     for d in range(len(change.moment)):
         change.moment[d] = 0.0
         for k in range(3):

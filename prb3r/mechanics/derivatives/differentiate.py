@@ -1,6 +1,8 @@
-r"""Derivatives along a load path: what is differenced, what is solved, what holes remember.
+r"""Derivatives of all states along a load path, in compiled code, and the memory that they carry from state to state.
 
-See `sensitivity.py` for the method and `response.py` for the rows of the arrays.
+In each state `partials.py` differences what a parameter leaves unbalanced at the held shape, `response.py` solves for
+the answer of the shape, and `Memory` hands the derivatives of slips and sliders on to the next state.  See
+`sensitivity.py` for the method and `response.py` for the rows of the arrays.
 """
 
 from typing import NamedTuple
@@ -20,15 +22,17 @@ from prb3r.mechanics.variation import Scratch
 
 @bundle
 class Memory(NamedTuple):
-    """What holes and plates remember of the last accepted state, and its derivatives."""
+    """Slips and sliders of the last accepted state, which the next one depends on, and their derivatives by `p`
+    parameters."""
 
     slip: np.ndarray
-    """(n, m)."""
+    """(n, m) slip at the holes."""
     dslip: np.ndarray
-    """(n, m, p)."""
+    """(n, m, p) derivatives of the slips."""
     dbeyond: np.ndarray
-    """(n, m, p) of the cable lengths beyond the holes."""
+    """(n, m, p) derivatives of the cable lengths beyond the holes, m per unit."""
     sliders: Sliders
+    """Sliders of the plates with their derivatives."""
 
 
 @bundle
@@ -37,10 +41,13 @@ class DerivativeSpace(NamedTuple):
 
     state: HeldState
     memory: Memory
+    """Memory of the last accepted state."""
     at_rest: Memory
+    """Memory of the state at rest, with which every sequence begins."""
     room: Room
     sweep: Sweep
     work: Scratch
+    """For the tangent of tied node angles."""
     tied: np.ndarray
     """(c, c + p) linear system in `c` modes."""
     out: np.ndarray
@@ -49,7 +56,8 @@ class DerivativeSpace(NamedTuple):
 
 @kernel
 def recall(packed, sides, memory, partial):
-    """What the memory of every hole that sticks adds to its slip, in the rows of `partial`."""
+    """Write the derivatives of every hole's slip at the held shape to the slip rows of `partial`: from memory and the
+    length beyond the hole if it sticks, zero if it slips."""
     n, m, presliding = packed.plate[0].q.shape[0], len(packed.cable), packed.model[0].presliding
     model = sides.packed.model
     for d in range(len(sides.apart)):
@@ -66,7 +74,7 @@ def recall(packed, sides, memory, partial):
 
 @kernel
 def remember(packed, partial, memory):
-    """Take the state just differentiated as the one that holes remember."""
+    """Copy the slips of the state just differentiated, and the derivatives of slips and lengths, to `memory`."""
     n, m = packed.plate[0].q.shape[0], len(packed.cable)
     for i in range(len(packed.span)):
         for j in range(m):
@@ -78,7 +86,7 @@ def remember(packed, partial, memory):
 
 @kernel
 def copy_memory(source, into):
-    """Copy slips, sliders and their derivatives from one memory `into` another of the same shapes."""
+    """Copy all arrays of the memory `source` `into` another one of the same shapes."""
     for i in range(len(into.slip)):
         for j in range(into.slip.shape[1]):
             into.slip[i, j] = source.slip[i, j]
@@ -95,7 +103,7 @@ def copy_memory(source, into):
 
 @kernel
 def tie(packed, now, modes, work, system, partial):
-    """Put the answer of tied node angles in the place of the residuals' derivatives in `partial`.
+    """Replace the residuals' derivatives in `partial` by those of the node angles, which `modes` tie together.
 
     `system` is working space.
     """
@@ -121,9 +129,13 @@ def tie(packed, now, modes, work, system, partial):
 
 @entrance
 def differentiate(packed, held, sides, steps, modes, space):
-    """Derivatives of all states of `steps`, written to `space.out` where they end a load step.
+    """Differentiate all states of `steps` by the parameters of `sides`; write the ends of load steps to `space.out`.
 
-    `held` is the chain once more, as records of a held shape.
+    Parameters
+    ----------
+    packed : records of the chain.
+    held : records of the same chain, with its shape held.
+    modes : (n, nodes, c) modes that tie node angles together; None: the angles are free.
     """
     state, out = space.state, space.out
     now, handed, partial, left, outer = state.now, state.handed, state.partial, state.left, state.outer

@@ -1,9 +1,9 @@
-r"""The answer of holes that stick, solved from the tip back to the base.
+r"""First-order response of a chain whose holes stick, by a sweep from the tip back to the base (a Riccati sweep).
 
 Where friction follows the cables' travel, a cable's length beyond a hole acts on its tension there, and tension acts
-on all that is further out.  Marched from base to tip this feedback grows from plate to plate, tenfold where the
-presliding length is short, and rounding with it.  From the tip it does not: whatever is beyond a plate answers what is
-handed to it, the variation `y` of tensions, directions and frame, by
+on everything nearer to the tip.  In a march from base to tip this feedback grows from plate to plate, tenfold where the
+presliding length is short, and rounding errors with it; in a sweep from the tip it does not.  All that lies beyond a
+plate responds to what is handed to it, the variation `y` of tensions, directions and frame, by
 
     z = R y + s,     z: cable lengths and moment of the dead loads beyond
 
@@ -24,25 +24,30 @@ from prb3r.mechanics.variation import Variation, clear, enter, feel, shed, trans
 
 @bundle
 class Sweep(NamedTuple):
-    """Working space for `p` parameters: unknowns ``u = n + m + 1``, then ``y = 2 m + 3`` handed in, then parameters."""
+    """Working space of :func:`sweep` for `p` parameters and plates of `n` nodes with `m` cables.
+
+    Columns: ``u = n + m + 1`` unknowns (node angles, cable lengths and moment beyond), then ``y = 2 m + 3`` variations
+    handed in (log tensions, directions, frame), then the parameters.
+    """
 
     change: Variation
-    """(.., u + y + p)."""
+    """Variation with u + y + p columns."""
     column: np.ndarray
     """(n, u + y + p) node angles."""
     felt: np.ndarray
     """(n, u + y + p) residuals."""
     block: np.ndarray
-    """(u, u + y + p) linear system."""
+    """(u, u + y + p) linear system of one plate."""
     beyond: np.ndarray
-    """(m + 1, y + p) `R` and `s` of what is beyond the plate."""
+    """(m + 1, y + p) `R` and `s` of all that lies beyond the plate."""
     outer: np.ndarray
-    """(3,) force of the dead loads beyond the plate."""
+    """(3,) force of the dead loads beyond the plate, N; the third number is not used."""
     none: np.ndarray
-    """(3,) their part that is not asked for."""
+    """(3,) sum of dead loads that `shed` needs; not used."""
 
 
 def sweep_room(packed: Packed, parameters: int) -> Sweep:
+    """Working space of :func:`sweep` for the chain of `packed`, all zero."""
     cables, n = packed.span.shape[1], packed.plate["q"].shape[1]
     u, y = n + cables + 1, 2 * cables + 3
     return Sweep(
@@ -58,7 +63,8 @@ def sweep_room(packed: Packed, parameters: int) -> Sweep:
 
 @kernel
 def hand_in(packed, i, partial, room):
-    """Unit variations of plate `i`: node angles, what is beyond, what is handed in; and what memory adds to slips."""
+    """Set the variations of plate `i` to a unit of each unknown and of each quantity handed in; in the columns of the
+    parameters, to what memory adds to the log tensions through the slips."""
     change, column, n, m = room.change, room.column, packed.plate[0].q.shape[0], len(packed.cable)
     u, y = n + m + 1, 2 * m + 3
     clear(change)
@@ -81,9 +87,10 @@ def hand_in(packed, i, partial, room):
 
 @kernel
 def sweep(packed, now, partial, left, gain, room):
-    """Write `gain`: what every plate makes of what it is handed.  `packed` is in balance, with all of its records.
+    """Write the linear response of every plate's unknowns to what it is handed and to the parameters to `gain`
+    (plates, u, y + p).
 
-    `partial` and `left` are those of `respond`.
+    `packed` is in balance, and its records hold tangents and derivatives.  `partial` and `left` are those of `respond`.
     """
     model, change, block, beyond, felt = packed.model[0], room.change, room.block, room.beyond, room.felt
     n, m, p, outer, none = packed.plate[0].q.shape[0], len(packed.cable), partial.shape[2], room.outer, room.none
@@ -110,7 +117,7 @@ def sweep(packed, now, partial, left, gain, room):
                 block[k, d] = felt[k, d] + (plate.tangent[k, d] if d < n else 0.0)
                 if d >= u + y:
                     block[k, d] += partial[i, k, d - u - y]
-            for r in range(m + 1):  # length less that of the span, moment less that of the disk: what is beyond
+            for r in range(m + 1):  # length less the span's, moment less the disk's, are those beyond the next plate
                 value = change.moment[d] if r == m else -change.passed[r, d]
                 if r < m and d == n + r:
                     value += 1.0

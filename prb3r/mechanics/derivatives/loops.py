@@ -1,14 +1,15 @@
-r"""What sliders in the plates remember, and its derivatives.
+r"""Sliders of plates with hysteresis, and their derivatives by parameters.
 
 A Jenkin element (see `prb3r.mechanics.plate_law.Hysteresis`) adds to a node's unbalanced moment, per stiffness and
 share,
 
     s = clip(angle - p, -y, y),    angle = q - rest,    p <- angle - s
 
-A spring that follows the node has the derivative of ``angle - p``; one that slips that of its bound `y`, and it has
-forgotten: the derivative of its slider is from then on that of ``angle -+ y``.  Which of the two holds is decided by
-the state itself, not by the problems ahead and behind: where loads rest for a step what has slipped is at its bound.
-Where the bounds follow the node, as those of flag-shaped loops do, a slider moves by what they leave of its change.
+A spring between its bounds has the derivative of ``angle - p``.  One that slips has that of its bound `y`, and the
+history before is forgotten: the derivative of its slider is from then on that of ``angle -+ y``.  Which of the two
+holds is decided by the state itself, not by the problems ahead and behind: where loads rest for a step, a spring that
+has slipped stands at its bound.  Where the bounds depend on the node angle, as those of flag-shaped loops do, a slider
+moves by the change of the angle less that of the bound.
 """
 
 from typing import NamedTuple
@@ -23,25 +24,27 @@ from prb3r.mechanics.state import SLIPS_ON
 
 @bundle
 class Sliders(NamedTuple):
-    """Of the last accepted state; no elements where plates do not remember."""
+    """Sliders of the last accepted state; no elements where plates have no hysteresis."""
 
     at: np.ndarray
-    """(n, nodes, elements) node angles where they stand, rad."""
+    """(n, nodes, elements) node angles beyond the stress-free ones at which the sliders stand, rad."""
     change: np.ndarray
-    """(n, nodes, elements, p) their derivatives."""
+    """(n, nodes, elements, p) derivatives of `at`, rad per unit."""
 
 
 def sliders_at_zero(shape: tuple[int, int], elements: int, parameters: int) -> Sliders:
-    """Sliders of plates that were never bent, at zero with no derivatives, for node angles of `shape` (n, nodes) and
-    for so many elements and parameters."""
+    """Sliders of plates that were never bent: at zero, with derivatives of zero.
+
+    `shape` is that of the node angles, (n, nodes).
+    """
     return Sliders(np.zeros((*shape, elements)), np.zeros((*shape, elements, parameters)))
 
 
 @kernel
 def spring_of(packed, sliders, i, k, e):
-    """Angle of a spring held between its bounds, rad, its slope by the node's angle, and where it is (`held_spring`).
+    """What `held_spring` returns for the spring of element `e` at node `k` of plate `i`, with the remembered slider.
 
-    One that has slipped stands on either side of its bound by rounding, and counts as at it within that.
+    A spring within rounding of its bound (`SLIPS_ON`) counts as being at that bound.
     """
     plate, model = packed.plate[i], packed.model[0]
     angle = plate.q[k] - plate.rest[k]
@@ -50,7 +53,8 @@ def spring_of(packed, sliders, i, k, e):
 
 @kernel
 def beyond_bound(plate, k, bound, where, slider):
-    """A slider from which a spring has slipped to its bound without doubt."""
+    """The position `slider`, moved if need be so that its spring lies beyond the `bound` by more than rounding, and
+    therefore slips without doubt."""
     angle = plate.q[k] - plate.rest[k]
     upper = (where == OUTER) == (angle >= 0.0)
     if upper:
@@ -60,8 +64,8 @@ def beyond_bound(plate, k, bound, where, slider):
 
 @kernel
 def bound_change(packed, sides, i, k, e, d, where):
-    """Difference of a spring's bound between the problems ahead and behind, of parameter `d`, at one node angle beyond
-    the stress-free one."""
+    """Bound of a spring in the problem ahead less that in the problem behind, of parameter `d`, at the same node angle
+    beyond the stress-free one, rad; `where` (`OUTER` or `INNER`) says which bound."""
     ahead, behind = sides.packed.plate[2 * d, i], sides.packed.plate[2 * d + 1, i]
     models = sides.packed.model[2 * d, 0], sides.packed.model[2 * d + 1, 0]
     angle, count, outer = packed.plate[i].q[k] - packed.plate[i].rest[k], packed.model[0].elements, where == OUTER
@@ -72,9 +76,10 @@ def bound_change(packed, sides, i, k, e, d, where):
 
 @kernel
 def recall_sliders(packed, sides, sliders, tied, partial):
-    """Put the sliders into the plates, and what their springs add to the residuals' derivatives into `partial`.
+    """Write the remembered sliders to the records of the plates, and add the derivatives of their springs' moments at
+    the held shape to the residuals' derivatives in `partial`.
 
-    `tied`: node angles beyond the stress-free ones are held, else the angles are.
+    If node angles are `tied`, those beyond the stress-free ones are held, else the angles themselves.
     """
     count = packed.model[0].elements
     for i in range(len(packed.span)):
@@ -102,7 +107,10 @@ def recall_sliders(packed, sides, sliders, tied, partial):
 
 @kernel
 def drag_sliders(packed, sides, sliders, tied, partial):
-    """Let the sliders go where the state just differentiated has dragged them; its node angles are in `partial`."""
+    """Move the sliders, with their derivatives, to where the state just differentiated has dragged them.
+
+    The derivatives of its node angles are in `partial`.
+    """
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         for k in range(plate.q.shape[0]):

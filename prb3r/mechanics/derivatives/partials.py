@@ -1,8 +1,8 @@
-r"""What a small change of a parameter leaves unbalanced while the shape is held.
+r"""Partial derivatives by parameters at a held shape: of residuals, positions, tensions and lengths.
 
-The problems a little ahead and a little behind of every parameter are evaluated with the node angles, slips and dead
-loads' moment of a state, and their rows (see `response.py`) differenced.  Nothing is solved, so no derivatives by the
-node angles are needed; and where a parameter does not touch the geometry, the shape is placed once for all.
+The problems a little ahead and a little behind of every parameter are evaluated with the node angles, the slips and the
+dead loads' moment of a state, and their rows (see `response.py`) are differenced.  Nothing is solved, so no derivatives
+by the node angles are needed; and where a parameter does not touch the geometry, the shape is placed once for all.
 """
 
 from typing import Any, NamedTuple
@@ -21,54 +21,54 @@ from prb3r.mechanics.variation import unload
 
 @bundle
 class PathStates(NamedTuple):
-    """States to differentiate, in the order in which the chain went through them."""
+    """The `e` states to differentiate, in the order in which the chain went through them."""
 
     row: np.ndarray
-    """(e,) load step that a state is on the way to, counted from 1; 0 is rest."""
+    """(e,) load step to which a state is on the way, counted from 1; 0 is rest."""
     last: np.ndarray
-    """(e,) load step that it comes from."""
+    """(e,) load step from which the way comes; 0 is rest."""
     share: np.ndarray
-    """(e,) part of the way."""
+    """(e,) part of the way at which the state lies."""
     fresh: np.ndarray
-    """(e,) whether it is the first after rest."""
+    """(e,) whether it is the first state after rest, whose memory is that of rest."""
     write: np.ndarray
-    """(e,) step whose derivatives these are, -1 for none."""
+    """(e,) row of the result to which its derivatives are written, -1: to none."""
     q: np.ndarray
-    """(e, n, nodes)."""
+    """(e, n, nodes) node angles, rad."""
     slip: np.ndarray
-    """(e, n, m); no cables where slip is declared."""
+    """(e, n, m) slip at the holes; not used where slip is declared."""
 
 
 @bundle
 class Sides(NamedTuple):
-    """The problems ahead and behind of `p` parameters, in turn: `v` = 2 p in all."""
+    """The `v` = 2 p problems on both sides of `p` parameters: ahead and behind of the first, then of the second, ..."""
 
     packed: Packed
-    """(v, ...) records of a held shape."""
+    """(v, ...) records with the shape held."""
     alike: np.ndarray
-    """(v,) whether node angles mean the same shape as in the chain itself."""
+    """(v,) whether the same node angles give the same shape as in the chain itself."""
     rows: np.ndarray
-    """(s + 1, v, l) what acts at rest and at each step, as `rows_of_loads`."""
+    """(s + 1, v, l) loads at rest and at each step, as of `rows_of_loads`."""
     apart: np.ndarray
     """(p,) distance from behind to ahead, in the parameter's unit."""
     now: LoadRow
-    """What acts in one state of one problem; working space, as what follows."""
+    """Loads in one state of one problem; working space."""
     out: np.ndarray
-    """(2, n, rows) of one parameter, ahead and behind."""
+    """(2, n, rows) rows of the plates in the problems ahead and behind of one parameter; working space."""
 
 
 @bundle
 class HeldState(NamedTuple):
-    """A state whose shape is held, and what changes of the parameters leave in it; working space but for `rows`."""
+    """Loads and derivatives of one state whose shape is held; working space but for `rows`."""
 
     rows: np.ndarray
-    """(s + 1, l) what acts on the chain itself at rest and at each step, as `rows_of_loads`."""
+    """(s + 1, l) loads on the chain itself at rest and at each step, as of `rows_of_loads`."""
     now: LoadRow
-    """What acts in the state."""
+    """Loads in the state."""
     handed: np.ndarray
-    """(1,) moment of the dead loads about the world origin; none where none act."""
+    """(1,) moment of the dead loads about the world origin, N m; (0,) without dead loads."""
     outer: np.ndarray
-    """(3,) force and moment of the dead loads further out than a plate."""
+    """(3,) force and moment (about the world origin) of the dead loads beyond a plate, N and N m."""
     partial: np.ndarray
     """(n, rows, p) derivatives of the rows of the plates; see `response.py`."""
     left: np.ndarray
@@ -77,7 +77,7 @@ class HeldState(NamedTuple):
 
 @kernel
 def put_loads(start, target, steps, e, now):
-    """Loads of state `e` on the way between two rows, tensions below zero included."""
+    """Write the loads of state `e` of `steps`, on the way between two rows, to `now`; tensions may be below zero."""
     blend(start, target, steps.share[e], now)
     if steps.last[e] == 0:
         slip_from_the_start(target, now)
@@ -85,9 +85,11 @@ def put_loads(start, target, steps, e, now):
 
 @kernel
 def put_state(packed, steps, e, now, rest):
-    """Shape and slip of state `e`, and what its loads `now` do to the plates: extra moments, stiffness that is left.
+    """Write node angles and slips of state `e` of `steps` to the records, and with its loads `now` the plates' extra
+    moments and remaining stiffness.
 
-    Where angles are tied (`rest` is not None) those beyond the stress-free ones are held, else the angles are.
+    Where angles are tied, `rest` holds the plates of the chain itself, and the angles beyond its stress-free ones are
+    held; with None the angles themselves are held.
     """
     history = packed.model[0].presliding != 0.0
     packed.model[0].stiff = 1.0 - packed.model[0].softening * now.elapsed[0]
@@ -105,7 +107,7 @@ def put_state(packed, steps, e, now, rest):
 
 @kernel
 def place_chain(packed):
-    """Plates and frames of the whole chain for its node angles."""
+    """Place all plates and frames of the chain for its node angles."""
     model = packed.model[0]
     for i in range(len(packed.span)):
         place_plate(model, packed.plate[i])
@@ -114,7 +116,7 @@ def place_chain(packed):
 
 @kernel
 def place_alike(packed, like):
-    """The same, taken from a chain that stands alike."""
+    """Place all plates and frames of the chain by copying from `like`, a chain of the same shape."""
     for i in range(len(packed.span)):
         plate, other = packed.plate[i], like.plate[i]
         plate.bend = other.bend
@@ -128,7 +130,10 @@ def place_alike(packed, like):
 
 @kernel
 def hand_back(packed, now, handed, outer):
-    """Moment of the dead loads about the world origin in the present shape; `outer` is working space."""
+    """Write the moment of the dead loads about the world origin, in the present shape, to `handed` if it has room.
+
+    `outer` is working space.
+    """
     if len(handed) > 0:
         outer[2] = 0.0
         for i in range(len(packed.span)):
@@ -138,7 +143,7 @@ def hand_back(packed, now, handed, outer):
 
 @kernel
 def difference(held, sides, steps, e, state, rest):
-    """Derivatives with the shape of state `e` of `steps` held: `partial` and `left` of `state`.
+    """Write the derivatives at the held shape of state `e` of `steps` to `state.partial` and `state.left`.
 
     `held` is the chain itself in that state under its loads; slack cables stay slack.  `rest` is that of `put_state`.
     """

@@ -1,14 +1,14 @@
-r"""How a chain in balance answers a small change of anything that it is made of or that acts on it.
+r"""First-order response of a chain in equilibrium to parameters of the chain or its loads (implicit differentiation).
 
-With `q` the node angles, `W` the moment that dead loads further out hand back (see `newton.py`) and `p` a parameter,
+With `q` the node angles, `W` the moment of the dead loads about the world origin (see `newton.py`) and `p` a parameter,
 the equilibrium ``r(q, W, p) = 0`` and its closure ``c(q, W, p) = 0`` at the tip give
 
     [ dr/dq  dr/dW ] [ q' ]     [ dr/dp ]
     [ dc/dq  dc/dW ] [ W' ] = - [ dc/dp ]
 
-The right side is what :func:`unbalance` finds with the parameter changed but the shape, `W` and the slip held; the left
-side is solved from base to tip like a Newton step, for all parameters at once.  What is observed, such as positions,
-changes by its own derivative at the held shape plus that through the shape.
+The right side is differenced from what :func:`unbalance` finds with the parameter changed but the shape, `W` and the
+slip held; the system is solved from base to tip like a Newton step, for all parameters at once.  What is observed, such
+as positions, changes by its own derivative at the held shape plus that through the shape.
 
 Rows of a plate in the arrays here, for `n` nodes and `m` cables: `n` residuals or node angles; the distal disk's
 centre x, y and angle; `m` tensions over the plate; then, where slip follows the travel, `m` cable lengths beyond the
@@ -30,32 +30,41 @@ from prb3r.mechanics.variation import Variation, clear, enter, feel, local_load,
 
 @bundle
 class Room(NamedTuple):
-    """Working space for `p` parameters of one chain; `c` columns: `W`, where it matters, then the parameters."""
+    """Working space of :func:`respond` for `p` parameters.
+
+    There are `c` columns: one for `W` if dead loads act on free node angles, then one for each parameter.
+    """
 
     change: Variation
-    """`c` columns."""
+    """Variation with `c` columns."""
     outer: np.ndarray
-    """(3,) force and moment (about the world origin) of the dead loads further out."""
+    """(3,) force and moment (about the world origin) of the dead loads further out, N and N m."""
     block: np.ndarray
     """(n, n + c) linear system of one plate."""
     column: np.ndarray
-    """(n, c) answer of its node angles."""
+    """(n, c) response of the node angles of one plate."""
     answer: np.ndarray
-    """(plates, rows, c) answer of everything through the shape."""
+    """(plates, rows, c) response of all rows through the shape."""
     arriving: np.ndarray
-    """(y, p) what a plate is handed from the base side; see `feedback.py`."""
+    """(y, p) variation that a plate is handed from the base side; see `feedback.py`."""
     gain: np.ndarray
-    """(plates, n + m + 1, y + p) what it makes of that; no plates where slip is declared."""
+    """(plates, n + m + 1, y + p) linear response of each plate to that, by `sweep`; (0, ...) where slip is declared."""
 
 
 def no_variation(cables: int, columns: int) -> Variation:
-    """Derivatives, all zero, of what a plate is handed, in so many columns for so many cables."""
+    """A `Variation`, all zero, for so many cables with so many columns."""
     arrays = [np.zeros((cables, columns)) for _ in range(4)]
     return Variation(arrays[0], arrays[1], np.zeros((3, columns)), np.zeros(columns), arrays[2], arrays[3])
 
 
 def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:
-    """Working space; `dead` is 1 where dead loads act on free node angles."""
+    """Working space of :func:`respond`.
+
+    Parameters
+    ----------
+    dead : 1 if dead loads act and node angles are free, else 0.
+    history : whether slip follows the cables' travel.
+    """
     (plates, cables), n = packed.span.shape, packed.plate["q"].shape[1]
     c, arriving = dead * (not history) + parameters, 2 * cables + 3
     return Room(
@@ -71,7 +80,7 @@ def room(packed: Packed, dead: int, parameters: int, history: bool) -> Room:
 
 @kernel
 def begin(packed, now, handed, outer):
-    """The base's side of a chain: loads further out, cables before the base disk."""
+    """Set what the first plate is handed: the sum of the dead loads in `outer`, and the cables before the base disk."""
     outer[0] = outer[1] = outer[2] = 0.0
     if len(handed) > 0:
         outer[0], outer[1], outer[2] = now.tip[0], now.tip[1], handed[0]
@@ -86,7 +95,7 @@ def begin(packed, now, handed, outer):
 
 @kernel
 def arrive(model, plate, span, cable, outer, loaded):
-    """Loads further out, as a plate feels them, and cables with the slip that its proximal holes have."""
+    """Write the dead loads further out to the plate if `loaded`, and to the cables the slip of its proximal holes."""
     plate.load[0] = plate.load[1] = plate.load[2] = 0.0
     if loaded:
         local_load(plate, outer)
@@ -97,9 +106,10 @@ def arrive(model, plate, span, cable, outer, loaded):
 
 @kernel
 def unbalance(packed, now, handed, outer, out):
-    """Rows `out` (plates, rows) of a chain that is placed, without slips; returns the moment left at the tip.
+    """Evaluate a chain whose plates are placed: write its rows, those of the slips excepted, to `out` (plates, rows).
 
-    `outer` is working space.
+    Returns the moment of the dead loads left at the tip, N m.  `now` holds the loads, `handed` their moment about the
+    world origin; `outer` is working space.
     """
     model, cable, n, m = packed.model[0], packed.cable, packed.plate[0].q.shape[0], len(packed.cable)
     begin(packed, now, handed, outer)
@@ -130,11 +140,11 @@ def unbalance(packed, now, handed, outer, out):
 
 @kernel
 def respond(packed, now, handed, partial, left, known, room):
-    """Turn `partial` (plates, rows, p), derivatives at the held shape, into those with the shape that answers.
+    """Turn `partial` (plates, rows, p) from derivatives at the held shape into total ones, with the shape's response.
 
-    Where the answer of the node angles is `known` it stands in their rows of `partial` already, else the derivatives of
-    the residuals do.  In the rows of the slips stands what memory adds to them.  `left` (p,) is the derivative of the
-    moment left at the tip.
+    The first n rows of a plate hold the derivatives of the residuals before and those of the node angles afterwards; if
+    the latter are `known` they stand there already.  The rows of the slips hold what memory adds to them.  `left` (p,)
+    is the derivative of the moment left at the tip.
     """
     model, cable, change, answer = packed.model[0], packed.cable, room.change, room.answer
     block, column, outer, n, m = room.block, room.column, room.outer, packed.plate[0].q.shape[0], len(packed.cable)
@@ -202,7 +212,8 @@ def respond(packed, now, handed, partial, left, known, room):
 
 @kernel
 def follow_gain(change, gain, arriving, column, answer):
-    """Node angles and cable lengths with which a plate answers what it is handed, by its `gain`; see `feedback.py`."""
+    """Write the response of a plate's node angles to `column` and that of its cable lengths to `answer`, by its `gain`
+    from the variation `change` that it is handed; see `feedback.py`."""
     n, m, y, p = len(column), len(change.log_tension), len(arriving), column.shape[1]
     for d in range(p):
         for j in range(m):

@@ -1,12 +1,12 @@
-r"""Sensitivities: how positions, angles and tensions depend on parameters, by implicit differentiation.
+r"""Sensitivities: derivatives of positions, angles and tensions by parameters, by implicit differentiation.
 
-A parameter is anything that changes the chain or the loads smoothly; it is given by the problem a little ahead and a
-little behind.  Only what is known without solving is differenced: unbalanced moments with the shape held.  So the
+A parameter is anything that changes the chain or the loads smoothly; it is given by the problem a little ahead and the
+one a little behind.  Only what is known without solving is differenced: unbalanced moments with the shape held.  So the
 error is that of a central difference of smooth elementary functions, about 1e-9.
 
-Where friction follows the cables' travel, or part of the plates' stiffness slips, the state remembers, and so do the
-derivatives: those of slip, cable lengths and sliders are carried from each accepted sub-step to the next, from rest on.
-What slips has forgotten.
+Where friction follows the cables' travel, or plates have hysteresis, a state depends on those before it.  The
+derivatives of slip, cable lengths and sliders are then carried from each accepted sub-step to the next, from rest on; a
+hole or slider that slips forgets those before.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,24 +35,25 @@ LoadedChain = tuple[Chain, Loads]
 
 
 class Neighbour(NamedTuple):
-    """The problem on one side of a parameter."""
+    """The problem a little ahead or behind in a parameter."""
 
     chain: Chain
     loads: Loads
     differ: set[str]
-    """Names of the fields that the chain does not share with the one that was solved; see `differing`."""
+    """Names of the fields in which the chain may differ from the one that was solved; see `differing`."""
 
 
 class Direction(NamedTuple):
-    """One parameter: the problem a little `ahead` and `behind`, which are `apart` in the parameter's unit."""
+    """One parameter, given by the problems a little ahead and a little behind in it."""
 
     ahead: LoadedChain
     behind: LoadedChain
     apart: float
+    """Difference of the parameter between both, in its unit."""
 
 
 def direction(problem: Callable[[float], LoadedChain], value: float, step: float) -> Direction:
-    """The direction of a parameter at `value` of which `problem` is a function."""
+    """The direction of a parameter of which `problem` is a function, at `value` and to `step` on either side."""
     return Direction(problem(value + step), problem(value - step), 2 * step)
 
 
@@ -62,15 +63,15 @@ class Sensitivities:
 
     equilibria: Equilibria
     dx: np.ndarray
-    """(s, n + 1, p) of the centres of disks 0..n, m per unit of the parameter."""
+    """(s, n + 1, p) derivatives of x of the centres of disks 0..n, m per unit of the parameter."""
     dy: np.ndarray
-    """(s, n + 1, p)."""
+    """(s, n + 1, p) derivatives of y of the centres, m per unit."""
     dangle: np.ndarray
-    """(s, n + 1, p) of the absolute angles of the disks, rad per unit."""
+    """(s, n + 1, p) derivatives of the absolute angles of the disks, rad per unit."""
     dtension: np.ndarray
-    """(s, n, m, p) of the cable tensions across the plates, N per unit."""
+    """(s, n, m, p) derivatives of the cable tensions across the plates, N per unit."""
     dslip: np.ndarray
-    """(s, n, m, p) of the slip at the holes before the plates; no cables where it is declared."""
+    """(s, n, m, p) derivatives of the slip at the hole before each plate; no cables where slip is declared."""
 
 
 def chain_sensitivities(
@@ -78,7 +79,7 @@ def chain_sensitivities(
 ) -> Sensitivities:
     """Equilibria of `chain` under `loads` and their derivatives by the parameters of `directions`.
 
-    `from_rest` is that of `solve`; raises what `solve_path` and `derivatives` raise.
+    `from_rest` is that of `solve_chain`; raises what `solve_path` and `derivatives` raise.
     """
     return derivatives(solve_path(chain, loads, from_rest=from_rest), directions)
 
@@ -86,14 +87,14 @@ def chain_sensitivities(
 def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitivities:
     """Derivatives by the parameters of `directions` along a path that has been solved.
 
-    A tension of zero changes to either side (a slack cable is about to be pulled); one that is negative in sum stays
-    slack.
+    A tension of exactly zero has derivatives, as of a cable that is about to be pulled; a cable whose applied and
+    constant tensions add up to less than zero stays slack.
 
     Raises
     ------
     ValueError
-        Without a direction, where one changes more than numbers (plates, cables, model, kind of friction or whether
-        stiffness slips), or with moments that follow the state: `prb3r.model.laws.derivatives` has these.
+        Without a direction; if one changes more than numbers (plates, cables, model, kind of friction or of
+        hysteresis); or for a chain with terms of a moment law, which `prb3r.model.laws.derivatives` differentiates.
     """
     chain, loads, equilibria = solved.chain, solved.loads, solved.equilibria
     sides = _sides_of(solved, directions)
@@ -116,8 +117,7 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
 
 
 def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neighbour]:
-    """The problems ahead and behind of each parameter, in turn; raises ValueError where `directions` are not parameters
-    of `solved`, see `derivatives`."""
+    """The 2 p problems ahead and behind of each parameter, in turn; raises what `derivatives` raises."""
     if not directions:
         raise ValueError("sensitivities need at least one direction")
     problem, out = (solved.chain, solved.loads), []
@@ -133,7 +133,7 @@ def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neigh
 
 
 def _derivatives(solved: SolvedPath, rows: Loads, sides: Sequence[Neighbour], apart: np.ndarray) -> np.ndarray:
-    """(s, n, rows, p) derivatives in the rows of `response.py`; anything for failed steps."""
+    """(s, n, rows, p) derivatives in the rows of `response.py`; undefined numbers for failed steps."""
     chain = solved.chain
     (plates, n), cables, count = chain.stiffness.shape, len(chain.reach), len(apart)
     elements = chain.hysteresis.slipping
@@ -175,7 +175,10 @@ def _derivatives(solved: SolvedPath, rows: Loads, sides: Sequence[Neighbour], ap
 def _packed_sides(
     solved: SolvedPath, rows: Loads, held: Packed, sides: Sequence[Neighbour], apart: np.ndarray, out: np.ndarray
 ) -> Sides:
-    """The sides of a path whose chain is `held`, and under whose loads `rows` act, as compiled code takes them."""
+    """The problems `sides` as compiled code takes them.
+
+    `held` are records of the solved chain with its shape held, `rows` its loads as of `acting`, `out` working space.
+    """
     problem, begins = (solved.chain, solved.loads), solved.begins
     acts = [rows if _same_loads(side, problem) else acting(side.chain, side.loads, begins) for side in sides]
     nominal = rows_of_loads(rows)
@@ -193,29 +196,30 @@ def _packed_sides(
 
 
 def _same_shape(side: Neighbour, chain: Chain) -> bool:
-    """Whether node angles, or bends where they are tied, mean the same shape in both."""
+    """Whether equal node angles (beyond the stress-free ones, if they are tied) give the same shape of both chains."""
     if "plate" in side.differ and not all(map(np.array_equal, side.chain.plate, chain.plate)):
         return False
     return _equal_in(("disk", "arc", "clamp", "rest") if chain.tied else ("disk", "arc", "clamp"), side, chain)
 
 
 SHAPED = "stiffness", "offset"
-"""Fields of a chain that tell how many plates, nodes and cables it has."""
+"""Fields of a chain whose shapes tell its numbers of plates, nodes and cables."""
 OF_LOADS = (
     *("tip_efficiency", "disk_efficiency", "gain", "quadratic", "play", "zero_drift"),
     *("friction_rate", "friction_reference", "friction_excess", "friction_decay"),
 )
-"""Fields of a chain that say what of the loads acts, beside those that always act."""
+"""Fields of a chain by which the acting loads follow from the recorded ones, without the constant loads."""
 
 
 def _same_loads(side: Neighbour, problem: LoadedChain) -> bool:
-    """Whether equal loads act, under recorded ones that are the same and not only equal."""
+    """Whether the same loads act as in `problem`: the recorded ones are the same object, and all that acts on these is
+    equal."""
     chain, loads = problem
     return side.loads is loads and _equal_in(OF_LOADS, side, chain) and _same_constant(side, chain)
 
 
 def _same_constant(side: Neighbour, chain: Chain) -> bool:
-    """Whether equal loads always act."""
+    """Whether the constant loads are equal."""
     if "constant" not in side.differ:
         return True
     always, nominal = side.chain.constant, chain.constant
@@ -225,14 +229,14 @@ def _same_constant(side: Neighbour, chain: Chain) -> bool:
 
 
 def _equal_in(names: Sequence[str], side: Neighbour, chain: Chain) -> bool:
-    """Whether a side has the values of `chain` in the fields `names`."""
+    """Whether a side's chain has the same values as `chain` in the fields `names`."""
     differ = side.differ.intersection(names)
     return all(np.array_equal(getattr(side.chain, name), getattr(chain, name)) for name in differ)
 
 
 def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
-    """Whether a side has the shapes of arrays, reaches of cables and switches of `problem`, so that numbers alone
-    differ."""
+    """Whether a side differs from `problem` in numbers alone: shapes of arrays, reaches of cables and kinds of friction
+    and hysteresis are the same."""
     (nominal, loads), chain, differ = problem, side.chain, side.differ
     if side.loads is not loads and any(a.shape != b.shape for a, b in zip(side.loads, loads, strict=True)):
         return False

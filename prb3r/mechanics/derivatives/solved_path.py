@@ -1,4 +1,4 @@
-"""A load path that has been solved, with the states that its derivatives are taken at."""
+"""A solved load path, with the states at which its derivatives are taken."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +13,8 @@ from prb3r.mechanics.equilibrium import Equilibria, solve_chain
 from prb3r.mechanics.path import SMALLEST_STEP
 
 SUBSTEPS = 64
-"""Accepted sub-steps per load step for which there is room at first, where states depend on those before."""
+"""Accepted sub-steps per load step for which there is room in the first solve, where states depend on those before; if
+there are more, the path is solved once more with room for all."""
 FOLLOWS_STATE = "moments that follow the state are not differentiated"
 
 
@@ -27,8 +28,8 @@ class SolvedPath:
     """(s,) whether a step follows on rest instead of on the step before."""
     equilibria: Equilibria
     states: PathStates
-    """The states that lead to the equilibria: one a solved step, or where they depend on those before rest and all
-    accepted sub-steps of the solved steps."""
+    """The states to differentiate: the equilibria of the solved steps, or, where states depend on those before, rest
+    and all accepted sub-steps of the solved steps."""
 
 
 def solve_path(
@@ -39,12 +40,14 @@ def solve_path(
     smallest_step: float = SMALLEST_STEP,
     allowance: Allowance | None = None,
 ) -> SolvedPath:
-    """Solve `chain` under every step of `loads` once; `from_rest` and what follows are those of `solve_chain`.
+    """Solve `chain` under every step of `loads`, and keep the states at which derivatives are taken.
+
+    `from_rest`, `smallest_step` and `allowance` are those of `solve_chain`.
 
     Raises
     ------
     ValueError
-        With moments that follow the state: `prb3r.model.law_sensitivity` has their derivatives.
+        For a chain with terms of a moment law; `prb3r.model.laws.derivatives` differentiates such chains.
     """
     if chain.closure:
         raise ValueError(FOLLOWS_STATE)
@@ -67,7 +70,10 @@ def solve_path(
 
 
 def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray) -> PathStates:
-    """Rest and all sub-steps of the `good` steps (s,); what was kept of others is left out."""
+    """Rest and all accepted sub-steps `kept` of the solved (`good`, (s,)) steps; those of failed steps are left out.
+
+    `from_rest` (s,): the steps that start from rest.
+    """
     came_from, last = np.zeros(1 + len(good), np.int64), 0
     for s, converged in enumerate(good, 1):
         last = 0 if from_rest[s - 1] else last

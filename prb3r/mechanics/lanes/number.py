@@ -1,8 +1,8 @@
-"""Numbers side by side: the same arithmetic on several equilibria at once, in the wide registers of the processor.
+"""Numbers in lanes (SIMD): the same arithmetic on several equilibria at once, in the wide registers of the processor.
 
-A number in lanes is one type for compiled code, so that the text of a kernel serves one equilibrium and several.  Where
-lanes part ways a kernel says so: `where` takes one of two numbers lane by lane, `some` and `every` tell whether
-something holds in one lane at least or in all.  Of plain numbers they mean the same, with one lane.
+A number in lanes is one type for compiled code, so that the same text of a kernel serves one equilibrium and several.
+Where lanes differ, kernels use three functions: `where` takes one of two numbers lane by lane, `some` and `every` tell
+whether a condition holds in at least one lane or in all.  For plain numbers they work as with a single lane.
 """
 
 import math
@@ -20,13 +20,13 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 
 LANES = 8
-"""Numbers side by side: as many as the widest registers hold; narrower ones take them in several parts."""
+"""Number of lanes: as many doubles as the widest registers hold; on narrower ones they are split into several parts."""
 LANE_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 MASK_VECTOR = ir.VectorType(ir.IntType(1), LANES)
 
 
 class Lanes(types.Type):
-    """A number in each lane."""
+    """Numba's type of a number in lanes: one double in each lane."""
 
     in_lanes = True
 
@@ -34,16 +34,16 @@ class Lanes(types.Type):
         super().__init__("lanes")
 
     def can_convert_from(self, typingctx, other):
-        """A plain number stands in every lane."""
+        """A plain number converts to the same number in every lane."""
         return Conversion.safe if isinstance(other, types.Number) else None
 
     def unify(self, typingctx, other):
-        """What is a plain number here and in lanes there is in lanes."""
+        """A variable that is a plain number in one branch and a number in lanes in another is one in lanes."""
         return self if isinstance(other, types.Number) else None
 
 
 class LaneMask(types.Type):
-    """Whether something holds, in each lane."""
+    """Numba's type of a condition in lanes: one truth value in each lane."""
 
     def __init__(self):
         super().__init__("lane mask")
@@ -65,7 +65,7 @@ class LaneMaskModel(models.PrimitiveModel):
 
 
 def spread(builder, value):
-    """A vector with a plain double in every lane."""
+    """Generate code for a vector with the plain double `value` in every lane."""
     first = builder.insert_element(ir.Constant(LANE_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
     order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
     return builder.shuffle_vector(first, ir.Constant(LANE_VECTOR, ir.Undefined), order)
@@ -81,12 +81,12 @@ def number_to_lanes(context, builder, fromty, toty, value):
 
 
 def _in_lanes(args) -> bool:
-    """Whether numbers in lanes, with plain ones beside them, are all that is given."""
+    """Whether all types `args` are numbers, at least one of them in lanes."""
     return IN_LANES in args and all(kind is IN_LANES or isinstance(kind, types.Number) for kind in args)
 
 
 def _define(function: Any, count: int, result: types.Type, emit: Any) -> None:
-    """Let compiled code call `function` with `count` numbers in lanes."""
+    """Let compiled code call `function` with `count` arguments in lanes; `emit` generates the code of the call."""
     kinds = (IN_LANES,) * count
 
     class Template(AbstractTemplate):
@@ -100,7 +100,7 @@ def _define(function: Any, count: int, result: types.Type, emit: Any) -> None:
 
 
 def _intrinsic(name: str, count: int) -> Any:
-    """Code that calls an operation of LLVM's on vectors."""
+    """A code generator that calls the LLVM operation `name` on `count` vectors."""
 
     def emit(context, builder, *args):
         kind = ir.FunctionType(LANE_VECTOR, [LANE_VECTOR] * count)
@@ -110,7 +110,7 @@ def _intrinsic(name: str, count: int) -> Any:
 
 
 def _one_by_one(function: Any, count: int) -> Any:
-    """Code that calls a function of plain numbers for one lane after the other."""
+    """A code generator that calls a function of `count` plain numbers for one lane after the other."""
 
     def emit(context, builder, *args):
         plain = context.get_function(function, signature(types.float64, *(types.float64,) * count))
@@ -154,12 +154,12 @@ for _function, _count in ((math.exp, 1), (math.cos, 1), (math.sin, 1), (math.tan
 
 
 def where(condition, a, b):
-    """`a` where the condition holds, else `b`."""
+    """In each lane `a` if the condition holds there, else `b`; both are evaluated."""
     return a if condition else b
 
 
 def some(condition):
-    """Whether the condition holds in one lane at least."""
+    """Whether the condition holds in at least one lane."""
     return condition
 
 

@@ -1,8 +1,8 @@
-"""Records whose numbers are in lanes: what a chain is made of once for all lanes, and its state in each of them.
+"""Records whose numbers are in lanes: the parameters of a chain once for all lanes, and its state in each of them.
 
-To compiled code such a record has the fields of the plain one (`records.py`).  Those that all lanes share, and those
-that are no floating point numbers, it takes from the plain record; all others lie in an array of their own, lane beside
-lane.
+To compiled code such a record has the fields of the plain one (`records.py`).  Fields that all lanes share, and those
+that are not floating point numbers, are read from the plain record; all others lie in an array of their own, lane
+beside lane.
 """
 
 import math
@@ -26,7 +26,7 @@ SHARED_BY_LANES = {
 
 
 def in_lanes_of(record: types.Record) -> dict[str, tuple[int, tuple[int, ...]]]:
-    """Of each field that differs from lane to lane its place, in numbers, and its shape."""
+    """Position (in numbers) and shape of each field of a `record` that differs from lane to lane, by its name."""
     places, place = {}, 0
     for name in record.fields:
         kind = record.typeof(name)
@@ -39,13 +39,16 @@ def in_lanes_of(record: types.Record) -> dict[str, tuple[int, tuple[int, ...]]]:
 
 
 def room_in_lanes(records: np.ndarray, kind: types.Record) -> np.ndarray:
-    """(..., width, `LANES`) numbers of records in lanes, zero."""
+    """(..., width, `LANES`) array of zeros for those numbers of `records` that differ from lane to lane.
+
+    `kind` is Numba's type of a record; the width is the count of such numbers in it.
+    """
     width = sum(math.prod(shape) for _, shape in in_lanes_of(kind).values())
     return np.zeros((*records.shape, width, LANES))
 
 
 class LaneArray(types.Type):
-    """A field of several numbers in lanes."""
+    """Numba's type of a field of several numbers in lanes."""
 
     def __init__(self, shape: tuple[int, ...]):
         self.dims = shape
@@ -53,7 +56,7 @@ class LaneArray(types.Type):
 
 
 class LaneRecord(types.Type):
-    """A record whose numbers are in lanes."""
+    """Numba's type of a record whose numbers are in lanes."""
 
     in_lanes = True
 
@@ -64,7 +67,7 @@ class LaneRecord(types.Type):
 
 
 class LaneTable(types.Type):
-    """Records in lanes in a row, or rows of them."""
+    """Numba's type of an array of records in lanes, of one or more dimensions."""
 
     def __init__(self, array: types.Array):
         self.array, self.entry = array, LaneRecord(array.dtype)  # type: ignore[arg-type]
@@ -94,7 +97,7 @@ class LaneTableModel(models.StructModel):
 
 @intrinsic
 def lane_table(typingctx, shared, numbers):
-    """Records in lanes, from records that hold what is shared and an array of `room_in_lanes`."""
+    """Records in lanes, from the plain records `shared` and an array `numbers` of `room_in_lanes`, in compiled code."""
     kind = LaneTable(shared)
 
     def code(context, builder, sig, args):
@@ -107,7 +110,7 @@ def lane_table(typingctx, shared, numbers):
 
 
 def _apart(builder, pointer, numbers):
-    """The address so many numbers in lanes further on."""
+    """Generate code for the address that lies so many numbers in lanes behind `pointer`."""
     return builder.gep(pointer, [builder.mul(numbers, ir.Constant(numbers.type, LANES))])
 
 
@@ -157,7 +160,7 @@ def _entry(context, builder, sig, args):
 
 
 def _address(context, builder, kind, pointer, place):
-    """Where a number of an array in lanes is."""
+    """Generate code for the address of one number, at the index `place`, of an array in lanes."""
     if len(kind.dims) == 1:
         index = place
     else:
@@ -220,7 +223,7 @@ class _Shape(AttributeTemplate):
 
 
 def _field(builder, kind, record, name):
-    """Address of a field in lanes."""
+    """Generate code for the address of the field `name` in lanes."""
     place, _ = kind.places[name]
     return builder.gep(record.numbers, [ir.Constant(ir.IntType(64), place * LANES)])
 
