@@ -1,4 +1,4 @@
-"""What may stand where a manipulator is meant: the manipulator, its file, or what the file would hold."""
+"""Arguments that stand for a manipulator: the manipulator itself, the path of its file, or what the file would hold."""
 
 from collections.abc import Callable, Mapping
 from functools import wraps
@@ -16,12 +16,12 @@ _R = TypeVar("_R")
 
 
 def manipulator_of(given: Given) -> Manipulator:
-    """The manipulator that is given, read from its file if it is a path and checked if it is plain data.
+    """The manipulator for which an argument stands: read from its file if a path is given, validated if plain data are.
 
     Raises
     ------
     SpecError
-        With everything that is wrong with the file or the data; for anything else what is meant.
+        With every problem of the file or the data, or if the argument is of another type.
     """
     if isinstance(given, Manipulator):
         return given
@@ -34,7 +34,7 @@ def manipulator_of(given: Given) -> Manipulator:
 
 
 def of_given(function: Callable[Concatenate[Manipulator, _P], _R]) -> Callable[Concatenate[Given, _P], _R]:
-    """`function`, whose first argument may be all that stands for a manipulator."""
+    """Decorator: `function`, whose first argument is a manipulator, accepts all that `manipulator_of` does."""
 
     @wraps(function)
     def entrance(manipulator: Given, *args: _P.args, **kwargs: _P.kwargs) -> _R:

@@ -133,7 +133,7 @@ in metres: -21 mm is -0.021
         return toml_text({key: value for key, value in plain(self).items() if value != []})
 
     def __repr__(self) -> str:
-        """Its name, the plates of each segment, cables, model and kinds of effects; `to_toml` has all of it."""
+        """Name, plates of each segment, cables, model and kinds of effects on one line; `to_toml` gives everything."""
         plates = [segment.plates for segment in self.segment]
         effects = f", effects={[effect.kind for effect in self.effect]}" if self.effect else ""
         return f"Manipulator({self.name!r}, {plates=}, cables={self.cable_names}, model={self.model!r}{effects})"
@@ -145,7 +145,7 @@ in metres: -21 mm is -0.021
 
     @property
     def follows_history(self) -> bool:
-        """Whether slip follows from the load path, so that what steps declare is ignored."""
+        """Whether slip follows from the load path, so that the slip that steps declare is ignored."""
         return self.friction.direction == "history" or any(effect.follows_history for effect in self.effect)
 
     @property
@@ -169,7 +169,7 @@ in metres: -21 mm is -0.021
 
     @property
     def bending_stiffness(self) -> np.ndarray:
-        """(plates,) bending stiffness EI of every plate, N m^2 [Eq. 17]."""
+        """(plates,) bending stiffness EI of every plate as designed, without effects, N m^2 [Eq. 17]."""
         return self.per_plate(segment.bending_stiffness(self.youngs_modulus_pa) for segment in self.segment)
 
     @property
@@ -178,12 +178,13 @@ in metres: -21 mm is -0.021
         return self.per_plate(segment.outer_fibre for segment in self.segment)
 
     def cable_arm(self, side: int) -> np.ndarray:
-        """(plates,) largest offset of a cable toward positive (`side` 1) or negative offsets (-1), m; 0 without any."""
+        """(plates,) largest distance of a cable from the axis on the side of positive (`side` 1) or negative (-1)
+        offsets, m; 0 for plates without a cable on that side."""
         arms = [self.per_plate(side * cable.offset(k) for k in range(len(self.segment))) for cable in self.cable]
         return np.maximum.reduce([np.zeros(self.plates), *arms])
 
     def chain(self, broken: Iterable[str] = ()) -> Chain:
-        """The mechanical problem, effects included; `broken` names cables that carry nothing.
+        """The chain of the mechanics for this manipulator, effects included; `broken` names cables that carry nothing.
 
         Raises
         ------
@@ -193,7 +194,7 @@ in metres: -21 mm is -0.021
         return with_effects(self.plain_chain(broken), self, self.effect)
 
     def plain_chain(self, broken: Iterable[str] = ()) -> Chain:
-        """The mechanical problem as :meth:`chain` gives it, but without any effect."""
+        """The chain that :meth:`chain` returns, but without any effect; raises the same error."""
         broken = set(broken)
         for name in sorted(broken.difference(self.cable_names)):
             raise ValueError(f"there is no cable {name!r} to break{did_you_mean(name, self.cable_names)}")

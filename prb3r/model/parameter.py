@@ -1,4 +1,4 @@
-"""Parameters by name: any number of a manipulator or of its load steps, and the problem with it changed.
+"""Parameters by name: any number of a manipulator or of its load steps, and the loads with a load parameter changed.
 
 Paths to a manipulator's numbers are those of `prb3r.model.paths`.  Loads: `tension.<cable>` is a factor on all tensions
 applied to a cable; a column of a table of steps, such as `cable_1_n` or `tip_y_n`, is added to that column in every
@@ -20,14 +20,14 @@ from prb3r.model.steps import tension_travel
 from prb3r.quantities import unit_ending
 
 RELATIVE_STEP = 1e-5
-"""Change of a parameter to either side, of its size."""
+"""Change of a parameter to either side for differences, over its size."""
 SIZE_OF_ZERO = {"_m": 1e-2, "_m2": 1e-2, "_per_m": 1.0, "_n": 1.0, "_n_m2": 0.1, "_m_s2": 1.0}
-"""Size of a parameter that is zero, by its unit; of a pure number 0.1."""
+"""Size that stands for a parameter whose value is zero, by the unit ending of its name; 0.1 for all other endings."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a manipulator (`keys` lead to it), or of its loads (then there are none)."""
+    """A number of a manipulator, to which `keys` lead, or of its loads, with empty `keys`."""
 
     path: str
     keys: Keys
@@ -35,18 +35,20 @@ class Parameter:
 
     @property
     def step(self) -> float:
-        """Change to either side for what is known of the parameter without solving, in its unit."""
+        """Change to either side for the differences at the held shape, in the parameter's unit."""
         size = abs(self.value) or SIZE_OF_ZERO.get(unit_ending(self.path.rsplit(".", 1)[-1]), 0.1)
         return RELATIVE_STEP * size
 
 
 def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
-    """The number of a manipulator, or of its loads, that `path` names, with its present value.
+    """The number of a manipulator or of its loads that `path` names, with its present value.
+
+    The present value of a factor on tensions is 1, that of a load to be added 0.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If there is no such number, or it is not one on which equilibria depend smoothly.
     """
     parts = path.split(".")
     if parts[0] == "tension":
@@ -63,7 +65,7 @@ def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
 
 
 def _number_at(manipulator: Manipulator, path: str) -> tuple[Keys, float]:
-    """Keys to a number of a manipulator that equilibria depend on, and the number."""
+    """Keys to a number of a manipulator on which equilibria depend, and the number; raises ValueError for others."""
     keys = keys_of_path(manipulator, path)
     effect = manipulator.effect[int(keys[1])] if keys[0] == "effect" and len(keys) > 1 else None
     if isinstance(effect, Observation):
@@ -75,7 +77,10 @@ def _number_at(manipulator: Manipulator, path: str) -> tuple[Keys, float]:
 
 
 def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers: np.ndarray, path: str, value: float):
-    """Loads of the steps with `numbers` (s,), the load parameter `path` at `value`: a factor, or N to be added."""
+    """The `loads` of one sequence with the load parameter `path` at `value`: a factor on tensions, or N to be added.
+
+    `numbers` (s,) are the numbers of the steps.
+    """
     if path.startswith("tension."):
         factor = np.ones(len(chain.reach))
         factor[manipulator.cable_names.index(path.removeprefix("tension."))] = value
@@ -94,6 +99,7 @@ def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers:
 
 
 def _pulled(loads: Loads, tension: np.ndarray) -> Loads:
-    """The loads of one sequence with other tensions (s, m), and the travel of the cables that comes of these."""
+    """The loads of one sequence with other tensions (s, m) and the travel that follows from these; rates stay as they
+    are."""
     begins = np.arange(loads.steps) == 0
     return loads._replace(tension=tension, travel=tension_travel(tension, loads.slip, begins))

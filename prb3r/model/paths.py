@@ -1,6 +1,7 @@
-"""Paths to the parts and values of a manipulator, such as `segment.1.thickness_m`, and a manipulator with one changed.
+"""Paths to the parts and values of a manipulator, such as `segment.1.thickness_m`: finding, reading and replacing them.
 
-Names are separated by dots; cables go by name, all other lists (segments, effects, listed offsets) by number from 1.
+Names are separated by dots.  Cables are addressed by name, elements of all other lists (segments, effects, listed
+offsets) by number from 1.
 """
 
 from collections.abc import Collection
@@ -13,7 +14,7 @@ from prb3r.model.files.toml_lines import Keys
 
 
 def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
-    """Keys and indices (from 0) that lead to what `path` names, which may be absent.
+    """Keys and indices (from 0) that lead to what `path` names; an optional value there may be absent (None).
 
     Raises
     ------
@@ -40,26 +41,29 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
 
 
 def require_known(part: str, valid: Collection[str], what: str) -> None:
-    """Refuse a part of a path that is not among the valid ones.
+    """Raise an error if a part of a path is not among the valid ones.
 
     Raises
     ------
     ValueError
-        That begins with `what` and ends with the closest valid part.
+        With a message that begins with `what` and ends with the closest valid part.
     """
     if part not in valid:
         raise ValueError(f"{what} {part!r}{did_you_mean(part, valid)}")
 
 
 def value_at(node: Any, keys: Keys) -> Any:
-    """The part or value of a manipulator that `keys` lead to."""
+    """The part or value of a manipulator to which `keys` lead."""
     for key in keys:
         node = node[key] if isinstance(key, int) else getattr(node, key)
     return node
 
 
 def with_value(node: Any, keys: Keys, value: Any) -> Any:
-    """A copy of models or plain data with another value at `keys`, which is not checked; the rest is shared."""
+    """A copy of a model or of plain data in which `value` stands at `keys`; it is not validated.
+
+    Parts that do not change are shared with the original.
+    """
     if not keys:
         return value
     key, inner = keys[0], keys[1:]

@@ -1,4 +1,4 @@
-"""Manipulator, load steps and parameters to derivatives."""
+"""Derivatives of a manipulator's equilibria under a table of load steps by named parameters, as a table."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -20,18 +20,20 @@ from prb3r.model.steps import LoadSequence, sequences_of
 def sensitivities(
     manipulator: Manipulator, steps: pd.DataFrame | str | Path, parameters: Iterable[str]
 ) -> pd.DataFrame:
-    """Derivatives of the equilibria along each sequence of load steps, every one from rest.
+    """Derivatives of the equilibria along each sequence of load steps; every sequence starts from rest.
 
     Parameters
     ----------
-    steps : as for `solve`.
-    parameters : paths such as `youngs_modulus_pa`, `segment.1.thickness_m`, `cable.2.offset_m`, `effect.1.factor`,
-        `tension.2` (a factor), `tip_y_n` or `step.3.cable_1_n` (added).
+    manipulator, steps : as for `solve`.
+    parameters : paths such as `youngs_modulus_pa`, `segment.1.thickness_m`, `cable.2.offset_m` or `effect.1.factor`;
+        `tension.2`, a factor on all tensions of cable 2; `tip_y_n`, a load that is added in every step, or
+        `step.3.cable_1_n`, one that is added in step 3 alone.
 
     Returns
     -------
-    DataFrame with `sequence, step, disk, parameter, dx_m, dy_m, dangle_rad` and, of the tension of each cable over the
-    plate that ends at the disk, `dcable_<name>_n`; all per unit of the parameter.  Steps without equilibrium hold NaN.
+    DataFrame with `sequence, step, disk, parameter` and the derivatives `dx_m, dy_m, dangle_rad` of each disk and, for
+    each cable, `dcable_<name>_n` of its tension over the plate that ends at the disk; all per unit of the parameter.
+    Steps without equilibrium hold NaN.
 
     Raises
     ------
@@ -75,6 +77,7 @@ def _directions(
     sequence: LoadSequence,
     known: list[Parameter],
 ) -> list[Direction]:
+    """The direction of each parameter for one sequence, the one with this `index` in the table `steps`."""
     chain = manipulator.chain()
 
     def problem(parameter: Parameter, value: float):
@@ -94,6 +97,7 @@ def _directions(
 def _table(
     manipulator: Manipulator, sequence: LoadSequence, known: list[Parameter], directions: list[Direction]
 ) -> pd.DataFrame:
+    """The table of `sensitivities` for one sequence."""
     derivatives = sensitivities_under_law(manipulator.chain(), sequence.loads, directions, number=sequence.steps)
     count, disks, parameters = derivatives.dx.shape
     tension = np.full((count, disks, len(manipulator.cable), parameters), np.nan)

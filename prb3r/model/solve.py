@@ -1,4 +1,4 @@
-"""Manipulator and load steps to states: columns in, columns out, whatever the number of sequences."""
+"""Equilibria of a manipulator under a table of load steps, as a table: `solve`, or `solve_in_blocks` for many steps."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -22,18 +22,19 @@ from prb3r.model.steps import LoadTable, load_steps
 BLOCK = 16_384
 """Steps that are solved in one call: a block of the wrist of 14 plates takes 30 MB, a longer one is no faster."""
 MOST_COUPLED_PLATES = 1000
-"""Of a chain whose holes stick and slip together: with four cables what is known of them takes 200 MB."""
+"""Most plates of a chain whose friction follows the cables' travel: with four cables the matrix by which it is found
+which holes stick takes 200 MB."""
 POSITION_COLUMNS = ["sequence", "step", "disk", "x_m", "y_m", "angle_rad", "outcome"]
-"""Columns of :func:`solve` that every manipulator has."""
+"""Columns that :func:`solve` returns for every manipulator."""
 
 Extra = Literal["stress_pa", "lowest_eigenvalue_n_m_per_rad"]
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedBlocks:
-    """Equilibria of many load steps, solved block by block as they are iterated over, every time anew.
+    """Equilibria of many load steps, solved block by block while they are iterated over; each iteration solves anew.
 
-    Each block is a table as of :func:`solve`, of whole sequences: some 16,000 steps, or one sequence that has more.
+    Each block is a table like that of :func:`solve`, with whole sequences: some 16,000 steps, or one longer sequence.
     """
 
     manipulator: Manipulator
@@ -43,28 +44,28 @@ class SolvedBlocks:
 
     @property
     def steps(self) -> int:
-        """Number of load steps of the table, those of all sequences and blocks together."""
+        """Number of load steps of all sequences and blocks together."""
         return len(self.table.steps)
 
     @property
     def elapsed(self) -> np.ndarray:
-        """(s,) steps that had passed before each; not whole ones where `time_s` says when each was taken."""
+        """(s,) number of steps that had passed before each; not a whole number where it follows from `time_s`."""
         return self.table.loads.elapsed[:, 0]
 
     def __iter__(self) -> Iterator[pd.DataFrame]:
         return (_framed(block, columns) for block, columns in self.columns())
 
     def whole(self) -> pd.DataFrame:
-        """All blocks, solved anew, as one table like that of :func:`solve`: a row for every disk of every step."""
+        """All blocks, solved anew, as one table like that of :func:`solve`."""
         blocks = [columns for _, columns in self.columns()]
         return _framed(
             self.table, {name: np.concatenate([block.pop(name) for block in blocks]) for name in [*blocks[0]]}
         )
 
     def columns(self) -> Iterator[tuple[LoadTable, dict[str, np.ndarray]]]:
-        """Each block with its columns of numbers, a row for every disk of every step."""
+        """Each block of load steps with the solved columns of numbers, a row for every disk of every step."""
         for block in self.table.blocks(BLOCK):
-            # moments that follow the state are found for all sequences of a call together
+            # under a moment law all sequences of a call are iterated together, so each gets a call of its own
             parts = block.blocks(1) if self.chain.closure else [block]
             solved = [_solved(self.manipulator, self.chain, part, self.also) for part in parts]
             yield block, {name: np.concatenate([part[name] for part in solved]) for name in solved[0]}
@@ -77,9 +78,9 @@ def solve_in_blocks(
     model: ModelName | None = None,
     also: Collection[Extra] = (),
 ) -> SolvedBlocks:
-    """What :func:`solve` gives, in blocks: of a million steps no more than one block of results is in memory.
+    """The equilibria of :func:`solve` in blocks, so that of a million steps only one block of results is in memory.
 
-    Parameters as of :func:`solve`.
+    Parameters are those of :func:`solve`.
 
     Raises
     ------
@@ -113,30 +114,31 @@ def solve(
     image_centre_m: tuple[float, float] = (0.0, 0.0),
     also: Collection[Extra] = (),
 ) -> pd.DataFrame:
-    """Equilibria along each sequence of load steps, every one from rest.
+    """Equilibria along each sequence of load steps; every sequence starts from rest.
 
-    A call takes some 6 ms whatever it solves, an equilibrium some 10 microseconds: many loads belong into one table, in
-    one sequence or in many.
+    A call takes some 6 ms whatever it solves, and each equilibrium some 10 microseconds: put many loads into one table,
+    in one sequence or in many.
 
     Parameters
     ----------
-    steps : table of steps, columns by name, or the CSV or Parquet file that holds the table (docs/my-manipulator.md).
-    model : instead of the manipulator's own.
-    as_measured : positions and angles as a camera with the manipulator's observation effects reads them.
-    image_centre_m : of that camera.
-    also : further columns: `stress_pa`, highest bending stress of the plate that ends at the disk (NaN for the base and
-        where `outer_fibre_m` is not known); `lowest_eigenvalue_n_m_per_rad` of the step's tangent stiffness.
+    manipulator : a `Manipulator`, the path of its file, or what the file would hold as a dict.
+    steps : a table of steps, its columns by name, or the CSV or Parquet file of such a table (docs/my-manipulator.md).
+    model : plate model to use instead of the manipulator's own.
+    as_measured : return positions and angles as a camera with the manipulator's observation effects measures them.
+    image_centre_m : x and y of the centre of that camera's image, m.
+    also : further columns: `stress_pa`, the highest bending stress of the plate that ends at the disk (NaN for the base
+        and where `outer_fibre_m` is not known); `lowest_eigenvalue_n_m_per_rad` of the step's tangent stiffness.
 
     Returns
     -------
-    DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step and
-    `cable_<name>_n`, the tension over the plate that ends at the disk (for the base: as it enters); beyond the base,
-    positions and tensions of a step without equilibrium are NaN.
+    DataFrame with `sequence, step, disk, x_m, y_m, angle_rad, outcome` for disks 0..n of every step, and for each cable
+    `cable_<name>_n`, its tension over the plate that ends at the disk (for the base disk, the tension of the table).
+    Positions, angles and tensions of a step without equilibrium are NaN, except at the base.
 
     Raises
     ------
     SpecError
-        With every problem of the table.
+        With every problem of the manipulator or the table.
 
     Examples
     --------
@@ -155,15 +157,18 @@ def solve(
 def as_read(
     table: pd.DataFrame, manipulator: Manipulator, image_centre_m: tuple[float, float], elapsed: np.ndarray
 ) -> pd.DataFrame:
-    """A table of equilibria with its positions and angles as a camera with the manipulator's observation effects reads
-    them; `elapsed` (s,): steps that had passed before each of the table."""
+    """A table of equilibria with positions and angles as a camera with the manipulator's observation effects measures
+    them.
+
+    `elapsed` (s,) is the number of steps that had passed before each step of the table.
+    """
     elapsed = np.repeat(elapsed, manipulator.plates + 1)
     x, y = observed(table[["x_m", "y_m"]].to_numpy(), manipulator.effect, image_centre_m, elapsed).T
     return table.assign(x_m=x, y_m=y, angle_rad=table["angle_rad"] + turned(manipulator.effect, elapsed))
 
 
 def _framed(table: LoadTable, columns: dict[str, np.ndarray]) -> pd.DataFrame:
-    """Load steps and the columns of their states as one table; `columns` is used up."""
+    """Load steps and the solved `columns` of their states as one table; entries are removed from `columns`."""
     count = len(table.steps)
     disks = len(columns["x_m"]) // count
     sequence = np.repeat(np.cumsum(table.begins) - 1, disks)
@@ -183,9 +188,9 @@ def _framed(table: LoadTable, columns: dict[str, np.ndarray]) -> pd.DataFrame:
 
 
 def history_problem(chain: Chain) -> str:
-    """Why a chain is not solved along its loading history, empty if it is or has none.
+    """A message if a chain has too many plates to be solved along its loading history; else empty.
 
-    Which holes stick is found for all of them together, from a full matrix.
+    Which holes stick is found for all holes together, with a full matrix.
     """
     if chain.tied or not chain.presliding > 0 or chain.plates <= MOST_COUPLED_PLATES:
         return ""
@@ -196,7 +201,7 @@ def history_problem(chain: Chain) -> str:
 
 
 def _solved(manipulator: Manipulator, chain: Chain, block: LoadTable, also: Collection[Extra]) -> dict[str, np.ndarray]:
-    """Columns of a block of whole sequences, a row for every disk of every step."""
+    """Solved columns of a block of whole sequences, a row for every disk of every step."""
     states = equilibria_of(chain, block.loads, from_rest=block.begins, eigenvalue=True, number=block.steps)
     disks = states.x.shape[1]
     columns = {"x_m": states.x, "y_m": states.y, "angle_rad": states.angle}
@@ -212,10 +217,11 @@ def _solved(manipulator: Manipulator, chain: Chain, block: LoadTable, also: Coll
 
 
 def disk_tension(chain: Chain, loads: Loads, states: Equilibria) -> np.ndarray:
-    """(s, n + 1, m) tension of each cable over the plate that ends at each disk, N; as it enters at the base disk.
+    """(s, n + 1, m) tension of each cable over the plate that ends at each disk, N; at the base disk the tension of
+    `loads`.
 
-    Broken cables carry nothing; NaN over the plates of a step without equilibrium.  States without detail have the
-    tension that enters at every disk.
+    Broken cables carry nothing.  Tensions over the plates of a step without equilibrium are NaN.  For states without
+    detail, the tension of `loads` stands at every disk.
     """
     entering = (loads.tension * (chain.reach > 0))[:, None]
     if not len(states.tension):

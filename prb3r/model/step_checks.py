@@ -1,4 +1,4 @@
-"""What a table of load steps may hold: names of columns, signs, sizes; and everything that is wrong with one."""
+"""Checks of a table of load steps: the columns that it may have, and all problems with its names, signs and sizes."""
 
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping
@@ -23,11 +23,11 @@ from prb3r.model.files.cells import (
 from prb3r.model.manipulator import Manipulator
 
 REST_NOISE = 0.02
-"""A tension below zero by up to this share of the largest is a force sensor at rest and taken as zero."""
+"""A tension below zero by up to this share of the table's largest tension counts as zero: a force sensor at rest."""
 
 
 TIME = "time_s"
-"""Optional column of a table of steps: when each was taken, by one clock."""
+"""Optional column of a table of steps: the time at which each was taken, by one clock."""
 
 
 def column_names(manipulator: Manipulator) -> list[str]:
@@ -47,11 +47,14 @@ def cable_columns(manipulator: Manipulator, frame: Container[str]) -> list[str]:
 def step_problems(
     manipulator: Manipulator | None, frame: pd.DataFrame, where: str, *, keys=("sequence", "step")
 ) -> list[Problem]:
-    """Everything that is wrong with a table of steps.
+    """All problems of a table of steps.
 
     Parameters
     ----------
-    manipulator : that the loads act on; without it, names of columns and signs of tensions stay unchecked.
+    manipulator : the manipulator on which the loads act; without it, names of columns and signs of tensions stay
+        unchecked.
+    where : name of the table in messages.
+    keys : columns that tell rows apart; empty for loads without sequences, which have no times either.
     """
     valid = [*keys, *([TIME] if keys else []), *_columns(manipulator)] if manipulator else list(frame.columns)
     problems = key_problems(frame, where, keys)
@@ -75,17 +78,18 @@ def step_problems(
 
 
 def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
-    """A sentence on the declared slips among `columns` that the manipulator does not read, empty if there are none."""
+    """A sentence on columns of declared slip that are ignored, as slip of the manipulator follows from the load path;
+    empty if there are none."""
     slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
     return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
 def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """(c,) whether each of `c` tables of steps has problems, which `step_problems` then tells.
+    """(c,) whether each of `c` tables of `s` steps has a problem; `step_problems` says which.
 
     Parameters
     ----------
-    columns : (c, s) numbers of each load, by its name.
+    columns : (c, s) numbers of each load column, by its name.
     """
     names, count = cable_columns(manipulator, columns), len(next(iter(columns.values())))
     twice = any(name.endswith("_n") and name.removesuffix("n") + "kg" in names for name in names)
@@ -102,25 +106,27 @@ def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.n
 
 
 def _no_slip(values: Any) -> Any:
-    """Whether declared slips are other than drawn in, none or paid out."""
+    """Whether declared slips are something else than -1 (drawn in), 0 (none) or 1 (paid out)."""
     return (values != -1) & (values != 0) & (values != 1)
 
 
 def _newtons(manipulator: Manipulator, name: str, values: Any) -> Any:
-    """Values of the column of tensions `name` in newtons; kilograms are multiplied by the manipulator's gravity."""
+    """Tensions of the column `name` in newtons; kilograms are multiplied by the manipulator's gravity."""
     return values * (manipulator.gravity_m_s2 if name.endswith("_kg") else 1)
 
 
 def _pushes(newtons: Any, largest: Any) -> Any:
-    """Whether tensions are too far below zero, next to the largest one of their table."""
+    """Whether tensions lie below zero by more than `REST_NOISE` of the largest one of their table."""
     return newtons < -REST_NOISE * np.maximum(largest, 0.0)
 
 
 def _columns(manipulator: Manipulator) -> list[str]:
+    """All load columns that a table of steps may have, those in kilograms included."""
     return [*column_names(manipulator), *(f"cable_{name}_kg" for name in manipulator.cable_names)]
 
 
 def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
+    """Ending of a message about an unknown column: the disk or cable that does not exist, or the closest valid name."""
     if manipulator and (disk := re.fullmatch(r"disk(\d+)_[xy]_n", name)):
         return f": there is no disk {disk[1]}, disks that can carry loads are 1 to {manipulator.plates}"
     if manipulator and (other := re.fullmatch(r"(?:cable_(.+)_(?:n|kg)|slip_(.+))", name)):
@@ -130,7 +136,7 @@ def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
 
 
 def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
-    """A problem for each sequence in which steps stand in several rows: which ones, and in what rows."""
+    """A problem for each sequence with steps that stand in several rows; it names these steps and rows."""
     for name, rows in frame[frame.duplicated(["sequence", "step"], keep=False)].groupby("sequence", sort=False):
         steps = rows["step"].unique()
         places = [f"step {step} stands in {rows_of(rows['step'] == step)}" for step in steps[:3]]
@@ -141,7 +147,8 @@ def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
 
 
 def _time_problems(frame: pd.DataFrame, place: str) -> list[Problem]:
-    """What keeps the times of steps from being those of one clock."""
+    """Problems with the times of steps, which have to grow within a sequence and be of one clock, so that sequences do
+    not overlap."""
     problems, time = number_problems(frame[TIME], place), numbers(frame[TIME])
     if (empty := is_empty(frame[TIME])).any():
         problems.append(
@@ -166,6 +173,7 @@ def _time_problems(frame: pd.DataFrame, place: str) -> list[Problem]:
 
 
 def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
+    """Problems with the cells of one load column: no numbers, empty loads, or slips other than -1, 0 and 1."""
     problems, read = number_problems(values, place), numbers(values)
     if name.startswith("slip_"):
         wrong = np.isfinite(read) & _no_slip(read)

@@ -1,4 +1,4 @@
-"""Load steps: tables of tensions and dead loads, in newtons or kilograms, checked and turned into loads."""
+"""Load steps: a table of tensions and dead loads, in newtons or kilograms, is checked and turned into `Loads`."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -19,13 +19,14 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME, step_problems
 
 HELD_N = 0.1
-"""Change of tension that a cable creeps or is regulated by while it is held, N: over a dwell it is what the rate of the
-tension falls to, and friction follows the logarithm of the dwell.  Choice: a hundredth of what small rigs pull with."""
+"""Least change of tension that counts for the rate of a cable, N, as creep or the control of a held tension causes it.
+So the rate of a held tension is this over the dwell, and friction follows the logarithm of the dwell.  Choice: a
+hundredth of what small rigs pull with."""
 
 
 @dataclass(frozen=True)
 class LoadSequence:
-    """Load steps that are applied one after the other, from rest on."""
+    """Load steps that are applied one after the other, starting from rest."""
 
     name: str
     steps: np.ndarray
@@ -35,7 +36,7 @@ class LoadSequence:
 
 @dataclass(frozen=True)
 class LoadTable:
-    """Load steps of `k` sequences, one sequence after the other, every one from rest on."""
+    """Load steps of `k` sequences, one sequence after the other; every sequence starts from rest."""
 
     names: np.ndarray
     """(k,) names of the sequences, as text."""
@@ -44,7 +45,7 @@ class LoadTable:
     steps: np.ndarray
     """(s,) step numbers, which grow within a sequence."""
     loads: Loads
-    """`s` steps."""
+    """Loads of all `s` steps."""
 
     @property
     def begins(self) -> np.ndarray:
@@ -61,7 +62,7 @@ class LoadTable:
             yield LoadSequence(name, self.steps[rows], Loads(*(field[rows] for field in self.loads)))
 
     def blocks(self, rows: int) -> Iterator["LoadTable"]:
-        """Tables of whole sequences, with `rows` steps or, for a longer sequence, more."""
+        """Tables of whole sequences with up to `rows` steps each; a longer sequence is a table of its own."""
         ends, start = np.append(self.first[1:], len(self.steps)), 0
         while start < len(self.first):
             stop = max(start + 1, int(np.searchsorted(ends, self.first[start] + rows, side="right")))
@@ -72,10 +73,10 @@ class LoadTable:
 
 
 def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mapping[str, np.ndarray]) -> Loads:
-    """Loads of the rows of `table`, N, whose columns have been checked; absent loads are zero, absent slips -1.
+    """Loads of the rows of `table`, in N, whose columns have been checked; absent loads are zero, absent slips -1.
 
-    The rows follow on each other in time, as evenly as one step on the next where no `time_s` says otherwise; those
-    of a sequence stand together.
+    Rows have to be in their order in time, those of a sequence together.  Without a column `time_s`, successive rows
+    are one elapsed step apart.  Tensions below zero become zero.
     """
     rows = len(next(iter(table.values()))) if isinstance(table, Mapping) else len(table)
     begins = np.arange(rows) == 0
@@ -114,16 +115,20 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
 
 
 def elapsed_steps(time: np.ndarray) -> np.ndarray:
-    """(s,) how many steps have passed before each, where one takes as long as they do in the mean; `time` (s,), s."""
+    """(s,) number of steps that had passed before each: its time since the first over the mean time per step.
+
+    `time` (s,) of the steps, s.
+    """
     first, last = (time.min(), time.max()) if len(time) else (0.0, 0.0)
     return (time - first) * ((len(time) - 1) / (last - first)) if last > first else time - first
 
 
 def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndarray:
-    """(s, m) how fast tensions (s, m) came to be what they are, N/s; 0 where a sequence begins, after no other step.
+    """(s, m) rate at which each tension changed since the step before, N/s; 0 at the first step of a sequence.
 
     Parameters
     ----------
+    tension : (s, m), N
     time : (s,) of each step, s
     begins : (s,) whether a step is the first of its sequence.
     """
@@ -134,7 +139,7 @@ def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndar
 
 
 def tension_changes(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:
-    """(s, m) by how much each tension has changed since the step before, or from rest where a sequence begins, N.
+    """(s, m) change of each tension since the step before, or since rest at the first step of a sequence, N.
 
     Parameters
     ----------
@@ -146,10 +151,11 @@ def tension_changes(tension: np.ndarray, begins: np.ndarray) -> np.ndarray:
 
 
 def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) -> np.ndarray:
-    """(s, m) by how much each cable's tension has changed since the cable began to slip the way it does, N.
+    """(s, m) sum of the absolute changes of each cable's tension since it began to slip in its present direction, N.
 
-    It begins to where a sequence does, from rest, where it is declared to slip another way than before, or none before,
-    and where it was slack.  What it changes by up to the first step of the new way counts as slip of that way.
+    A cable begins to slip anew at the first step of a sequence, where its declared slip differs from that of the step
+    before, and where it was slack at the step before.  The change of tension up to the first step of the new direction
+    counts as travel in that direction.
 
     Parameters
     ----------
@@ -166,14 +172,18 @@ def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) ->
 
 
 def _zeros(*shape: int) -> np.ndarray:
-    """Zeros to be read, which take no memory: of a million steps, loads that nothing names would fill most of it."""
+    """A read-only array of zeros that takes no memory; for a million steps, loads that no column names would fill most
+    of it."""
     return np.broadcast_to(0.0, shape)
 
 
 def load_steps(
     manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
 ) -> LoadTable:
-    """A table of steps (or the file that holds it), its sequences in order of appearance, sorted by step.
+    """Checked load steps from a table of steps, or from the file that holds the table.
+
+    Sequences stand in the order of their first rows, and steps within a sequence in the order of their numbers.
+    `where` names the table in messages; a file goes by its own name.
 
     Raises
     ------
@@ -202,7 +212,7 @@ def load_steps(
 
 
 def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
-    """Columns of one length as a table; a single value stands in every row."""
+    """A table from columns of one length; a single value stands in every row.  Raises SpecError for other columns."""
     try:
         return pd.DataFrame(dict(columns))
     except ValueError as error:
@@ -212,5 +222,5 @@ def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
 def sequences_of(
     manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
 ) -> list[LoadSequence]:
-    """The sequences of a table of steps; see :func:`load_steps`."""
+    """The sequences of a table of steps, each by itself; parameters and errors are those of :func:`load_steps`."""
     return list(load_steps(manipulator, steps, where).sequences())

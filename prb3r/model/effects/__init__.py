@@ -1,4 +1,4 @@
-"""The library of effects: physics that real rigs have, each one small class that changes the chain.
+"""The library of effects: physics that real rigs have, each a small class that changes the chain or what is measured.
 
 An effect is switched on by an `[[effect]]` table in a manipulator file.  To add one, write a class with its parameters
 and `change(chain, manipulator)` in the file of its family, and test its law against an independent calculation.
@@ -20,7 +20,7 @@ FAMILIES = (friction, cables, plates, sections, loads, camera, empirical)
 
 
 def _kinds() -> Iterator[tuple[str, type[Effect]]]:
-    """Kind and class of every effect, in the order in which the families define them."""
+    """Pairs of kind and class of every effect, in the order in which the files of `FAMILIES` define them."""
     for family in FAMILIES:
         for member in vars(family).values():
             if isinstance(member, type) and issubclass(member, Effect) and member.__module__ == family.__name__:
@@ -33,7 +33,7 @@ EFFECT_KINDS: dict[str, type[Effect]] = dict(_kinds())
 
 @cache
 def in_place_of(first: str, other: str) -> bool:
-    """Whether one of two kinds stands in the place of the other, so that a manipulator cannot have both."""
+    """Whether one of two kinds excludes the other (`Effect.instead_of`), so that a manipulator cannot have both."""
     return other in EFFECT_KINDS[first].instead_of or first in EFFECT_KINDS[other].instead_of
 
 
@@ -44,7 +44,7 @@ else:
 
 
 def with_effects(chain: Chain, manipulator: Host, effects: Iterable[Effect]) -> Chain:
-    """The chain with all effects, in their order."""
+    """The `chain` of a manipulator with all `effects`, applied in the order of `Effect.late`."""
     for effect in sorted(effects, key=lambda effect: effect.late):
         chain = effect.change(chain, manipulator)
     return chain
@@ -53,9 +53,10 @@ def with_effects(chain: Chain, manipulator: Host, effects: Iterable[Effect]) -> 
 def observed(
     points: np.ndarray, effects: Iterable[Effect], image_centre_m: Sequence[float], elapsed: np.ndarray | float
 ) -> np.ndarray:
-    """Positions (..., 2) as read with all observation effects, drift before scale before distortion.
+    """(..., 2) positions as a camera with all observation effects measures `points` (..., 2), m.
 
-    `elapsed` (...): steps of the table before that of each position.
+    Drift is applied before scale, and scale before distortion.  `elapsed` (...) is the number of steps that had passed
+    before each position.
     """
     for effect in sorted(effects, key=lambda effect: effect.late):
         if isinstance(effect, Observation):
@@ -64,7 +65,7 @@ def observed(
 
 
 def turned(effects: Iterable[Effect], elapsed: np.ndarray) -> np.ndarray:
-    """(...) what all observation effects add to measured angles after so many steps, rad."""
+    """(...) angle that all observation effects add to measured angles after so many `elapsed` (...) steps, rad."""
     total = np.zeros(elapsed.shape)
     for effect in effects:
         if isinstance(effect, Observation):

@@ -1,4 +1,4 @@
-"""What every effect is: a kind, parameters, and the change that it makes to the chain or to what is read."""
+"""The base classes of effects: `Effect` changes the chain of the mechanics, `Observation` changes what is measured."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from prb3r.mechanics.chain import Chain
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 Number = Annotated[int, Field(ge=1)]
 Side = Literal["positive", "negative"]
-"""Toward which plates bend: that of positive or of negative cable offsets."""
+"""Side toward which plates bend: that of positive or of negative cable offsets."""
 SIDES: tuple[Side, ...] = "negative", "positive"
-"""In the order of arrays that hold both."""
+"""The sides in the order of arrays that have a column for each."""
 SIDE_COLUMN: Mapping[str | None, int | slice] = MappingProxyType({"negative": 0, "positive": 1, None: slice(None)})
-"""Of a side in such arrays; of no side: both."""
+"""Column of a side in such arrays; both columns for no side."""
 
 
 class Host(Protocol):
-    """What an effect may ask of the manipulator that has it."""
+    """The attributes of a manipulator that its effects may use; see `prb3r.model.manipulator.Manipulator`."""
 
     @property
     def model(self) -> str: ...
@@ -61,7 +61,7 @@ class Host(Protocol):
 
 
 class CachedHost:
-    """A manipulator of which what effects ask is worked out once, for many chains of it."""
+    """The attributes of a manipulator that effects use, computed once, to build many chains of it."""
 
     def __init__(self, manipulator: Host) -> None:
         self.model, self.youngs_modulus_pa = manipulator.model, manipulator.youngs_modulus_pa
@@ -73,7 +73,7 @@ class CachedHost:
             shared.flags.writeable = False
 
     def cable_arm(self, side: int) -> np.ndarray:
-        """(plates,) as of a manipulator."""
+        """(plates,) as `Manipulator.cable_arm`."""
         return self._arms[side]
 
 
@@ -83,30 +83,30 @@ class Effect(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def __init__(self, **parameters: Any) -> None:
-        """Its parameters by name; `kind` may be left out."""
+        """Take the parameters of the effect by name; `kind` may be left out."""
         super().__init__(**_named_kind(type(self)) | parameters)
 
     late: ClassVar[int] = 0
-    """Effects are applied in this order, then in that of the file."""
+    """Rank by which effects are applied, small numbers first; those of equal rank in the order of the file."""
     once: ClassVar[bool] = False
-    """Whether a manipulator has the kind but once: a second in the file replaces what the first has set.
+    """Whether a second effect of the kind in a file replaces what the first has set.
 
-    Others add up, multiply, or sit at places of their own.
+    Effects of other kinds add up, multiply, or act at places of their own.
     """
     instead_of: ClassVar[frozenset[str]] = frozenset()
-    """Kinds that say the same of the same parts, beside which a manipulator cannot have it."""
+    """Kinds that describe the same property of the same parts, so that a manipulator cannot have one beside this."""
     follows_history: ClassVar[bool] = False
-    """Whether slip follows from the load path, so that every state takes all states before it."""
+    """Whether the effect makes slip follow from the load path, so that a state depends on all states before it."""
     needs_times: ClassVar[bool] = False
-    """Whether it goes by when steps were held, so that tables of steps must say so."""
+    """Whether the effect depends on the times of steps, which tables of steps then have to give."""
     kind: str
 
     @abstractmethod
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        """A chain of the manipulator with the effect; the one that is given stays as it is."""
+        """A copy of `chain`, a chain of the manipulator, with the effect."""
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """What the effect names that the manipulator does not have."""
+        """Messages on why the manipulator cannot have the effect: parts that do not exist, effects that exclude it."""
         for other in sorted(self.instead_of & {effect.kind for effect in manipulator.effect}):
             yield f"effect {self.kind} stands in the place of {other}: leave one of both out"
         names = manipulator.cable_names
@@ -124,20 +124,20 @@ class Effect(BaseModel, ABC):
                 yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
 
     def _named(self, part: str) -> list[Any]:
-        """What the fields of the name `part`, or of its plural, say; nothing where they are absent or empty."""
+        """Values of the fields named `part` and its plural: names or numbers of parts; empty where neither is given."""
         single, several = getattr(self, part, None), getattr(self, f"{part}s", None)
         return [*([] if single is None else [single]), *(several or ())]
 
 
 @cache
 def _named_kind(effect: type[Effect]) -> dict[str, str]:
-    """The kind of an effect by its name, as a parameter; none of a class that is no effect of the library."""
+    """The parameter `kind` of an effect class with its value; empty for a base class, which has none."""
     kinds = get_args(effect.model_fields["kind"].annotation)
     return {"kind": kinds[0]} if kinds else {}
 
 
 def mask_of(plates: Sequence[int], count: int) -> np.ndarray:
-    """(count,) which plates are among those of the numbers `plates`, counted from 1."""
+    """(count,) whether each of `count` plates is among the numbers `plates`, counted from 1."""
     named = np.zeros(count, bool)
     named[np.asarray(plates, int) - 1] = True
     return named
@@ -151,14 +151,17 @@ class Observation(Effect):
 
     @abstractmethod
     def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
-        """Measured positions (..., 2) of `points`; `centre` (2,) of the image, m; `elapsed` (...) steps before each."""
+        """(..., 2) measured positions of `points` (..., 2), m.
+
+        `centre` (2,) is that of the image, m; `elapsed` (...) is the number of steps that had passed before each point.
+        """
 
     def turn(self, elapsed: np.ndarray | float) -> np.ndarray | float:
-        """(...) what is added to measured angles after so many steps, rad."""
+        """(...) angle that is added to measured angles after so many `elapsed` (...) steps, rad."""
         return 0.0
 
 
 def columns(cables: Sequence[str] | None, manipulator: Host) -> list[int]:
-    """Numbers of the named cables, of all where none is named."""
+    """Indices (from 0) of the named cables; of all cables for None."""
     names = manipulator.cable_names
     return list(range(len(names))) if cables is None else [names.index(cable) for cable in cables]

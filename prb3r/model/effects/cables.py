@@ -1,4 +1,4 @@
-"""Cables: what they carry and where they run."""
+"""Effects on cables: the tension that they carry for the recorded one, and the place of their holes."""
 
 from typing import Literal
 
@@ -10,7 +10,7 @@ from prb3r.model.files.numbers import NonNegative, Positive
 
 
 def _added(known: np.ndarray | float, by: float, cables: list[str] | None, manipulator: Host) -> np.ndarray:
-    """(m,) what is `known` of each cable, and `by` more of those named (None: of all)."""
+    """(m,) a parameter of each cable: its value `known` so far, and `by` more for the named cables (None: for all)."""
     out = np.zeros(len(manipulator.cable_names)) + known
     out[columns(cables, manipulator)] += by
     return out

@@ -1,4 +1,4 @@
-"""The camera: what is read, not what is."""
+"""Effects of the camera, which change what is measured and not the chain."""
 
 from typing import Annotated, ClassVar, Literal
 

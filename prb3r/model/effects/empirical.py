@@ -1,4 +1,4 @@
-"""Moments that follow the state by a fitted law, without a mechanism."""
+"""The effect of a fitted moment law: moments on the arcs that depend on the state, without a mechanism behind them."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal

@@ -1,4 +1,5 @@
-"""Friction: of all holes, of one, of a pulley before the base, and how it remembers."""
+"""Effects on friction: at holes and at pulleys before the base, its dependence on load, rate and travel, and slip that
+follows from the load path."""
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
@@ -86,7 +87,7 @@ class BreakawayFriction(Effect):
 
 
 def _declared_only(kind: str, manipulator: Host) -> Iterator[str]:
-    """That an effect needs to be told which way cables slip, where slip follows from the load path."""
+    """A message that the effect `kind` needs declared slip, if slip of the manipulator follows from the load path."""
     if manipulator.friction.direction == "history":
         yield f'effect {kind}: goes with declared slip, not with direction = "history"'
 

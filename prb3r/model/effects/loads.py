@@ -1,4 +1,4 @@
-"""Loads that nobody applied, or that do not arrive whole."""
+"""Effects on dead loads: constant loads that are not recorded, and recorded loads of which only a share acts."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal

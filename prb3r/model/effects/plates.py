@@ -1,4 +1,4 @@
-"""Plates: their stiffness, their law of bending, what they stand in and what stiffens them."""
+"""Effects on plates: stiffness, bending law, hysteresis, stress-free shape, contact, compliance of the clamps."""
 
 from __future__ import annotations
 
@@ -97,15 +97,15 @@ class NonlinearPlate(Effect):
         return chain._replace(law=Law(0.0, knee, self.ratio or 1.0, self.sharpness or np.inf))
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """A strain needs to know where it is."""
+        """A message if a knee is given as strain and the outer fibre of a segment is not known."""
         if self.knee_strain is not None and np.isnan(manipulator.outer_fibre).any():
             yield f"effect {self.kind}: knee_strain needs outer_fibre_m (or thickness_m) of every segment"
 
 
 def relative_size(bending_stiffness: np.ndarray) -> np.ndarray:
-    """(n,) how many times as large as that of plate 1 each section is, if all have one shape and one modulus.
+    """(n,) size of the section of each plate over that of plate 1, if all have the same shape and modulus.
 
-    EI goes with the fourth power of the size; `bending_stiffness` (n,) in N m^2.
+    EI grows with the fourth power of the size; `bending_stiffness` (n,) in N m^2.
     """
     return (bending_stiffness / bending_stiffness[0]) ** 0.25
 
@@ -137,7 +137,7 @@ class HystereticPlate(Effect):
         return chain._replace(hysteresis=slips)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """A strain needs to know where it is."""
+        """A message if yielding is given as strain and the outer fibre of a segment is not known."""
         if self.yield_strain is not None and np.isnan(manipulator.outer_fibre).any():
             yield f"effect {self.kind}: yield_strain needs outer_fibre_m (or thickness_m) of every segment"
 
@@ -192,9 +192,10 @@ class NotchClosing(Effect):
 
 
 def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
-    """(n, 2) bend to the negative and the positive side at which notches as long as each `arc` (n,) close, rad.
+    """(n, 2) bends toward the negative and the positive side at which notches as long as each `arc` (n,) close, rad.
 
-    A plate bent to a circle about its neutral axis shortens by bend times distance from that axis.  Infinite toward a
+    A fibre of a plate that is bent to a circle shortens by the bend times its distance from the neutral axis; a notch
+    is closed where the fibre at the height of cable and outer fibre together has lost its length.  Infinite toward a
     side without cables.
     """
     arm = np.stack([manipulator.cable_arm(side) for side in (-1, 1)], axis=1)
@@ -210,14 +211,14 @@ class ClampCompliance(Effect):
     compliance_rad_per_n_m: Positive
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        if np.isnan(chain.plate.stiffness[0]):  # of another one, with which it is in series
+        if np.isnan(chain.plate.stiffness[0]):  # the hinges are there already; this one is in series with them
             stiffness = chain.stiffness.copy()
             stiffness[:, [0, -1]] = 1 / (1 / stiffness[:, [0, -1]] + self.compliance_rad_per_n_m)
             return chain._replace(stiffness=stiffness)
         return hinged(chain, 1 / self.compliance_rad_per_n_m)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """A chain of constant curvature has no clamps."""
+        """A message for the model of constant curvature, in which node angles are tied to one bend per segment."""
         if manipulator.model == "constant-curvature":
             yield f"effect {self.kind} needs the model 'prb3r' or 'elastica'"
 
@@ -238,7 +239,7 @@ class BaseCompliance(Effect):
         return chain._replace(stiffness=stiffness)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """A chain of constant curvature has no clamps."""
+        """A message for the model of constant curvature, in which node angles are tied to one bend per segment."""
         if manipulator.model == "constant-curvature":
             yield f"effect {self.kind} needs the model 'prb3r' or 'elastica'"
 

@@ -1,4 +1,4 @@
-"""Sections that follow the stress of their material beyond its elastic range, and what they give back."""
+"""Effects of materials that are stressed beyond their elastic range: superelastic sections and flag-shaped loops."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ COMPRESSION_RATIO = 1.5
 """Plateau stress of nitinol in compression over that in tension: 1.2 to 1.6 (Liu, Xie, Van Humbeeck and Delaey, Acta
 Mater. 46 (1998) 4325; Gall, Sehitoglu, Chumlyakov and Kireeva, Acta Mater. 47 (1999) 1203)."""
 PLATEAU_SLOPE = 0.02
-"""Rise of its plateau over Young's modulus: by some 60 MPa over 5 % of strain at 60 GPa."""
+"""Slope of nitinol's plateau over Young's modulus: some 60 MPa over 5 % of strain at 60 GPa."""
 PLATEAU_STRAINS = 1e-4, 0.1
-"""Within which the plateau of any metal begins."""
+"""Least and largest strain at which the plateau of any metal begins."""
 
 
 class SuperelasticPlate(Effect):
@@ -65,7 +65,7 @@ class SuperelasticPlate(Effect):
 
     @property
     def tube(self) -> Tube | None:
-        """Its shape, whose notch is cut from the positive side; None of a rectangle."""
+        """The notched tube, with its notch on the positive side; None for a rectangular section."""
         if self.tube_outer_m is None:
             return None
         return Tube((self.tube_inner_m or 0) / self.tube_outer_m, (self.notch_depth_m or 0) / self.tube_outer_m)
@@ -85,7 +85,8 @@ class SuperelasticPlate(Effect):
         return (self.plateau_stress_pa or np.nan) / manipulator.youngs_modulus_pa
 
     def problems(self, manipulator: Host) -> Iterator[str]:
-        """A strain needs to know where it is, a stress a modulus that goes with it."""
+        """Messages if the plateau begins at a strain that no metal has, if the outer fibre of a segment is not known
+        and no tube is given, or if a tube is given beside width and thickness."""
         yield from super().problems(manipulator)
         low, high = PLATEAU_STRAINS
         if not low <= self.strain(manipulator) <= high:

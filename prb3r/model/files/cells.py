@@ -1,4 +1,7 @@
-"""Cells of tables: numbers, names of sequences, and what is wrong with them.  The index of a table counts its rows."""
+"""Cells of tables: reading numbers and names of sequences, and messages on cells that are wrong.
+
+The index of a table has to count its rows from 0; messages count them from 1.
+"""
 
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -11,15 +14,16 @@ import pandas as pd
 from prb3r.errors import Problem
 
 LARGEST = 1e100
-"""Magnitude of a number in a table: beyond it products overflow, and nothing mechanical is so large."""
+"""Largest magnitude of a number in a table: beyond it products overflow, and nothing mechanical is so large."""
 
 
 def _plain(values: pd.Series) -> bool:
+    """Whether the type of a column is one of NumPy's number types."""
     return values.dtype.kind in "fiu"
 
 
 def numbers(values: pd.Series) -> pd.Series:
-    """The cells of a column as floats; NaN where they are empty or hold something else."""
+    """The cells of a column as floats; NaN for cells that are empty or hold no number."""
     if values.dtype == float:
         return values
     if not _plain(values):
@@ -29,7 +33,7 @@ def numbers(values: pd.Series) -> pd.Series:
 
 
 def _bounded(cell: object) -> object:
-    """A cell as it is; infinity for a whole number that no float can hold."""
+    """The cell unchanged, but infinity for a whole number beyond `LARGEST`, which no float may be able to hold."""
     if isinstance(cell, int) and abs(cell) > LARGEST:
         return np.inf if cell > 0 else -np.inf
     return cell
@@ -43,7 +47,7 @@ def is_empty(values: pd.Series) -> pd.Series:
 
 
 def number_problems(values: pd.Series, place: str) -> list[Problem]:
-    """Cells of a column that are neither finite numbers nor empty."""
+    """Problems with the cells of a column that are neither empty nor finite numbers up to `LARGEST`."""
     read, problems = numbers(values), []
     strange = read.isna() & ~is_empty(values)
     if strange.any():
@@ -60,12 +64,12 @@ def number_problems(values: pd.Series, place: str) -> list[Problem]:
 
 
 def too_large(values: Any) -> Any:
-    """Whether numbers are beyond all that can be computed with."""
+    """Whether the magnitudes of numbers exceed `LARGEST`."""
     return abs(values) > LARGEST
 
 
 def key_problems(frame: pd.DataFrame, where: str, keys: Sequence[str]) -> list[Problem]:
-    """What is wrong with the columns that say what a row is about: `sequence`, and whole or other numbers."""
+    """Problems with the key columns of a table, which tell rows apart: `sequence`, and others that hold numbers."""
     problems = []
     for key in keys:
         if key not in frame:
@@ -80,9 +84,9 @@ def key_problems(frame: pd.DataFrame, where: str, keys: Sequence[str]) -> list[P
 
 
 def with_keys(frame: pd.DataFrame) -> pd.DataFrame:
-    """A table, its keys checked, with sequences as text and steps as numbers, whole where they all are.
+    """A table whose keys have been checked, with sequences as text and steps as numbers, as integers if all are whole.
 
-    Numbers that name sequences in Parquet read as they would in CSV.
+    Sequences that are numbers in Parquet get the names that they would have in CSV.
     """
     names, step = frame["sequence"], numbers(frame["step"])
     if pd.api.types.is_float_dtype(names) and (names % 1 == 0).all():
@@ -95,13 +99,13 @@ def with_keys(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def rows_of(which: pd.Series) -> str:
-    """`row 3` or `rows 3-5, 9`: where a mask holds."""
+    """The rows, counted from 1, at which a mask is true, in words: `row 3` or `rows 3-5, 9`."""
     rows = which.index[which] + 1
     return f"row{'s' * (len(rows) > 1)} {ranges(rows)}"
 
 
 def ranges(values: Iterable[int], most: int = 6) -> str:
-    """`1-3, 7`: whole numbers in words, at most so many stretches of them."""
+    """Whole numbers in words, as in `1-3, 7`; after `most` stretches only the number of the others is given."""
     ordered = np.unique(np.asarray(list(values), int))
     stretches = [s for s in np.split(ordered, np.flatnonzero(np.diff(ordered) > 1) + 1) if len(s)]
     texts = [f"{s[0]}" if len(s) == 1 else f"{s[0]}-{s[-1]}" for s in stretches[:most]]
@@ -115,12 +119,12 @@ def count(number: int, what: str) -> str:
 
 
 def _shown(cell: object) -> str:
-    """A cell in a message, cut where it is long."""
+    """A cell as it is shown in a message, cut to 60 characters."""
     text = repr(cell)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def others(which: pd.Series) -> str:
-    """Ending for a message about one row of a mask: how many more there are."""
+    """Ending of a message about one row of a mask: how many more rows are like it, empty for none."""
     more = int(which.sum()) - 1
     return f" (and {count(more, 'more row')} like it)" if more else ""

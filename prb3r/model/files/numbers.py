@@ -1,4 +1,4 @@
-"""Numbers that a file may hold only within bounds."""
+"""Types of numbers with a lower bound, for fields of files."""
 
 from typing import Annotated
 

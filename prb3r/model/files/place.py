@@ -1,16 +1,16 @@
-"""Whether there can be a file at a path, before it is read: a device or a pipe would never end."""
+"""A check before a path is read: reading a device or a pipe would never end."""
 
 import stat
 from pathlib import Path
 
 
 def refusal_of_place(path: Path, largest: int | None = None) -> str | None:
-    """Why what is at `path` is not read, if so: it is no regular file, or has more than `largest` bytes.
+    """Why the file at `path` must not be read, as it is no regular file or too large (`largest`, in bytes); else None.
 
     Raises
     ------
     OSError
-        If there is nothing that could be looked at.
+        If nothing is there or its status cannot be read; IsADirectoryError for a folder.
     """
     if "\0" in str(path):
         return "no path has a NUL in it"

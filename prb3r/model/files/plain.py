@@ -1,4 +1,4 @@
-"""Plain data: what stands in a file, made of dictionaries, lists, numbers and text."""
+"""Plain data, as a file holds it: dictionaries, lists, numbers and text."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,8 @@ from pydantic import BaseModel
 
 
 def plain(value: Any) -> Any:
-    """`value` as plain data, without the keys of tables that hold None; what has no plain form stays as it is."""
+    """`value` as plain data: models and mappings as dictionaries without keys that hold None, tuples as lists, NumPy
+    values as Python's.  Objects of other types are returned unchanged."""
     if isinstance(value, BaseModel):
         return plain(value.model_dump(by_alias=True))
     if isinstance(value, Mapping):

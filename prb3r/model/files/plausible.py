@@ -1,4 +1,4 @@
-"""Numbers of a rig in SI: a value that no rig has is refused, and in which unit it would make sense is said."""
+"""Types for the numbers of a rig in SI: values that no rig has are refused, with a unit in which they make sense."""
 
 import math
 from dataclasses import dataclass
@@ -10,28 +10,30 @@ from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.quantities import GIVEN_IN
 
 MODULI = (1e6, 2e12)
-"""From soft rubber to beyond diamond, Pa."""
+"""Least and greatest Young's modulus, Pa: from soft rubber to beyond diamond."""
 STRONGEST_FRICTION = 5.0
-"""Above any cable on any rim (steel on steel 0.2 to 0.8, rubber up to 2); angles of friction in degrees lie above."""
+"""Largest friction coefficient: above that of any cable on any rim (steel on steel 0.2 to 0.8, rubber up to 2) and
+below friction angles in degrees."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Sizes between which a quantity of a rig lies; zero passes."""
+    """Bounds between which the magnitude of a rig's quantity lies; zero is allowed too."""
 
     low: float
     high: float
     unit: str
+    """SI unit of the quantity and of the bounds."""
     others: tuple[tuple[str, float], ...]
-    """Units that it may have been given in by mistake, likely ones first, and their sizes."""
+    """Other units in which the quantity may have been given by mistake, likely ones first, each with its size in SI."""
 
     def __call__(self, value: float | list[float] | None):
-        """The value, or the list of values, if it lies between.
+        """The value, or the list of values, if within the bounds.
 
         Raises
         ------
         ValueError
-            Otherwise, with what would be right.
+            If a value is out of bounds, with the bounds and a unit in which it would be within.
         """
         for number in value if isinstance(value, list) else [value]:
             if number and not self.low <= abs(number) <= self.high:
@@ -39,6 +41,7 @@ class Bounds:
         return value
 
     def _remark(self, number: float) -> str:
+        """The message on a value out of bounds."""
         ends = f"{self.low:g} to {self.high:g}" if self.low else f"up to {self.high:g}"
         given = GIVEN_IN.get(self.unit, "SI units are meant")
         text = f"{number:g} {self.unit} is not what rigs are made with ({ends} {self.unit}); {given}"

@@ -1,4 +1,4 @@
-"""Tables on disk: CSV and Parquet are interchangeable, by suffix."""
+"""Reading and writing tables on disk, as CSV or Parquet by the suffix of the file."""
 
 import os
 import re
@@ -13,17 +13,19 @@ from prb3r.model.files.place import refusal_of_place
 
 TABLE_SUFFIXES = (".csv", ".parquet")
 EMPTY = ("", "NA", "N/A", "n/a", "#N/A", "<NA>", "NaN", "nan", "null", "NULL", "None")
-"""What an empty cell may hold in a CSV, but for names of sequences."""
+"""Texts that count as an empty cell of a CSV, except in the column `sequence`."""
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""How text begins that spreadsheets take for a formula."""
+"""Beginnings of text that spreadsheets take for a formula."""
 MARKED = re.compile(r"'+[=+\-@\t\r]")
-"""The mark before such text, which may itself begin with marks."""
+"""Text that has been marked with an apostrophe so that no spreadsheet takes it for a formula; it may have begun with
+apostrophes itself."""
 LONGEST_HEADER = 60
-"""Characters of a first line that are repeated in a message."""
+"""Characters of a file's first line that a message repeats."""
 
 
 def _table_path(path: str | Path) -> Path:
+    """The path of a table; raises SpecError for a suffix that is not one of `TABLE_SUFFIXES`."""
     path = Path(path)
     if path.suffix not in TABLE_SUFFIXES:
         what = f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"
@@ -32,12 +34,14 @@ def _table_path(path: str | Path) -> Path:
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
-    """A CSV or Parquet table; text stays text in the columns `sequence`, everything else becomes what it looks like.
+    """The table in a CSV or Parquet file.
+
+    In a CSV the column `sequence` is read as text; the type of every other column follows from its cells.
 
     Raises
     ------
     SpecError
-        For a missing, unreadable or foreign file.
+        For a file that is missing, cannot be read, or is no table.
     """
     path = _table_path(path)
     try:
@@ -93,7 +97,7 @@ def _read(path: Path) -> pd.DataFrame:
 
 
 def _ragged(path: Path, error: Exception) -> str:
-    """What is said of a CSV whose rows are longer than its header."""
+    """The message on a CSV that pandas cannot take apart, mostly as rows are longer than its header."""
     if isinstance(error, pd.errors.ParserError) and not re.search(r"Expected \d+ fields", str(error)):
         return f"is not a readable table: {str(error).partition(chr(10))[0]}"
     with path.open(encoding="utf-8-sig", errors="replace") as lines:
@@ -106,7 +110,7 @@ def _ragged(path: Path, error: Exception) -> str:
 
 
 def _foreign_text(data: bytes) -> str:
-    """What is said of a CSV in another encoding than UTF-8."""
+    """The message on a CSV in another encoding than UTF-8."""
     found = "it is UTF-16, which spreadsheets call Unicode text"
     if not data.startswith((b"\xff\xfe", b"\xfe\xff")):
         lines = data.split(b"\n")
@@ -123,19 +127,20 @@ def _is_utf8(data: bytes) -> bool:
 
 
 def csv_text(frame: pd.DataFrame, header: bool = True) -> str:
-    """A table as CSV that no spreadsheet runs: an apostrophe stands before text that would begin a formula.
+    """A table as CSV text in which no spreadsheet finds a formula: text that would be one gets an apostrophe in front.
 
-    Reading the table takes the apostrophe away again; numbers are as they are.
+    `read_table` removes the apostrophe again; numbers get none.
 
     Parameters
     ----------
-    header : begin with the names of the columns.
+    header : whether to begin with the names of the columns.
     """
     texts = {name: frame[name].astype(object).map(_marked) for name in frame.select_dtypes(["object", "string"])}
     return frame.assign(**texts).to_csv(index=False, header=header)
 
 
 def _marked(cell: Any) -> Any:
+    """A cell, with an apostrophe in front if it is text that a spreadsheet could take for a formula."""
     begins = isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA)
     return f"'{cell}" if begins and not _is_number(cell) else cell
 
@@ -149,12 +154,12 @@ def _is_number(cell: str) -> bool:
 
 
 def ensure_table_place(path: str | Path) -> Path:
-    """A path where a table can be written.
+    """The path, after a check that a table can be written there.
 
     Raises
     ------
     SpecError
-        For a foreign suffix or a place that cannot be written.
+        For a suffix that is not one of `TABLE_SUFFIXES`, or a place that cannot be written.
     """
     path = _table_path(path)
     wrong = {
@@ -168,12 +173,12 @@ def ensure_table_place(path: str | Path) -> Path:
 
 
 def write_table(frame: pd.DataFrame, path: str | Path) -> None:
-    """Write a CSV or Parquet table, by suffix.
+    """Write a table as CSV or Parquet, by the suffix of `path`.
 
     Raises
     ------
     SpecError
-        For a foreign suffix or a place that cannot be written.
+        For a suffix that is not one of `TABLE_SUFFIXES`, or a place that cannot be written.
     """
     path = _table_path(path)
     try:

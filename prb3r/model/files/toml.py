@@ -1,4 +1,4 @@
-"""Strict TOML: read into a pydantic model, every problem of a file at once, each with its line and its key; and write.
+"""Strict TOML: reading a file into a pydantic model, with all its problems at once, each with line and key; writing.
 
 Models are pydantic models with `extra="forbid"`.
 """
@@ -18,9 +18,9 @@ from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
 
 MOST_NESTED = 20
-"""Levels of tables and lists; a manipulator with effects has five."""
+"""Most levels of nested tables and lists; a manipulator with effects has five."""
 MOST_BYTES = 2**24
-"""Bytes of a file."""
+"""Most bytes of a file."""
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
@@ -63,24 +63,24 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
 
 
 def place_of(path: str | Path, keys: Keys) -> str:
-    """Where a key stands in a readable TOML file, as `file:line key`, for a :class:`Problem`."""
+    """The place of a key in a readable TOML file, as `file:line key`, for a :class:`Problem`."""
     text = _text(Path(path))
     return f"{path}:{line_of(lines_of_keys(text), keys)} {dotted(keys, tomllib.loads(text))}"
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """TOML that reads back as `data`, but for absent values (None), which are left out.
+    """TOML text that reads back as `data`, except for absent values (None), which are left out.
 
     Raises
     ------
     TypeError
-        For what TOML has no place for.
+        For a value of a type that TOML does not have.
     """
     return tomli_w.dumps(plain(data))
 
 
 def _deeper(data: Any, most: int) -> bool:
-    """Whether plain data is nested more than so deep."""
+    """Whether plain data has more than `most` levels of nested tables and lists."""
     level = [data]
     for _ in range(most):
         level = [inner for part in level for inner in _inner(part)]
@@ -90,16 +90,18 @@ def _deeper(data: Any, most: int) -> bool:
 
 
 def _inner(part: Any) -> Iterable[Any]:
+    """The values of a table or the elements of a list; nothing for other data."""
     return part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
 
 
 def _longest_line(text: str) -> int:
+    """Number, from 1, of the longest line of a text."""
     lines = text.split("\n")
     return max(range(len(lines)), key=lambda number: len(lines[number])) + 1
 
 
 def _text(path: Path) -> str:
-    """The text of a file; every way in which it cannot be had is a SpecError."""
+    """The text of a file; raises SpecError if it cannot be read, for any reason."""
     try:
         if (what := refusal_of_place(path, MOST_BYTES)) is not None:
             raise SpecError(Problem(str(path), what))

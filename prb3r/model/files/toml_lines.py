@@ -1,4 +1,4 @@
-"""On what line every key of a TOML file stands, which `tomllib` does not tell."""
+"""Line numbers of the keys of a TOML file, which `tomllib` does not provide, and keys written as dotted paths."""
 
 import re
 import tomllib
@@ -16,7 +16,7 @@ _VALUE = re.compile(rf"{_TEXT}|[^\s,#\]}}][^,#\]}}\n]*")
 
 
 def lines_of_keys(text: str) -> dict[Keys, int]:
-    """Line of every key, table and list element of a valid TOML text."""
+    """Line number, from 1, of every key, table and list element of a valid TOML text."""
     starts = [0, *(match.end() for match in re.finditer("\n", text))]
     lines: dict[Keys, int] = {}
     counts: dict[Keys, int] = {}
@@ -83,16 +83,17 @@ def lines_of_keys(text: str) -> dict[Keys, int]:
 
 
 def line_of(lines: Mapping[Keys, int], keys: Keys) -> int:
-    """The line of `keys`, or of the innermost table around them that the file has; 1 where it has none."""
+    """The line of `keys`, or else of the innermost table around them that the file has; 1 if it has none."""
     return next((lines[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in lines), 1)
 
 
 def dotted(keys: Keys, data: Any = None) -> str:
-    """Keys as paths of studies write them: `("segment", 1, "thickness_m")` is `segment.2.thickness_m`.
+    """Keys written as a path of a study: `("segment", 1, "thickness_m")` is `segment.2.thickness_m`.
 
     Parameters
     ----------
-    data : that the keys lead into; elements of lists that have a name in it go by that instead of their number.
+    data : the data to which the keys belong; list elements that have a `name` there are written by that name instead of
+        their number.
     """
     parts = []
     for key in keys:

@@ -1,4 +1,4 @@
-"""Which keys a table of a file may have, by the pydantic model that describes it."""
+"""The keys that a table of a file may have, from the pydantic model that describes the file."""
 
 import types
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -9,7 +9,10 @@ from prb3r.model.files.toml_lines import Keys
 
 
 def valid_keys(model: type[BaseModel], keys: Keys, data: Any, any_kind: bool = False) -> list[str]:
-    """Keys that the table at `keys` may have; with `any_kind`, whatever kind it were."""
+    """Keys that the table at `keys` of a file with the contents `data` may have.
+
+    With `any_kind`, those of all the kinds that a table there may be, whatever its own `kind` says.
+    """
     kinds = [model]
     for key in keys:
         kinds, data = [branch for kind in _fitting(kinds, data) for branch in _inside(kind, key)], data[key]
@@ -22,7 +25,7 @@ def _is_model(kind: Any) -> bool:
 
 
 def _inside(kind: Any, key: str | int) -> list[Any]:
-    """Kinds that the element or field `key` of a `kind` may have, unions taken apart."""
+    """Types that the element or field `key` of the type `kind` may have, with the members of unions one by one."""
     if _is_model(kind):
         named = [field.annotation for name, field in kind.model_fields.items() if key in (name, field.alias)]
         return [branch for annotation in named for branch in _branches(annotation)]
@@ -31,6 +34,7 @@ def _inside(kind: Any, key: str | int) -> list[Any]:
 
 
 def _branches(kind: Any) -> list[Any]:
+    """The types of which an annotated type, a union or a root model consists; else the type itself."""
     if get_origin(kind) is Annotated:
         return _branches(get_args(kind)[0])
     if get_origin(kind) in (Union, types.UnionType):
@@ -41,7 +45,7 @@ def _branches(kind: Any) -> list[Any]:
 
 
 def _fitting(kinds: list[Any], data: Any) -> list[Any]:
-    """Those models whose literal fields (such as `kind`) agree with the table, if there are any."""
+    """Those of the models `kinds` whose literal fields (such as `kind`) agree with the table `data`; all if none do."""
 
     def agrees(kind: Any) -> bool:
         fields = kind.model_fields.items() if _is_model(kind) and isinstance(data, dict) else ()

@@ -1,6 +1,6 @@
-"""Plain data to an instance of a pydantic model, or all that is wrong with it, in an engineer's words.
+"""Validation of plain data by a pydantic model, with all problems in an engineer's words.
 
-Text and truth values never pass for numbers, nan and inf never pass.
+Text and truth values are never taken for numbers, and nan and inf are refused.
 """
 
 import json
@@ -20,14 +20,14 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 
 class KeyedError(ValueError):
-    """What is wrong inside a table whose parts do not go together, for its validator to raise: keys and what."""
+    """An error for a model's validator to raise, with several problems inside its table: pairs of keys and message."""
 
     def __init__(self, *places: tuple[Keys, str]) -> None:
         super().__init__(*places)
 
     @property
     def places(self) -> tuple[tuple[Keys, str], ...]:
-        """Keys from the table on, and what is wrong there."""
+        """For each problem its keys, relative to the validated table, and its message."""
         return self.args
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ def validated(data: dict, model: type[_Model]) -> _Model:
     Raises
     ------
     SpecError
-        With every problem, by its path.
+        With every problem of the data, each with its dotted path.
     """
     instance, wrong = validate(data, model)
     if instance is None or wrong:
@@ -49,7 +49,11 @@ def validated(data: dict, model: type[_Model]) -> _Model:
 
 
 def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Model | None, list[tuple[Keys, str]]]:
-    """An instance of `model`, or all that keeps `data` from being one: key paths and what is wrong there."""
+    """An instance of `model` from plain `data`, or None, and all problems of the data: pairs of keys and message.
+
+    An instance may come with problems, where pydantic converts a value that is refused here.  `context` is passed to
+    the model's validators.
+    """
     instance: _Model | None = None
     errors: list[Any] = []
     try:
@@ -75,7 +79,7 @@ def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Mod
 
 
 def _taken_apart(error: Any) -> Iterator[Any]:
-    """An error for each of the places that a validator blames."""
+    """A pydantic error taken apart: one error for each problem of a `KeyedError`, else the error itself."""
     cause = error.get("ctx", {}).get("error")
     for keys, what in cause.places if isinstance(cause, KeyedError) else ():
         yield {**error, "loc": (*error["loc"], *keys), "ctx": {"error": ValueError(what)}}
@@ -84,7 +88,10 @@ def _taken_apart(error: Any) -> Iterator[Any]:
 
 
 def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
-    """Those strict errors that say text or a truth value would pass for a number, or the reverse."""
+    """Those errors of strict validation where text or a truth value would be converted to a number, or the reverse.
+
+    Errors that share their place with others, as in a union, are left out.
+    """
     wrong = {"float_type": (str, bool), "int_type": (str, bool), "bool_type": (str, int, float)}
     places = [_within(error["loc"], data, error["type"]) for error in errors]
     alone = [error for keys, error in zip(places, errors, strict=True) if places.count(keys) == 1]
@@ -92,6 +99,7 @@ def _quiet_conversions(errors: list[Any], data: dict) -> list[Any]:
 
 
 def _infinite(value: Any, keys: Keys = ()) -> Iterator[tuple[Keys, float]]:
+    """Keys and value of every number within plain data that is not finite."""
     if isinstance(value, float | int) and not _finite(value):
         yield keys, value
     for key, inner in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
@@ -106,7 +114,10 @@ def _finite(value: float) -> bool:
 
 
 def _within(loc: Keys, data: Any, kind: str) -> Keys:
-    """The part of pydantic's `loc` that is in the file: without names of union branches and validators."""
+    """The keys of `data` in pydantic's `loc` of an error, without its names of union branches and validators.
+
+    `kind` is the type of the error; of a missing key the last part is kept.
+    """
     keys: Keys = ()
     for number, part in enumerate(loc, 1):
         inside = part in data if isinstance(data, dict) else isinstance(data, list) and part in range(len(data))
@@ -118,7 +129,8 @@ def _within(loc: Keys, data: Any, kind: str) -> Keys:
 
 
 def _merged(whats: list[str]) -> list[str]:
-    """What a value may be, in one sentence where the branches of a union say it in several."""
+    """The messages on one value, with those of the form "must be ..., not ..." merged into one, as the branches of a
+    union cause several of them."""
     choices = [match for what in whats if (match := re.fullmatch(r"must be (.*?)(, not .*)", what))]
     if len(choices) < 2:
         return whats
@@ -149,7 +161,7 @@ _MUST_BE = {
 
 
 def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tuple[Keys, str]:
-    """Where to look, and pydantic's error in an engineer's words."""
+    """The keys at which to look, and a pydantic error in an engineer's words."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     if kind == "missing":
         return keys[:-1], f"{keys[-1]!r} is missing"
@@ -174,9 +186,9 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
 
 
 def _instead(key: str, valid: list[str], keys: Keys, model: type[BaseModel], data: Any) -> str:
-    """What may stand instead of an unknown key of the table at `keys`: the closest one.
+    """Ending of a message about an unknown `key` of the table at `keys`: the closest valid key.
 
-    Where a table of another kind takes the key, all that this kind does.
+    If a table of another kind may have the key, all keys of the table's own kind are listed instead.
     """
     table = data
     for part in keys:
@@ -187,6 +199,7 @@ def _instead(key: str, valid: list[str], keys: Keys, model: type[BaseModel], dat
 
 
 def _shown(value: Any) -> str:
+    """A value as it is shown in a message, cut to 60 characters."""
     if isinstance(value, dict):
         return "a table"
     text = str(value) if isinstance(value, float) else json.dumps(value, default=str, ensure_ascii=False)

@@ -1,10 +1,9 @@
-"""Sensitivities of equilibria under a moment law that follows the state.
+"""Sensitivities of equilibria under a moment law that depends on the state.
 
-The law's moments change with the state, and the state with them.  To first order both are linear: the change of the
-moments that a change of moments calls for is one more direction for
-`prb3r.mechanics.derivatives.sensitivity`, so a linear system in the moments of all steps and plates remains.  It is
-never formed; GMRES needs its products only, a few of them, as the moments of a law are small against those of the
-plates.
+The law's moments change with the state, and the state with them.  To first order both changes are linear: how states
+respond to a change of the moments is one more direction for `prb3r.mechanics.derivatives.sensitivity`.  What remains is
+a linear system in the moments of all steps and plates.  It is never formed: GMRES only needs its products with vectors,
+and a few of them suffice, as the moments of a law are small against those of the plates.
 """
 
 from collections.abc import Sequence
@@ -22,24 +21,28 @@ from prb3r.model.laws.moment_law import LawPath, StateChange, law_path
 from prb3r.model.laws.self_consistent import kept, settled
 
 SENSITIVITY_TOLERANCE = 1e-10
-"""Of the moments' derivatives, relative; differences of what is known without solving are good to 1e-9."""
+"""Relative residual of the moments' derivatives at which GMRES stops; the differences at the held shape that enter are
+good to 1e-9."""
 MOST_PRODUCTS = 200
+"""Most products with the linear system."""
 
 
 class LawDirection(NamedTuple):
-    """The paths a little ahead and a little behind in a parameter; see `Direction`."""
+    """One parameter, given by the paths under the law a little ahead and a little behind in it; see `Direction`."""
 
     ahead: LawPath
     behind: LawPath
     apart: float
+    """Difference of the parameter between both, in its unit."""
 
     def changed(self, moment: np.ndarray, change: np.ndarray) -> Direction:
-        """Of the problem under given moments (s + 1, n), which change with the parameter."""
+        """The direction of the parameter for the chain without its law, under moments (s + 1, n) in the law's place
+        whose derivative by the parameter is `change` (s + 1, n)."""
         half = change * self.apart / 2
         return Direction(self.ahead.under(moment + half), self.behind.under(moment - half), self.apart)
 
     def of_held(self, states: Equilibria) -> np.ndarray:
-        """(s + 1, n) derivative of what the law asks for in states that are held."""
+        """(s + 1, n) derivative by the parameter of the moments by the law, with the states held."""
         return (self.ahead.asked(states) - self.behind.asked(states)) / self.apart
 
 
@@ -51,7 +54,12 @@ def sensitivities_under_law(
     from_rest: bool | np.ndarray = False,
     number: np.ndarray | None = None,
 ) -> Sensitivities:
-    """As `chain_sensitivities` of the mechanics, with the moments of the chain's terms; see `equilibria_of`."""
+    """Equilibria of `chain` and their derivatives as `chain_sensitivities` finds them, but with the moments of the
+    chain's terms.
+
+    `number` is that of `equilibria_of`.  Steps whose moments do not agree with the law hold NaN, and all steps do if
+    GMRES does not converge.
+    """
     if not chain.closure:
         return without_law(chain, loads, directions, from_rest=from_rest)
     along = law_path(chain, loads, from_rest, number)
@@ -67,19 +75,20 @@ def sensitivities_under_law(
     ]
 
     def respond(ways: Sequence[Direction]) -> Sensitivities:
+        """Response of the states to directions of the problem without the law."""
         return without_law(*along.under(moment), ways, from_rest=along.begins)
 
     def called_for(response: Sensitivities) -> np.ndarray:
-        """(s + 1, n, p) change of the law's moments as the states change."""
+        """(s + 1, n, p) derivatives of the law's moments that the response of the states causes."""
         change = StateChange(np.diff(response.dangle, axis=1), response.dtension, response.dslip)
         return np.where(closed[:, None, None], along.asked_change(states, change), 0.0)
 
     def by_parameters(change: np.ndarray) -> Sensitivities:
-        """To the parameters, the moments changing (s + 1, n, p) with them."""
+        """Response of the states to the parameters, if the derivatives of the moments are `change` (s + 1, n, p)."""
         return respond([side.changed(moment, change[..., k]) for k, side in enumerate(sides)])
 
     def left(flat: np.ndarray) -> np.ndarray:
-        """What changes of the moments do not call for themselves."""
+        """The linear operator of GMRES: derivatives of the moments less those that the law returns for them."""
         change = flat.reshape(start.shape)
         halves = np.moveaxis(change, -1, 0) / 2
         ways = [Direction(along.under(moment + half), along.under(moment - half), 1.0) for half in halves]
@@ -98,7 +107,7 @@ def sensitivities_under_law(
 
 
 def _after_rest(response: Sensitivities, states: Equilibria, closed: np.ndarray) -> Sensitivities:
-    """Without the first step; not a number where a step has no equilibrium with its moments."""
+    """The derivatives `response` without the first step, rest; NaN at steps that are not `closed`."""
     arrays = {field.name: getattr(response, field.name) for field in fields(response) if field.name != "equilibria"}
     for values in arrays.values():
         values[~closed] = np.nan

@@ -1,4 +1,7 @@
-"""Moment laws: what the moments on the arcs may follow, and how these change with the state."""
+"""Moment laws: the influences on which moments on the arcs may depend, their derivatives, and load paths under a law.
+
+A law is the sum of the chain's terms (`Chain.closure`): a coefficient per plate times an influence.
+"""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -10,18 +13,24 @@ from prb3r.mechanics.equilibrium import Equilibria
 
 
 def influences_of_place(chain: Chain) -> dict[str, np.ndarray]:
-    """What a moment may follow without following the state, by name: (n,) for every plate."""
+    """Influences that depend on the place of a plate alone, not on the state, by name: (n,) for every plate.
+
+    `position` runs from -1 at the first plate to 1 at the last.
+    """
     place = np.linspace(-1.0, 1.0, chain.plates) if chain.plates > 1 else np.zeros(1)
     return {"constant": np.ones(chain.plates), "position": place}
 
 
 def influences(chain: Chain, loads: Loads, states: Equilibria, time: np.ndarray) -> dict[str, np.ndarray]:
-    """What a term's moment may follow, by name: (s, n) for every step and plate.
+    """Influences that a term's moment may be proportional to, by name: (s, n) for every step and plate.
+
+    `bend` is in rad; `tension`, `wrap` and `direction` are built from the moment of the cables (tension times offset,
+    N m): their sum, that times all bends up to the plate (N m rad), and their sum signed by slip.
 
     Parameters
     ----------
-    states : with detail.
-    time : (s,) of each step within its sequence, from 0 at rest to 1 at its last step.
+    states : equilibria with detail.
+    time : (s,) step number within the sequence over the last one: 0 at rest, 1 at the last step.
     """
     shape = len(states.angle), chain.plates
     bend = np.diff(states.angle, axis=1)
@@ -39,20 +48,23 @@ def influences(chain: Chain, loads: Loads, states: Equilibria, time: np.ndarray)
 
 
 class StateChange(NamedTuple):
-    """Derivatives of states by `p` parameters, or along `p` ways to change them."""
+    """Derivatives of states by `p` parameters, or in `p` directions."""
 
     bend: np.ndarray
-    """(s, n, p) of the bends of plates, rad."""
+    """(s, n, p) derivatives of the plates' bends, rad per unit."""
     tension: np.ndarray
-    """(s, n, m, p) of the tensions of cables over plates, N."""
+    """(s, n, m, p) derivatives of the cable tensions across the plates, N per unit."""
     slip: np.ndarray
-    """(s, n, m, p) of the slips of cables at plates; no cables where slip is declared."""
+    """(s, n, m, p) derivatives of the slip at the hole before each plate; no cables where slip is declared."""
 
 
 def influence_changes(
     chain: Chain, loads: Loads, states: Equilibria, change: StateChange
 ) -> dict[str, Callable[[], np.ndarray]]:
-    """How :func:`influences` change with the state, by name: (s, n, p) when called; what is absent does not."""
+    """Functions that return the derivatives (s, n, p) of :func:`influences` for a `change` of the state, by name.
+
+    Influences that do not depend on the state are absent.
+    """
     bend = np.diff(states.angle, axis=1)[..., None]
     pull = (states.tension * chain.offset).sum(-1)[..., None]
     pulls = change.tension * chain.offset[..., None]
@@ -77,12 +89,16 @@ def influence_changes(
 
 
 def _slip(chain: Chain, loads: Loads, states: Equilibria) -> np.ndarray:
-    """(s, n, m), or with one for all plates where it is declared."""
+    """(s, n, m) slip at the hole before each plate, or (s, 1, m) where slip is declared."""
     return states.slip if chain.presliding else loads.slip[:, None, :]
 
 
 def time_within(begins: np.ndarray, number: np.ndarray | None = None) -> np.ndarray:
-    """(s,) step number over the last one of its sequence; sequences begin where `begins` and are counted from 1."""
+    """(s,) number of each step over that of the last step of its sequence.
+
+    A sequence begins at the first step and at every step marked in `begins` (s,).  Without `number` (s,), the steps of
+    each sequence are numbered 1, 2, ...
+    """
     first = np.flatnonzero(np.concatenate([[True], begins[1:]]))
     count = np.diff(np.append(first, len(begins)))
     if number is None:
@@ -92,34 +108,37 @@ def time_within(begins: np.ndarray, number: np.ndarray | None = None) -> np.ndar
 
 
 class LawPath(NamedTuple):
-    """A chain with a moment law on a load path that begins with rest, as the law acts there too."""
+    """A chain with a moment law and its load path; rest is added as the first step, as the law acts there too."""
 
     chain: Chain
     loads: Loads
-    """`s + 1` steps."""
+    """Loads of `s + 1` steps, of which the first are zero."""
     begins: np.ndarray
     """(s + 1,) whether a step starts from rest."""
     time: np.ndarray
-    """(s + 1,) of each step within its sequence, from 0 at rest to 1 at its last step."""
+    """(s + 1,) step number within the sequence over the last one: 0 at rest, 1 at the last step."""
 
     def under(self, moment: np.ndarray) -> tuple[Chain, Loads]:
-        """The problem without the law, under given moments (s + 1, n) instead."""
+        """The chain without its law, and the loads with the given moments (s + 1, n), N m, in the law's place.
+
+        The moments at rest, in the first row, become constant loads.
+        """
         constant = self.chain.constant or no_loads(self.chain)
         bare = self.chain._replace(closure=(), constant=constant._replace(moment=constant.moment + moment[:1]))
         return bare, self.loads._replace(moment=self.loads.moment + moment - moment[:1])
 
     def asked(self, states: Equilibria) -> np.ndarray:
-        """(s + 1, n) moments that the law asks for in these states."""
+        """(s + 1, n) moments by the law in the given states, N m."""
         return self._sum(influences(self.chain, self.loads, states, self.time))
 
     def asked_change(self, states: Equilibria, change: StateChange) -> np.ndarray:
-        """(s + 1, n, p) change of what it asks for as the states change."""
+        """(s + 1, n, p) derivatives of the moments by the law in the given states, for a `change` of the states."""
         known = influence_changes(self.chain, self.loads, states, change)
         changes = {name: known[name]() for name in {term.of for term in self.chain.closure} & known.keys()}
         return self._sum(changes) if changes else np.zeros_like(change.bend)
 
     def _sum(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The terms of the law for `known` influences (s + 1, n, ...)."""
+        """(s + 1, n, ...) sum of those terms of the law whose influences are `known`, each (s + 1, n, ...)."""
         moments = [
             term.coefficient.reshape(-1, *[1] * (known[term.of].ndim - 2)) * known[term.of]
             for term in self.chain.closure
@@ -129,7 +148,7 @@ class LawPath(NamedTuple):
 
 
 def law_path(chain: Chain, loads: Loads, from_rest: bool | np.ndarray, number: np.ndarray | None) -> LawPath:
-    """The path of `loads` on `chain`; step numbers are 1, 2, ... in each sequence where there are none."""
+    """The `LawPath` of `loads` on `chain`; `number` (s,) holds step numbers as of `time_within`."""
     begins = np.array(np.broadcast_to(from_rest, loads.steps), bool)
     rest = Loads(*(np.zeros_like(field[:1]) for field in loads))._replace(slip=loads.slip[:1])
     whole = Loads(*(np.concatenate(pair) for pair in zip(rest, loads, strict=True)))

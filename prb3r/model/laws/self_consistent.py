@@ -1,9 +1,9 @@
-"""Equilibria of chains whose arcs carry moments that follow the state: the closure of a fitted moment law.
+"""Self-consistent equilibria of chains whose arcs carry moments that depend on the state, by a fitted moment law.
 
-Terms of the law say what a moment is proportional to.  Equilibrium and moments are found in turn, from no moment on:
-solve, ask the law for the moments of that state, go toward them, until they are those that were applied.  Each plate's
-moment goes by a secant, but never against what the law asks for: so a law that pushes a plate further than the plate
-resists runs away instead of settling on an unstable equilibrium.
+This is a fixed-point iteration from moments of zero: solve for the equilibria under the present moments, evaluate the
+law in these states, move the moments toward its values, until both agree.  Each plate's moment moves by the secant
+method, but never away from the law's value: so a law that pushes a plate further than the plate resists diverges
+instead of settling on an unstable equilibrium.
 """
 
 from dataclasses import fields, replace
@@ -17,16 +17,17 @@ from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve_chain
 from prb3r.model.laws.moment_law import LawPath, law_path
 
 MAX_PASSES = 60
+"""Most iterations; each solves the whole path."""
 MOMENT_TOLERANCE = 1e-9
-"""Largest change of a moment that counts as none, of the largest moment."""
+"""Largest difference between applied and asked moment at convergence, over the largest moment."""
 ANGLE_TOLERANCE = 1e-11
-"""And the bend that a moment may cause to count as none, rad: as exact as equilibria are."""
+"""Difference of moments that is allowed besides, as the node angle that it causes, rad: equilibria are as exact."""
 LARGEST_TRIED_BEND = np.pi
-"""No moment larger than that which would bend a rotation of a plate so far, rad, is tried on the way."""
+"""Bound on the moments during the iteration, as the node angle that they would cause, rad."""
 SMALLEST_SHARE, LARGEST_SHARE = 0.02, 4.0
-"""Share of the way to the moments that the law asks for, at most and at least."""
+"""Least and greatest secant step, over the distance to the moments that the law asks for."""
 WORK_OF_SEQUENCE, WORK_OF_STEP = 30_000_000, 2_000_000
-"""What all passes together may take, in evaluations of a plate, for each sequence and each step: some 2 s and 0.1 s."""
+"""Evaluations of a plate that all iterations together may take, per sequence and per step: some 2 s and 0.1 s."""
 NOT_CLOSED = "No equilibrium was found whose moments agree with the fitted moment law."
 
 
@@ -40,14 +41,16 @@ def equilibria_of(
     number: np.ndarray | None = None,
     allowance: Allowance | None = None,
 ) -> Equilibria:
-    """As `prb3r.mechanics.equilibrium.solve`, with the moments of the chain's terms.
+    """Equilibria of `chain` as `solve_chain` finds them, but with the moments of the chain's terms.
 
-    Steps without such moments have no equilibrium.  The eigenvalue takes the moments as loads that do not change.
+    Steps for which no moments agree with the law have no equilibrium.  The eigenvalue takes the moments as loads that
+    do not change.
 
     Parameters
     ----------
-    number : (s,) step numbers, for terms that follow the time; absent: 1, 2, ... in each sequence.
-    allowance : that of `solve_chain`; with moments of terms it is `may_take`.
+    from_rest, eigenvalue, detail : as for `solve_chain`.
+    number : (s,) step numbers, for terms that depend on time; absent: 1, 2, ... in each sequence.
+    allowance : that of `solve_chain`; not used for a chain with terms, whose bound is `may_take`.
     """
     if not chain.closure:
         asked: dict[str, Any] = {"eigenvalue": eigenvalue, "detail": detail, "allowance": allowance}
@@ -58,13 +61,16 @@ def equilibria_of(
 
 
 def may_take(along: LawPath) -> int:
-    """Evaluations of a plate after which no further pass is made."""
+    """Evaluations of a plate after which no further iteration is made."""
     return int(WORK_OF_SEQUENCE * along.begins.sum() + WORK_OF_STEP * len(along.begins))
 
 
 def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.ndarray, np.ndarray]:
-    """States along the path, rest first, the moments (s + 1, n) applied there, and (s + 1,) whether the law asks for
-    these."""
+    """Equilibria along the path (s + 1, rest first), the moments (s + 1, n) applied in them, N m, and (s + 1,) whether
+    these agree with the law.
+
+    With `eigenvalue` the lowest eigenvalue of the tangent is computed too.
+    """
     chain = along.chain
     stiff = float(np.median(chain.stiffness))  # rigid clamps may be hinges of any stiffness
     least, most = ANGLE_TOLERANCE * stiff, LARGEST_TRIED_BEND * stiff
@@ -74,7 +80,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         states = solve_chain(*along.under(moment), from_rest=along.begins)
         work += states.work
         asked = along.asked(states)
-        too_large = ~np.isfinite(asked).all(1, keepdims=True)  # to have an equilibrium
+        too_large = ~np.isfinite(asked).all(1, keepdims=True)  # under these moments there was no equilibrium
         asked = np.where(too_large, moment / 2, asked)
         miss = asked - moment
         closed = np.abs(miss).max(1) <= MOMENT_TOLERANCE * np.abs(asked).max() + least
@@ -84,7 +90,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
         before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
     if eigenvalue:
         states = solve_chain(*along.under(moment), from_rest=along.begins, eigenvalue=True)
-    if chain.remembers:  # what follows an unclosed step is another path
+    if chain.remembers:  # steps after one that is not closed continue from a wrong state
         for first in np.flatnonzero(~closed):
             end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
             closed[first:end] = False
@@ -94,13 +100,21 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
 
 
 def _share(change: np.ndarray, of_miss: np.ndarray) -> np.ndarray:
-    """Share of the way to go: to where the secant of each plate's miss is zero, if that is forward, else all of it."""
+    """Next step of each moment, over its distance to the moment that the law asks for: by the secant, if that leads
+    toward the law's moment, else 1.
+
+    `change` (s + 1, n) is the last change of the moments, `of_miss` that of the distances.
+    """
     slope = np.divide(of_miss, change, out=np.full_like(change, -1.0), where=change != 0)
     return np.where(slope < 0, np.clip(-1 / np.minimum(slope, -1e-3), SMALLEST_SHARE, LARGEST_SHARE), 1.0)
 
 
 def kept(states: Equilibria, closed: np.ndarray, detail: bool) -> Equilibria:
-    """The states after rest, those that are not closed without equilibrium."""
+    """The `states` (s + 1) without the first, rest; steps that are not `closed` (s + 1,) count as without equilibrium
+    and hold NaN.
+
+    Without `detail`, `q`, `tension`, `moment` and `slip` have no steps.
+    """
     arrays = {field.name: getattr(states, field.name) for field in fields(states)}
     arrays = {name: values[1:] for name, values in arrays.items() if values is not None}
     closed = closed[1:]
