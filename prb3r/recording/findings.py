@@ -1,4 +1,4 @@
-"""What reading a recording brings to light."""
+"""Problems and remarks that are collected while a recording is read."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,13 +11,13 @@ _T = TypeVar("_T")
 
 @dataclass
 class Findings:
-    """Problems that forbid the use of a recording, and remarks on what was repaired, counted or taken for granted."""
+    """Problems that forbid the use of a recording, and remarks on what reading repaired, counted or assumed."""
 
     problems: list[Problem] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
     def tried(self, read: Callable[[], _T]) -> _T | None:
-        """What `read` returns, or None where it refuses; its problems are kept."""
+        """What `read` returns; if it raises SpecError, None, and its problems are added to these."""
         try:
             return read()
         except SpecError as error:

@@ -1,4 +1,7 @@
-"""The table of markers of a recording: from rows that may be empty, repeated or strange to readings, none dropped."""
+"""The table of markers of a recording: its checks, and the readings in it.
+
+Rows may have empty cells or be repeated; every reading is kept, but exact repetitions of a row are used once.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,7 +28,10 @@ def marker_problems(
     measurement: Measurement | None,
     where: str,
 ) -> list[Problem]:
-    """Everything that is wrong with a table of markers, as far as steps, manipulator and measurement are known."""
+    """All problems of a table of markers, as far as steps, manipulator and measurement are known (not None).
+
+    `where` names the table in messages.
+    """
     keys = key_problems(frame, where, MARKER_KEYS)
     problems = [*keys, *_column_problems(frame, where)]
     if "disk" not in frame or any(problem.where == f"{where} column disk" for problem in keys):
@@ -52,6 +58,7 @@ def marker_problems(
 
 
 def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Problems with the columns of readings: unknown names, cells that are no numbers, or no readings at all."""
     for name in frame.columns.difference(MARKER_KEYS, sort=False):
         place = f"{where} column {name}"
         if name in MARKER_COLUMNS:
@@ -68,6 +75,7 @@ def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:
 
 
 def _without_step(frame: pd.DataFrame, steps: pd.DataFrame, where: str) -> Iterator[Problem]:
+    """Problems of rows whose sequence or step does not stand in the table of steps."""
     names = steps["sequence"].unique()
     for name, rows in frame[~frame["sequence"].isin(names)].groupby("sequence", sort=False):
         here = rows_of(pd.Series(True, rows.index))
@@ -81,11 +89,15 @@ def _without_step(frame: pd.DataFrame, steps: pd.DataFrame, where: str) -> Itera
 
 
 def _index(frame: pd.DataFrame) -> pd.MultiIndex:
+    """Sequence and step of every row, as an index."""
     return pd.MultiIndex.from_arrays([frame["sequence"], frame["step"].astype(float)])
 
 
 def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str, findings: Findings) -> Readings:
-    """The readings of a table without problems, by step, disk, kind and row; what is odd about them is remarked."""
+    """The readings of a table without problems, sorted by step, disk, kind and row.
+
+    Repeated rows, missing readings and the like are added to the remarks of `findings`.
+    """
     name = Path(where).name
     read = [kind for kind in Kind if kind.column in raw]
     frame = with_keys(raw).assign(**{kind.column: numbers(raw[kind.column]) for kind in read})
@@ -116,6 +128,7 @@ def readings_of(raw: pd.DataFrame, steps: pd.DataFrame, plates: int, where: str,
 def _say_missing(
     frame: pd.DataFrame, columns: list[str], steps: int, plates: int, name: str, findings: Findings
 ) -> None:
+    """Add remarks on empty cells, disks and steps without readings, and markers without a row to `findings`."""
     empty = int(frame[columns].isna().to_numpy().sum())
     if empty:
         findings.remarks.append(f"{empty} of {frame[columns].size} cells of {name} are empty: not read")

@@ -1,4 +1,4 @@
-"""What a recording betrays of its set-up without any fit: each doubt a sentence."""
+"""Doubts about the set-up of a recording that need no fit, such as mirrored pictures or wrong units, as sentences."""
 
 from collections.abc import Iterator
 
@@ -8,24 +8,25 @@ from prb3r.model.steps import tension_changes
 from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
 ENOUGH = 0.9
-"""Share of the steps at which one cable is pulled that has to contradict its side before that is said.  Choice: the
-rest may be wrong for other reasons."""
+"""Least share of the relevant steps that has to contradict what the file says of a cable (its side or its slip) for a
+doubt.  Choice: the rest may be wrong for other reasons."""
 FEWEST = 3
-"""Steps, or disks, that have to contradict the file.  Choice: one or two may be slips."""
+"""Fewest steps, or disks, that have to contradict the file for a doubt.  Choice: one or two may be slips."""
 LEAST_TURN = 10.0
-"""Mean deflections of a step smaller than so many standard deviations of a reading tell no side.  Choice: far more
-than noise and a frame that is a little off make."""
+"""Least mean deflection of a step that tells to which side the arm bends, in standard deviations of a reading.  Choice:
+far more than noise and a slightly shifted frame cause."""
 SLACK = 0.25
-"""Share of the distance between disks by which one may seem too far from the base.  Choice: more than tolerances and a
-camera's scale make, and less than a disk that is counted wrongly."""
+"""Distance by which a disk may seem too far from the base without a doubt, over the mean distance between disks.
+Choice: more than tolerances and a camera's scale cause, and less than a disk that is counted wrongly does."""
 FEWEST_TO_SET_ASIDE = 3
-"""Sequences from which on a diagnosis sets one aside: two are left."""
+"""Fewest sequences with which a diagnosis sets one aside; two are left then."""
 ALIKE = 5.0
-"""Largest ratio of the strongest pulls of cables in kilograms and in newtons on one rig.  Choice: half of g."""
+"""Largest ratio between the strongest pulls of cables noted in kilograms and in newtons on one rig, either way, without
+a doubt.  Choice: half of g."""
 
 
 def implausible(recording: Recording) -> Iterator[str]:
-    """Sentences on what no right recording of this manipulator shows."""
+    """All doubts about the set-up of a recording, each a sentence."""
     yield from _misplaced_disks(recording)
     yield from _wrong_sides(recording)
     yield from slips_the_other_way(recording)
@@ -35,7 +36,7 @@ def implausible(recording: Recording) -> Iterator[str]:
 
 
 def _misplaced_disks(recording: Recording) -> Iterator[str]:
-    """Disks farther from the base than the arm reaches up to them: a chord is no longer than its arc."""
+    """A doubt if disks are farther from the base than the arm is long up to them: a chord is no longer than its arc."""
     readings, chain = recording.readings, recording.manipulator.chain()
     spacing = chain.arc + 2 * chain.clamp + chain.disk
     along = np.concatenate([[0.0], np.cumsum(spacing)])
@@ -58,7 +59,7 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
 
 
 def _wrong_sides(recording: Recording) -> Iterator[str]:
-    """Steps at which one cable is pulled and the arm bends to the other side."""
+    """A doubt about cables that bend the arm to the side away from their offset when they alone are pulled."""
     turned, known = _deflections(recording)
     tension, manipulator = recording.loads.tension, recording.manipulator
     offset = manipulator.chain().offset[0]
@@ -78,7 +79,7 @@ def _wrong_sides(recording: Recording) -> Iterator[str]:
 
 
 def slips_the_other_way(recording: Recording) -> Iterator[str]:
-    """Cables that are declared to be paid out where they alone are pulled harder, or drawn in where let go."""
+    """Doubts about cables declared as paid out where they alone are pulled harder, or as drawn in where let go."""
     for name, sequences in contradicted_slips(recording).items():
         which = "sequences" if len(sequences) > 1 else "sequence"
         yield (
@@ -96,7 +97,10 @@ def slips_the_other_way(recording: Recording) -> Iterator[str]:
 
 
 def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
-    """By cable, the sequences in which its declared slip goes against the changes of its tension, mostly none."""
+    """The sequences in which the declared slip of a cable contradicts the changes of its tension, by name of the cable.
+
+    Only steps at which no other tension changes are judged.  Cables without such sequences are absent.
+    """
     change, out = _changes_alone(recording), dict[str, list[str]]()
     declared = [(k, n) for k, n in enumerate(recording.manipulator.cable_names) if f"slip_{n}" in recording.steps]
     for k, name in declared:
@@ -109,19 +113,21 @@ def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
 
 
 def _slip_counts(recording: Recording) -> bool:
-    """Whether declared slip makes a difference."""
+    """Whether declared slip matters by the manipulator's file: friction is declared and not zero."""
     friction = recording.manipulator.friction
     return friction.direction == "declared" and friction.coefficient > 0
 
 
 def _changes_alone(recording: Recording) -> np.ndarray:
-    """(s, m) sign of the change of each tension from the step before, or from rest; 0 unless it alone changes."""
+    """(s, m) sign of the change of each tension from the step before, or from rest; 0 at steps where other tensions
+    change too."""
     change = np.sign(tension_changes(recording.loads.tension, recording.begins))
     return np.where((change != 0).sum(1, keepdims=True) == 1, change, 0.0)
 
 
 def _deflections(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """(s,) which way the arm is bent at each step, mean over its readings in sd, and whether that is known."""
+    """(s,) mean of the readings of y, angle and bend at each step, in standard deviations, whose sign tells the side to
+    which the arm bends; and (s,) whether it is large enough for that (`LEAST_TURN`)."""
     readings, measurement = recording.readings, recording.measurement
     sd = {Kind.Y: measurement.position_sd_m, Kind.ANGLE: measurement.angle_sd_rad, Kind.BEND: measurement.angle_sd_rad}
     total, count = np.zeros(len(recording.steps)), np.zeros(len(recording.steps))
@@ -135,7 +141,7 @@ def _deflections(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _mixed_units(recording: Recording) -> Iterator[str]:
-    """Cables noted in kilograms beside others in newtons, of quite other strength."""
+    """A doubt if cables noted in kilograms are pulled much harder, or less hard, than others noted in newtons."""
     names, strongest = recording.manipulator.cable_names, recording.loads.tension.max(0, initial=0.0)
     by_unit = {
         unit: [
@@ -151,7 +157,7 @@ def _mixed_units(recording: Recording) -> Iterator[str]:
 
 
 def _never_noted(recording: Recording) -> Iterator[str]:
-    """Cables whose tensions stand nowhere in the steps, and sequences in which nothing loads the arm."""
+    """Doubts about cables without a column of tensions, and about sequences without any load."""
     known = set(recording.steps.columns)
     absent = [c for c in recording.manipulator.cable_names if not {f"cable_{c}_n", f"cable_{c}_kg"} & known]
     if absent:
@@ -166,7 +172,7 @@ def _never_noted(recording: Recording) -> Iterator[str]:
 
 
 def _too_little(recording: Recording) -> Iterator[str]:
-    """What was not recorded, without which a diagnosis stays unsure."""
+    """Sentences on what a sure diagnosis lacks: a sequence to set aside, or steps at which cables are let go."""
     count = len(recording.sequences)
     if count < FEWEST_TO_SET_ASIDE:
         yield (

@@ -1,4 +1,4 @@
-"""From the folder of a recording to a :class:`Recording`, or to everything that is wrong with it."""
+"""Reading the folder of a recording into a :class:`Recording`, or reporting all its problems at once."""
 
 import tomllib
 from pathlib import Path
@@ -80,7 +80,10 @@ def load_recording(path: str | Path) -> Recording:
 
 
 def _manipulator(file: Path, named: str) -> Manipulator:
-    """The manipulator that a recording file names; raises SpecError, of a file that is not there at its name."""
+    """The manipulator whose file is `named` in the recording `file`.
+
+    Raises SpecError for a wrong file, or, if there is no such file, with the place of its name in the recording file.
+    """
     path = file.parent / named
     if not path.exists():
         others = [other.name for other in path.parent.glob("*.toml") if other != file]
@@ -90,7 +93,7 @@ def _manipulator(file: Path, named: str) -> Manipulator:
 
 
 def _named_manipulator(file: Path) -> str | None:
-    """The manipulator that a recording file names in spite of its problems."""
+    """The manipulator file that a recording file with problems names, as far as it can be read; None if it cannot."""
     try:
         named = tomllib.loads(file.read_text()).get("manipulator")
     except (OSError, ValueError, RecursionError):
@@ -99,7 +102,10 @@ def _named_manipulator(file: Path) -> str | None:
 
 
 def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFrame | None]:
-    """One of the tables of a recording and the file it stands in; rows without any cell are left out."""
+    """The file of one table of a recording (`steps` or `markers`), and the table without its empty rows.
+
+    The table is None, and the file may be empty, where there are problems; these are added to `findings`.
+    """
     files = [folder / f"{name}{suffix}" for suffix in TABLE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(files) != 1:
         what = f"both {name}.csv and {name}.parquet; keep one" if files else f"no {name}.csv or {name}.parquet"
@@ -117,7 +123,8 @@ def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFra
 
 
 def _without_deviation(rows: pd.DataFrame, measurement: Measurement, file: Path) -> list[Problem]:
-    """Kinds of readings whose standard deviation is not given."""
+    """A problem for each kind of readings, positions or angles, that is recorded but whose standard deviation is not
+    given."""
     problems = []
     for key, kinds in (("position_sd_m", (Kind.X, Kind.Y)), ("angle_sd_rad", (Kind.ANGLE, Kind.BEND))):
         read = [kind.column for kind in kinds if kind.column in rows and not is_empty(rows[kind.column]).all()]

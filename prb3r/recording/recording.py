@@ -1,4 +1,4 @@
-"""A recording in memory: the load steps of every sequence, and what was read at each."""
+"""A recording in memory: the load steps of every sequence and the readings at each, and the models of its file."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -110,34 +110,34 @@ class RecordingFile(Strict):
 
 
 class Readings(NamedTuple):
-    """`r` numbers that were read; `step` counts the rows of the recording's steps."""
+    """The `r` readings of a recording: single numbers that were read at a load step."""
 
     step: np.ndarray
-    """(r,) row of the load step."""
+    """(r,) row of the load step in the recording's table of steps, from 0."""
     disk: np.ndarray
-    """(r,) disk; a bend is that of the plate ending there."""
+    """(r,) number of the disk; a bend is that of the plate which ends there."""
     kind: np.ndarray
     """(r,) values of :class:`Kind`."""
     value: np.ndarray
-    """(r,) m or rad."""
+    """(r,) value that was read, m or rad."""
 
     @property
     def count(self) -> int:  # type: ignore[override]
-        """Number `r` of readings, each coordinate, angle and bend of a marker as one."""
+        """Number `r` of readings; each coordinate, angle and bend of a marker is one."""
         return len(self.value)
 
     def where(self, chosen: np.ndarray) -> "Readings":
-        """The readings that a mask or an index chooses."""
+        """The readings that a mask or an array of indices selects."""
         return Readings(*(field[chosen] for field in self))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
-    """`s` load steps in one or more sequences, each from rest, and their readings."""
+    """A recording: `s` load steps in one or more sequences, each starting from rest, and their readings."""
 
     name: str
     manipulator: Manipulator
-    """Nominal."""
+    """The nominal manipulator, as its file describes it."""
     measurement: Measurement
     prior: Prior
     image_centre_m: tuple[float, float]
@@ -145,23 +145,23 @@ class Recording:
     steps: pd.DataFrame
     """The table of steps: `sequence, step` and loads, one row a step, the steps of a sequence together and in order."""
     of_sequence: np.ndarray
-    """(s,) index of the sequence of each row of `steps`."""
+    """(s,) index in `sequences` of the sequence of each row of `steps`."""
     loads: Loads
-    """Of the rows of `steps`."""
+    """Loads of the rows of `steps`."""
     readings: Readings
     tolerance: Tolerance = Tolerance()
     sharing: Sharing = Sharing()
     remarks: tuple[str, ...] = ()
-    """What reading repaired, counted or took for something else, each one sentence."""
+    """Sentences on what was repaired, counted or reinterpreted when the recording was read."""
 
     def __repr__(self) -> str:
-        """Its name with the numbers of its sequences, load steps and readings, on one line."""
+        """Name and numbers of sequences, load steps and readings, on one line."""
         sizes = f"sequences={len(self.sequences)}, steps={len(self.steps)}, readings={self.readings.count}"
         return f"Recording({self.name!r}, {sizes})"
 
     @cached_property
     def begins(self) -> np.ndarray:
-        """(s,) whether a sequence begins there, from rest."""
+        """(s,) whether each step is the first of its sequence, which starts from rest."""
         return np.concatenate([[True], np.diff(self.of_sequence) != 0])
 
     @cached_property
@@ -185,15 +185,15 @@ class Recording:
         )
 
     def rows_of(self, part: "Recording") -> np.ndarray:
-        """Rows of the steps that are those of `part`, the recording of some of the sequences."""
+        """Rows of `steps` that belong to the sequences of `part`, a recording of some of them (:meth:`only`)."""
         return np.flatnonzero(np.isin(self.of_sequence, [self.sequences.index(name) for name in part.sequences]))
 
     def noisier(self, factor: float) -> "Recording":
-        """The same recording with all standard deviations of readings and tensions stated `factor` times as large."""
+        """A copy that states all standard deviations of readings and tensions `factor` times as large."""
         names = ("position_sd_m", "angle_sd_rad", "tension_sd_relative")
         stated = {name: sd * factor for name in names if (sd := getattr(self.measurement, name)) is not None}
         return replace(self, measurement=self.measurement.model_copy(update=stated))
 
     def with_values(self, value: np.ndarray, **changes: Any) -> "Recording":
-        """The same recording with `value` (r,) read instead, m or rad, and with other fields as `changes` say."""
+        """A copy with the values of all readings replaced by `value` (r,), m or rad, and other fields by `changes`."""
         return replace(self, readings=self.readings._replace(value=value), **changes)

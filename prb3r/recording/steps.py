@@ -1,4 +1,4 @@
-"""The table of steps of a recording: checked, freed of repeated rows, in order."""
+"""The table of steps of a recording: checked, without repeated rows, and in order."""
 
 from pathlib import Path
 
@@ -13,9 +13,10 @@ from prb3r.recording.findings import Findings
 
 
 def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, findings: Findings) -> pd.DataFrame | None:
-    """Each step once, the steps of a sequence together and in order; None where rows cannot be told apart.
+    """The table of steps with each step once, the steps of a sequence together and in order; None if keys of rows are
+    wrong.
 
-    Where problems are found, the loads are not to be used.
+    Problems and remarks are added to `findings`; if there are problems, the loads of the table must not be used.
     """
     name, repeated = Path(where).name, raw.duplicated()
     frame = raw[~repeated]
@@ -38,6 +39,7 @@ def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, find
 
 
 def _in_order(frame: pd.DataFrame, name: str, findings: Findings) -> pd.DataFrame:
+    """The table with each sequence's rows together and sorted by step; remarks say which were not."""
     place, names = pd.factorize(frame["sequence"])
     order = np.lexsort((frame["step"], place))
     if (np.diff(place) < 0).any():
@@ -56,6 +58,7 @@ def _sequences(names) -> str:
 
 
 def _say_ignored_slips(manipulator: Manipulator, frame: pd.DataFrame, name: str, findings: Findings) -> None:
+    """Add a remark if slips are declared but friction follows the cables' travel."""
     slips = [f"slip_{cable}" for cable in manipulator.cable_names if f"slip_{cable}" in frame]
     if slips and manipulator.chain().presliding:
         findings.remarks.append(
@@ -66,6 +69,7 @@ def _say_ignored_slips(manipulator: Manipulator, frame: pd.DataFrame, name: str,
 def _without_negative_tensions(
     manipulator: Manipulator, frame: pd.DataFrame, name: str, findings: Findings
 ) -> pd.DataFrame:
+    """The table with tensions below zero set to zero; a remark says how many there were."""
     columns = cable_columns(manipulator, frame)
     tension = frame[columns].apply(numbers)
     if below := int((tension < 0).to_numpy().sum()):

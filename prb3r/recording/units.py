@@ -1,4 +1,4 @@
-"""Foreign units betray themselves by their scale."""
+"""Checks of a recording for units other than SI, by the scale of its numbers."""
 
 import math
 from collections.abc import Iterator
@@ -11,26 +11,30 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import FRAME_REACH, Kind, Measurement
 
 FARTHEST_POSITION, NEAREST_POSITION = 3.0, 0.01
-"""Positions are of another unit beyond so many lengths of the manipulator, or within so small a part of each disk's
-distance from the base along the axis.  Choice: far from one either way, and less than the factor of 100 or 1000 that
-centimetres and millimetres make."""
+"""Positions are taken to be in another unit if they are more than the first number of manipulator lengths away, or less
+than the second number times each disk's distance from the base along the axis.  Choice: far from one either way, and
+less than the factor of 100 or 1000 that centimetres and millimetres make."""
 IN_MILLIMETRES = 300.0
-"""How many times too far positions are from which on they are taken for millimetres, else for centimetres: between a
-hundred and a thousand."""
+"""Ratio of positions to the disk's distance along the axis above which they are taken for millimetres, and up to which
+for centimetres: between a hundred and a thousand."""
 JUDGING_SHARE = 0.9
-"""Share of the readings that judges their unit, the nearest: the rest may be gross outliers.  Choice."""
+"""Quantile of the positions, over the disk's distance along the axis, by which their unit is judged: the tenth beyond
+may be gross outliers.  Choice."""
 MOST_TURNS, MEAN_BEND = 1.5, 0.6
-"""Angles are taken for degrees beyond so many turns, if the plates up to there bend by more than this on average, rad;
-bends beyond half a turn.  Choice: no rig coils up so far."""
+"""An angle is taken for degrees if it exceeds the first number of turns and the second, in rad, times the number of its
+disk; a bend if it exceeds half a turn.  Choice: no rig coils up so far."""
 DOUBTED_POSITION, DOUBTED_ANGLE, DOUBTED_TENSION = 0.1, 0.3, 0.2
-"""Standard deviations from which on their unit is doubted: of positions as a share of the length, of angles, rad, and
-of tensions, relative.  Choice: nobody would read or pull so badly."""
+"""Standard deviations above which their unit is doubted: of positions over the length of the manipulator, of angles in
+rad, and of tensions, relative.  Choice: nobody would read or pull so badly."""
 
 
 def position_problems(
     readings: pd.DataFrame, manipulator: Manipulator, measurement: Measurement | None, where: str
 ) -> Iterator[Problem]:
-    """Positions that no disk of a manipulator of this length can have; `readings` with the disk of each row."""
+    """Problems of positions that no disk of a manipulator of this length can have.
+
+    `readings` has the columns of readings and `disk`.
+    """
     positions = readings[[kind.column for kind in Kind if kind.is_position and kind.column in readings]]
     slack = FRAME_REACH * measurement.frame_position_sd_m if measurement else 0.0
     chain = manipulator.chain()
@@ -50,7 +54,7 @@ def position_problems(
 
 
 def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
-    """Angles and bends that are too large; `readings` with the disk of each row."""
+    """Problems of angles and bends that are too large for radians; `readings` has these columns and `disk`."""
     limits = {Kind.ANGLE: np.maximum(2 * np.pi * MOST_TURNS, MEAN_BEND * readings["disk"]), Kind.BEND: np.pi}
     for kind, limit in limits.items():
         column = readings.get(kind.column)
@@ -61,7 +65,7 @@ def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
 
 
 def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
-    """Sentences on standard deviations that are so large that they look like another unit."""
+    """Sentences on standard deviations so large that they look like another unit."""
     length, position, angle = manipulator.chain().length, measurement.position_sd_m, measurement.angle_sd_rad
     if position and position > DOUBTED_POSITION * length:
         yield f"position_sd_m = {position:g} is much for a length of {length:.4g} m; in metres?"

@@ -1,4 +1,4 @@
-"""Write a recording's folder: from what describes it, or as it is in memory."""
+"""Writing the folder of a recording, from its parts or from a recording in memory."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,12 +24,14 @@ def write_recording(
     markers: pd.DataFrame | Mapping[str, Any],
     suffix: Literal[".csv", ".parquet"] = ".csv",
 ) -> None:
-    """Write `recording.toml`, the manipulator that it names, and both tables.
+    """Write `recording.toml`, the file of the manipulator that it names, and both tables into a folder.
 
     Parameters
     ----------
-    manipulator : the contents of its file, as data or as text.
+    described : what `recording.toml` is to hold.
+    manipulator : the contents of the manipulator's file, as data or as text.
     steps, markers : tables, or their columns.
+    suffix : file type of the tables.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def write_recording(
 
 
 def marker_table(recording: Recording) -> pd.DataFrame:
-    """The readings of a recording as its table of markers; what was read more than once stands in as many rows."""
+    """The readings of a recording as a table of markers; a marker that was read several times has as many rows."""
     step, disk, kind, value = recording.readings
     rows = pd.DataFrame({"row": step, "disk": disk, "kind": kind, "value": value})
     rows["again"] = rows.groupby(["row", "disk", "kind"]).cumcount()
@@ -59,7 +61,7 @@ def marker_table(recording: Recording) -> pd.DataFrame:
 
 
 def write_again(recording: Recording, folder: str | Path) -> None:
-    """Write a recording in memory as a folder that reads the same.
+    """Write a recording in memory as a folder from which the same recording is read.
 
     Raises
     ------
