@@ -1,1 +1,2 @@
-"""The front door in Python: what goes in as files or objects comes out as objects that show what they say."""
+"""The public functions of `prb3r` in Python; each takes files or objects and returns a result that can be plotted,
+shown in a notebook and written to files."""

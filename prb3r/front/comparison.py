@@ -1,4 +1,4 @@
-"""Decisions between designs that show what they say."""
+"""`compare` in Python: a decision between designs that can be plotted, shown in a notebook and written to files."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,24 +20,26 @@ COUNSEL_FIGURES = {"decision": decision_figure, "front": front_figure}
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Counsel(Advice):
-    """A decision between designs that shows what it says."""
+    """A decision between designs that can be plotted, shown in a notebook and written to files."""
 
     @property
     def frame(self) -> pd.DataFrame:
-        """A row for each design: what requirements and preferences look at, and what follows."""
+        """The table of the decision, a row for each design: the columns that requirements and preferences use, and the
+        result."""
         return self.decision.table
 
     def plot(self, kind: str = "decision", *, axes: Panels = None) -> Figure:
-        """Reserves and worth of the designs side by side (`decision`), or the Pareto front (`front`).
+        """A figure of the reserves and the worth of the designs side by side (`decision`), or of the Pareto front
+        (`front`).
 
         Parameters
         ----------
-        axes : to draw on, as many as the figure has panels; without them on a new figure.
+        axes : axes to draw on, as many as the figure has panels; absent: those of a new figure.
 
         Raises
         ------
         ValueError
-            If there is no such kind, nothing to show in it, or for another number of axes.
+            If there is no such kind, if there is nothing to show in it, or for a wrong number of axes.
         """
         if kind not in COUNSEL_FIGURES:
             raise ValueError(f"no plot {kind!r}: the kinds are {', '.join(COUNSEL_FIGURES)}")
@@ -45,7 +47,7 @@ class Counsel(Advice):
             return COUNSEL_FIGURES[kind](self.decision)
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Write into `folder` all that `prb3r compare -o` writes; the files written.
+        """Write all files of `prb3r compare -o` into `folder`; returns the files written.
 
         Raises
         ------
@@ -66,17 +68,17 @@ class Counsel(Advice):
 
 
 def compare(*results: Result | str | Path, requirements: str | Path | None = None) -> Counsel:
-    """Which design to build, of those in one or several results.
+    """Decide which design to build, of those in the results of one or several studies.
 
     Parameters
     ----------
-    results : of `run_study`, or the folders that hold them.
-    requirements : file of requirements and preferences, instead of those of the studies.
+    results : results of `run_study`, or the folders that hold them.
+    requirements : a file of requirements and preferences to use instead of those of the studies.
 
     Raises
     ------
     SpecError
-        With everything that keeps the designs from being compared.
+        With every reason why the designs cannot be compared.
 
     Examples
     --------

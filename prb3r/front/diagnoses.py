@@ -1,4 +1,4 @@
-"""Diagnoses of recordings that draw their figures and write their files."""
+"""`diagnose` in Python: diagnoses of recordings that draw their figures and write their files."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,12 +34,12 @@ class DiagnosisReport(Diagnosis):
 
         Parameters
         ----------
-        axes : to draw on, as many as the figure has panels; without them on a new figure.
+        axes : axes to draw on, as many as the figure has panels; absent: those of a new figure.
 
         Raises
         ------
         ValueError
-            If there is no such kind, if this diagnosis has nothing to show in it, or for another number of axes.
+            If there is no such kind, if this diagnosis has nothing to show in it, or for a wrong number of axes.
         """
         if kind not in FIGURES:
             raise ValueError(f"no plot {kind!r}: the kinds are {', '.join(FIGURES)}")
@@ -50,7 +50,7 @@ class DiagnosisReport(Diagnosis):
         return figure
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Write into `folder` all that `prb3r diagnose` writes; the files written.
+        """Write all files of `prb3r diagnose` into `folder`; returns the files written.
 
         Raises
         ------
@@ -76,7 +76,8 @@ class JointReport(JointDiagnosis):
 
     @property
     def frame(self) -> pd.DataFrame:
-        """`effect` (empty: constants), `parameter`, `recording` (`together`: all), `value, low, high` and `agrees`."""
+        """The shared parameters, a row for each estimate: `effect` (empty for a constant), `parameter`, `recording`
+        (name, or `together` for the joint estimate), `value, low, high`, and `agrees`, whether the recordings agree."""
         return pd.DataFrame(
             [
                 {"effect": shared.effect, "parameter": shared.parameter, "recording": name}
@@ -90,16 +91,18 @@ class JointReport(JointDiagnosis):
         )
 
     def plot(self, kind: str = SHARED_FIGURE, *, axes: Panels = None) -> Figure:
-        """What the rigs share, from all recordings and from each; what a recording shows alone is in `diagnoses`.
+        """A figure of the parameters that the rigs share, estimated from all recordings together and from each alone.
+
+        The figures of a single recording are those of its entry in `diagnoses`.
 
         Parameters
         ----------
-        axes : to draw on, one for each shared parameter; without them on a new figure.
+        axes : axes to draw on, one for each shared parameter; absent: those of a new figure.
 
         Raises
         ------
         ValueError
-            If there is no such kind, if nothing is shared, or for another number of axes.
+            If there is no such kind, if nothing is shared, or for a wrong number of axes.
         """
         if kind != SHARED_FIGURE:
             raise ValueError(
@@ -112,7 +115,7 @@ class JointReport(JointDiagnosis):
         return figure
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Write into `folder` all that `prb3r diagnose --together` writes; the files written.
+        """Write all files of `prb3r diagnose --together` into `folder`; returns the files written.
 
         Raises
         ------
@@ -137,7 +140,7 @@ class JointReport(JointDiagnosis):
 
 
 Recorded = Recording | str | Path
-"""A recording, or its folder."""
+"""A recording, or the path of its folder."""
 
 
 @overload
@@ -176,13 +179,14 @@ def diagnose(
     jobs: int = 1,
     report: Callable[[str], None] = lambda step: None,
 ) -> DiagnosisReport | JointReport:
-    """Diagnose a recording, given as its folder or read already, or several `together` with what their rigs share.
+    """Diagnose a recording, or with `together` several recordings of rigs that share parameters.
 
-    Parameters and errors as of `diagnosis_of` and `joint_diagnosis_of`.
+    A recording is given as the path of its folder or as `load_recording` returns it.  The other parameters and the
+    errors are those of `diagnosis_of` and `joint_diagnosis_of`.
 
     Examples
     --------
-    A simulated rig with four plates, one of them cracked, of which its owner does not know.
+    A simulated rig with four plates, one of which is cracked without its owner's knowledge.
 
     >>> from pathlib import Path
     >>> import pandas as pd

@@ -1,4 +1,4 @@
-"""Tensions for targets that show where they lead."""
+"""`reach` in Python: tensions that bring a disk to targets, as a result that can be plotted and written to files."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -24,27 +24,27 @@ from prb3r.runs.files import ensure_writable
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reach(Reached):
-    """Tensions that bring a disk along its targets, or as near as it comes, and where they lead."""
+    """Tensions that bring a disk to each of its targets, or as near as possible, and the states to which they lead."""
 
     manipulator: Manipulator
 
     @property
     def frame(self) -> pd.DataFrame:
-        """The table `table`, a row for each target; other results offer theirs as `frame` too."""
+        """The table of the targets, `table`, under the name that all results have for their main table."""
         return self.table
 
     def plot(self, *, axes: Panels = None) -> Figure:
-        """The way of the disk past its targets, and the manipulator at some of them.
+        """A figure of the path of the disk along its targets, with the manipulator at some of them.
 
         Parameters
         ----------
-        axes : to draw on, in mm; without them on a new figure.
+        axes : axes to draw on, in mm; absent: those of a new figure.
         """
         with rc.in_use(), drawn_on(axes):
             return reached_figure(self.manipulator, self.table, solve(self.manipulator, self.steps))
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Write `steps.csv`, `targets.csv` and the figure `reach` (PNG, SVG) into `folder`; the files written.
+        """Write `steps.csv`, `targets.csv` and the figure `reach` (PNG, SVG) into `folder`; returns the files written.
 
         Raises
         ------
@@ -74,30 +74,32 @@ def reach(
     least: Least = "force",
     **wanted: Unpack[Wanted],
 ) -> Reach:
-    """Tensions of least sum, or of least stress, that bring a disk to a place, an angle, both, or along a path of them.
+    """Find the tensions, of least sum or least stress, that bring a disk to a position, an angle, or both, or along a
+    path of such targets.
 
     Parameters
     ----------
-    path : instead of a place, a table (or the file that holds it) of targets in their order, with columns among
-        `x_m, y_m, angle_rad`; an empty cell leaves a coordinate free.  The pull that leads to one is followed to the
-        next, and another one is looked for only where it leads no further.
-    most_n : largest tension of a cable, N; by itself where the cable alone would bend what it drives by a
-        whole turn if nothing rubbed.
-    broken : cables that carry nothing.
-    least : what is least of all pulls that lead there: `"force"`, the sum of the tensions, or `"stress"`, the highest
-        bending stress of a plate.
-    wanted : `disk`, its number or `"tip"` (by itself), and `x_m`, `y_m`, `angle_rad` of its centre.
+    manipulator : a `Manipulator`, the path of its file, or what the file would hold as a dict.
+    path : instead of a single target, a table (or the file that holds it) of targets in their order, with columns among
+        `x_m, y_m, angle_rad`; an empty cell leaves a coordinate free.  The pull for one target is followed to the next;
+        another pull is looked for only where it leads no further.
+    most_n : largest tension of a cable, N; default: the tension at which the cable alone would bend the plates that it
+        crosses by a whole turn without friction.
+    broken : names of cables that carry nothing.
+    least : quantity to minimise among all pulls that reach the target: `"force"`, the sum of the tensions, or
+        `"stress"`, the highest bending stress of a plate.
+    wanted : the target: `disk`, its number or `"tip"` (default), and `x_m`, `y_m` and `angle_rad` of its centre.
 
     Returns
     -------
-    The steps to pull, and whether each target is reached; where one is not, the nearest state (distances and angles
-    compare by the manipulator's length) is told.  Where friction is declared, each cable's slip goes with its travel
-    in that step; with `direction = "history"` friction follows the whole path.
+    The load steps to apply, and whether each target is reached; for a target that is not, the nearest state, where
+    angles are compared with distances by the manipulator's length.  With declared friction, each cable's slip agrees
+    with its travel in that step; with `direction = "history"` friction follows the whole path.
 
     Raises
     ------
     SpecError
-        With everything that is wrong with what is asked.
+        With every problem of the manipulator or the targets.
 
     Examples
     --------

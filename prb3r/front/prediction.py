@@ -1,4 +1,4 @@
-"""What a diagnosis says of a design, with a drawing of it."""
+"""`predict` in Python: another design as a diagnosis predicts it, with a figure and files."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,19 +23,20 @@ from prb3r.runs.threads import one_thread
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction(DesignPrediction):
-    """What a diagnosis says of a design, and what shows it."""
+    """A design as a diagnosis predicts it; the prediction can be plotted, shown in a notebook and written to files."""
 
     @property
     def frame(self) -> pd.DataFrame | None:
-        """The table `positions`, None without steps; other results offer their table as `frame` too."""
+        """The table `positions` (None without steps), under the name that all results have for their main table."""
         return self.positions
 
     def plot(self, *, axes: Axes | None = None) -> Figure:
-        """The design at the end of every load sequence, with the 95 % bands of its disks; without steps straight.
+        """A figure of the design at the end of every load sequence, with the 95 % bands of its disks; without steps, of
+        the straight design.
 
         Parameters
         ----------
-        axes : to draw on, in mm; without them on a new figure.
+        axes : axes to draw on, in mm; absent: those of a new figure.
         """
         figure = plot(self.manipulator, self.positions, axes=axes)
         if self.positions is None:
@@ -49,7 +50,9 @@ class Prediction(DesignPrediction):
         return figure
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Write `manipulator.toml`, `positions.csv` and the figure `prediction` into `folder`; the files written.
+        """Write `manipulator.toml`, with steps `positions.csv`, and the figure `prediction` into `folder`.
+
+        Returns the files written.
 
         Raises
         ------
@@ -73,6 +76,7 @@ class Prediction(DesignPrediction):
 
     @property
     def _said(self) -> list[str]:
+        """Phrases on the effects that are carried over to the design, and on those that are not."""
         kinds = ", ".join(effect.kind.replace("_", " ") for effect in self.manipulator.effect)
         return [f"carried over: {kinds or 'constants alone'}", *(f"left behind: {text}" for text in self.left_behind)]
 
@@ -85,24 +89,25 @@ def predict_on(
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> Prediction:
-    """What a diagnosis teaches about another design, or about the same one.
+    """Predict another design, or the same one, from a diagnosis: its effects, constants and, with `steps`, positions.
 
     Parameters
     ----------
-    diagnosis : what `prb3r.diagnose` returned, the folder that `prb3r diagnose` wrote, or its diagnosis.json.
-    manipulator : the design, its file, or what the file would hold.
-    steps : a table of steps as for `solve`, if positions are wanted.
-    draws : models and parameters that are solved for the bands.
-    seed : of these draws; the same seed, the same bands.
+    diagnosis : a result of `prb3r.diagnose`, the folder that `prb3r diagnose` wrote, or its diagnosis.json.
+    manipulator : the design: a `Manipulator`, the path of its file, or what the file would hold as a dict.
+    steps : a table of load steps as for `solve`, if positions are wanted.
+    draws : number of draws of model and parameters that are solved for the bands.
+    seed : seed of these draws; the same seed gives the same bands.
 
     Raises
     ------
     SpecError
-        With what is wrong with a file, or if `draws` are too few for a band.
+        With every problem of a file, or if there are too few `draws` for a band.
 
     Examples
     --------
-    A rig as its file says, read without error at three steps, and what that tells of one with three segments.
+    A rig that is as its file says, read to a tenth of a millimetre at three steps, and a prediction for a rig of three
+    segments.
 
     >>> from pathlib import Path
     >>> import pandas as pd

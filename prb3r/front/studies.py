@@ -1,4 +1,4 @@
-"""Studies that are run from Python, with their tables and figures at hand."""
+"""`run_study` in Python: a study is run, and its tables and figures are at hand in the result."""
 
 import shutil
 from dataclasses import dataclass
@@ -23,10 +23,10 @@ from prb3r.study.run import Options, Result, execute, writing
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(Result):
-    """A finished study that shows what it says."""
+    """A finished study whose tables and figures can be used, shown in a notebook and copied to a folder."""
 
     files: tuple[Path, ...] = ()
-    """Figures and pages in its folder."""
+    """Figures and pages in the study's folder."""
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -41,16 +41,16 @@ class StudyResult(Result):
         return tables | ({} if rigs is None else {name: table for name, table in vars(rigs).items() if len(table)})
 
     def plot(self, name: str | None = None, *, axes: Panels = None) -> Figure:
-        """The plot of that name in the study file; without a name the first one.
+        """A figure of the plot with this `name` in the study file; without a name, of the first plot.
 
         Parameters
         ----------
-        axes : to draw on, as many as the plot has panels; without them on a new figure.
+        axes : axes to draw on, as many as the plot has panels; absent: those of a new figure.
 
         Raises
         ------
         ValueError
-            If the study has no such plot, or for another number of axes.
+            If the study has no such plot, or for a wrong number of axes.
         """
         plots = {plot.name: plot for plot in self.plan.study.plot}
         if not plots or (name is not None and name not in plots):
@@ -60,7 +60,7 @@ class StudyResult(Result):
             return study_figure(plot, self.cases, states_to_draw(self), scene_of(self))
 
     def report(self, folder: str | Path) -> list[Path]:
-        """Copy all that `prb3r run` has written into `folder`: tables, manifest, figures, report; the files written.
+        """Copy all files of `prb3r run` (tables, manifest, figures, report) into `folder`; returns the copies.
 
         Raises
         ------
@@ -83,24 +83,26 @@ class StudyResult(Result):
 
     @property
     def _source(self) -> Source:
+        """The study with its results, as the functions that write tables and sentences take it."""
         return Source(self.plan.study, self.cases, self.plan.quantities, self.manifest)
 
 
 def run_study(path: str | Path, *, output: str | Path = "results", jobs: int = 1, fresh: bool = False) -> StudyResult:
-    """Run one study and write what `prb3r run` writes: tables, figures, summary and report, into `output/<name>`.
+    """Run one study and write what `prb3r run` writes (tables, figures, summary and report) into `output/<name>`.
 
     Parameters
     ----------
-    output : folder that receives one folder a study.
-    jobs : worker processes.
-    fresh : compute everything anew instead of going on from what is stored.
+    path : file of the study.
+    output : folder that receives a folder for each study.
+    jobs : number of worker processes.
+    fresh : compute everything anew instead of continuing from stored results.
 
     Raises
     ------
     SpecError
-        Before any work, for anything wrong with the input.
+        With every problem of the input, before any work.
     EngineError
-        If workers or disk fail; what is already computed stays and the next run goes on from there.
+        If workers or the disk fail; results so far stay, and the next run continues from them.
 
     Examples
     --------
