@@ -43,7 +43,8 @@ _WHERE = {
     "solve": "model.solve",
     "solve_in_blocks": "model.solve",
 }
-"""Modules of what is offered by name; compiled kernels, pandas and matplotlib load when they are first needed."""
+"""Module of each public name (and its name there, if another); modules are imported when a name is first used, so that
+compiled kernels, pandas and matplotlib load only when needed."""
 __all__ = [
     "Cable",
     "Disk",

@@ -1,4 +1,4 @@
-"""Say what a file is and whether it is in order."""
+"""Checking a file or the folder of a recording: what it is, whether it is in order, and remarks on it."""
 
 import os
 import tomllib
@@ -19,7 +19,7 @@ MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
 
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
-    """The manipulator among files to be checked, if it is the only one and in order."""
+    """The manipulator among the files to be checked, if there is a single one and it is in order; else None."""
     manipulators = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
     try:
         return load_manipulator(manipulators[0]) if len(manipulators) == 1 else None
@@ -28,9 +28,10 @@ def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
 
 
 def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
-    """What a file or recording is that is in order: one line, and one for each remark.
+    """Check a file or a recording, and say what it is: one line, and one more for each remark.
 
-    It is a manipulator, a study, requirements or a table; one of steps is checked with the manipulator, if any.
+    A file may hold a manipulator, a study, requirements or a table.  With a `manipulator`, a table is checked as load
+    steps of that.
 
     Raises
     ------
@@ -82,11 +83,12 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """Whether a file is meant as a study: it names a manipulator, and describes none."""
+    """Whether a file is meant as a study: it names a manipulator and does not describe one."""
     return "manipulator" in (keys := _keys(path)) and not keys & MANIPULATOR_KEYS
 
 
 def _keys(path: Path) -> set[str]:
+    """Top-level keys of a TOML file; none if it cannot be read."""
     try:
         return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()
     except (OSError, ValueError, RecursionError):
@@ -102,6 +104,7 @@ def _text_is_toml(path: Path) -> bool:
 
 
 def _check_recording(path: Path) -> str:
+    """What a recording holds, in one line, and its remarks and doubts about it; raises RecordingError for problems."""
     recording = load_recording(path)
     readings, measured = recording.readings, recording.measurement
     kinds = [(kind.column, int((readings.kind == kind).sum())) for kind in Kind]
@@ -118,6 +121,7 @@ def _check_recording(path: Path) -> str:
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:
+    """What a table holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
     frame = read_table(path)
     if manipulator is not None:
         sequences = sequences_of(manipulator, frame, str(path))

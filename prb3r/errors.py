@@ -1,4 +1,4 @@
-"""Errors that keep every problem they stand for, so that a user repairs all of them in one go."""
+"""Errors that carry a list of problems, so that a user can repair all of them in one go."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,24 +6,24 @@ from difflib import get_close_matches
 from typing import ClassVar
 
 SHORT_LIST = 8
-"""Up to this many valid names are listed in full when none of them is close."""
+"""Most valid names that a message lists in full when none of them is close."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Something that is wrong with an input, and where: a file with its line, a column, an address."""
+    """Something that is wrong with an input, with its place: a file with its line, a column, an address."""
 
     where: str
-    """Place as a person would look for it: `studies/x.toml:12 factor[0].values`."""
+    """The place, as a person would look for it: `studies/x.toml:12 factor[0].values`; may be empty."""
     what: str
-    """What is wrong and what would be right."""
+    """What is wrong there, and what would be right."""
 
     def __str__(self) -> str:
         return f"{self.where}: {self.what}" if self.where else self.what
 
 
 class Prb3rError(Exception):
-    """Base of all errors a user is meant to read; its text lists the problems, one a line."""
+    """Base of all errors that a user is meant to read; the text lists the problems, one per line."""
 
     exit_code: ClassVar[int] = 2
 
@@ -39,7 +39,7 @@ class Prb3rError(Exception):
 
 
 class SpecError(Prb3rError):
-    """A manipulator, study or step table that cannot be used."""
+    """A manipulator, a study, a table of steps or an argument that cannot be used, with every problem."""
 
 
 class RecordingError(Prb3rError):
@@ -47,13 +47,13 @@ class RecordingError(Prb3rError):
 
 
 class EngineError(Prb3rError):
-    """The machinery that runs or stores cases failed, not a case."""
+    """A failure of what runs or stores cases, such as workers or the disk, and not of a case."""
 
     exit_code: ClassVar[int] = 3
 
 
 def did_you_mean(word: str, options: Iterable[str]) -> str:
-    """Ending for a message about an unknown `word`: the closest option, else all of them if they are few."""
+    """Ending of a message about an unknown `word`: the closest option, or all options if they are few, or empty."""
     names = sorted(set(options))
     lower = {name.lower(): name for name in names}
     close = get_close_matches(word.lower(), lower, n=1)

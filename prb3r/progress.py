@@ -9,7 +9,11 @@ PLAIN_EVERY_S = 10.0
 
 
 class Lines:
-    """A line when a study starts, every few seconds, and when it ends."""
+    """Progress as plain lines on stderr: one when a study starts, one every few seconds, and one when it ends.
+
+    `begin` takes the number of cases in all and of those done before, `advance` the numbers of further cases done and
+    of those among them without a stable equilibrium.
+    """
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
         self.name, self.cases, self.done, self.failed, self.what = name, cases, done, 0, what
@@ -37,7 +41,7 @@ class Lines:
 
 
 class Bar:
-    """A rich progress bar with rate and time left."""
+    """Progress as a rich bar with rate and time left; the methods are those of `Lines`."""
 
     def __init__(self, progress) -> None:
         self.progress = progress
@@ -57,7 +61,10 @@ class Bar:
 
 @contextlib.contextmanager
 def stages(name: str, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """A function that is told which of `steps` begins: a bar of steps on a terminal, a line each elsewhere."""
+    """Show the progress of a task through its `steps`: as a bar on a terminal, as a line for each step elsewhere.
+
+    The context is a function to be called with the name of each step as it begins.
+    """
     if not sys.stderr.isatty():
         started = time.monotonic()
 
@@ -90,7 +97,7 @@ def stages(name: str, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def reporter() -> Iterator[Lines | Bar]:
-    """A listener to the progress of studies that suits stderr: a bar on a terminal, lines elsewhere."""
+    """The listener to the progress of studies that suits stderr: a `Bar` on a terminal, `Lines` elsewhere."""
     if not sys.stderr.isatty():
         yield Lines()
         return

@@ -1,6 +1,7 @@
 """The nomenclature: name, symbol, unit and meaning of every column, in SI with angles in radians.
 
-The unit is the last part of a name, so any column can be described; the registry adds symbols and exact meanings.
+The unit is the last part of a name, so any column can be described; `NOMENCLATURE` and `PATTERNS` add symbols and exact
+meanings.
 """
 
 import math
@@ -37,7 +38,7 @@ UNIT_OF_ENDING = {
     "_n": "N",
     "_s": "s",
 }
-"""Unit of each name ending, longest first."""
+"""Unit of each name ending; an ending stands before all that it ends with itself, as the first that fits is taken."""
 
 SHOWN = {
     "um": ("m", 1e-6),
@@ -54,7 +55,7 @@ SHOWN = {
     "us": ("s", 1e-6),
     "%": ("1", 1e-2),
 }
-"""Units that figures may show instead: the SI unit they belong to and their size in it."""
+"""Units that figures may show instead of SI units, each with its SI unit and its size in that."""
 
 GIVEN_IN = {
     "m": "lengths are given in metres",
@@ -64,7 +65,7 @@ GIVEN_IN = {
     "kg": "masses are given in kilograms",
     "s": "times are given in seconds",
 }
-"""What a person hears who used another unit."""
+"""What a message says of the unit to a person who used another one, by SI unit."""
 
 _UNIT_PARTS = re.compile(
     r"(_(([mcuk]?m|in|inch|ft)\d?|n?m?m|m?rad|deg|degrees?|[km]?n|[kmg]?pa|psi|k?g|lb|[mu]?s|s2|per|percent))*"
@@ -72,12 +73,12 @@ _UNIT_PARTS = re.compile(
 _PRETTY = {"^2": "²", "^4": "⁴", "deg": "°", "um": "µm", "us": "µs"}
 
 SHORT_FOR = {"mu": "friction_coefficient"}
-"""Short names of factors and the quantities of the nomenclature they stand for."""
+"""Short names of factors, and the quantities of the nomenclature for which they stand."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a column of numbers or text is: its name, symbol, SI unit and meaning."""
+    """The quantity in a column of numbers or text: its name, symbol, SI unit and meaning."""
 
     name: str
     symbol: str
@@ -92,7 +93,7 @@ class Quantity:
 
 
 def name_in_words(column: str) -> str:
-    """`tip_shift_m` as `Tip shift`; a lone letter stays a symbol."""
+    """The name of a column in words, without its unit: `tip_shift_m` as `Tip shift`; a single letter stays as it is."""
     ending = unit_ending(column)
     text = re.sub(r"[_\s]+", " ", column.removesuffix(ending) if ending else column).strip()
     text = re.sub(r"(?<=[a-z])(?=\d)", " ", text)
@@ -100,7 +101,7 @@ def name_in_words(column: str) -> str:
 
 
 def unit_ending(column: str) -> str:
-    """The part of the name that says its unit, `""` for none."""
+    """The ending of a column's name that tells the unit, such as `_n_m`; `""` for none."""
     return next((ending for ending in UNIT_OF_ENDING if column.endswith(ending) and column != ending), "")
 
 
@@ -155,11 +156,12 @@ PATTERNS = (
     (r"slip_(.+)", r"s_\1", "1", r"declared slip of cable \1: -1 drawn toward the base, +1 paid out, 0 no friction"),
     (r"disk(\d+)_([xy])_n", r"F_\1\2", "N", r"dead load along \2 at the centre of disk \1"),
 )
-"""Columns known by pattern: expression, then symbol, unit and meaning with its groups."""
+"""Columns known by pattern: regular expression of the name, then symbol, unit and meaning, with the groups of the
+expression."""
 
 
 def describe(column: str) -> Quantity:
-    """The quantity in a column: known by name, by pattern, else read from the name and its unit ending."""
+    """The quantity in a column: by `NOMENCLATURE` or `PATTERNS`, else by the words and the unit ending of its name."""
     if column in NOMENCLATURE:
         return NOMENCLATURE[column]
     for pattern, symbol, unit, meaning in PATTERNS:
@@ -169,7 +171,10 @@ def describe(column: str) -> Quantity:
 
 
 def label(column: str | Quantity, unit: str | None = None) -> str:
-    """Axis label, `Tip x (m)`; with `unit` in that unit, the values to be multiplied by :func:`scale`."""
+    """Axis label of a column, such as `Tip x (m)`, in its SI unit or in `unit`.
+
+    The values then have to be multiplied by :func:`scale`, which raises ValueError for a unit that does not fit.
+    """
     quantity = column if isinstance(column, Quantity) else describe(column)
     if unit is not None:
         scale(quantity, unit)
@@ -179,17 +184,17 @@ def label(column: str | Quantity, unit: str | None = None) -> str:
 
 
 def printed(unit: str) -> str:
-    """A unit as it is printed: `mm²`, `°`; nothing for a pure number."""
+    """A unit as it is printed, such as `mm²` or `°`; empty for a pure number."""
     return "" if unit == "1" else re.sub(r"[A-Za-z]+|\^\d", lambda part: _PRETTY.get(part[0], part[0]), unit)
 
 
 def scale(column: str | Quantity, unit: str) -> float:
-    """Factor that turns values of a column into `unit`.
+    """Factor that converts values of a column to `unit`.
 
     Raises
     ------
     ValueError
-        If `unit` measures something else.
+        If `unit` is one of another quantity.
     """
     quantity = column if isinstance(column, Quantity) else describe(column)
     base, size = _in_si(unit)
@@ -199,7 +204,7 @@ def scale(column: str | Quantity, unit: str) -> float:
 
 
 def _in_si(unit: str) -> tuple[str, float]:
-    """A unit with every part replaced by its SI unit, and its size in that."""
+    """The SI unit of `unit`, with every part replaced by its SI unit, and the size of `unit` in it."""
     base = re.sub(r"[A-Za-z]+|%", lambda part: SHOWN.get(part[0], (part[0], 1.0))[0], unit)
     size = 1.0
     for side, sign in zip(unit.split("/"), (1, -1), strict=False):
@@ -209,14 +214,14 @@ def _in_si(unit: str) -> tuple[str, float]:
 
 
 def nomenclature_table(columns: Iterable[str | Quantity]) -> str:
-    """The data dictionary of some columns as a Markdown table."""
+    """Symbols, units and meanings of columns as a Markdown table."""
     rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
     cells = [(f"`{q.name}`", q.symbol, q.unit or "text", q.meaning) for q in rows]
     return "\n".join(markdown_table(("column", "symbol", "unit", "meaning"), cells))
 
 
 def other_unit(name: str, valid: Iterable[str]) -> str:
-    """What to say of an unknown `name` that is a valid one with another unit or none; `""` for any other name."""
+    """The message on an unknown `name` that is a `valid` one with another unit or none; `""` for all other names."""
     for right in valid:
         ending = unit_ending(right)
         stem = right.removesuffix(ending)

@@ -1,4 +1,4 @@
-"""JSON Schemas of the files, for editors: every field with its unit and meaning."""
+"""JSON Schemas of the TOML files, for editors: every field with its unit and meaning."""
 
 from typing import Any
 
@@ -114,11 +114,11 @@ MEANINGS = {
     "youngs_modulus": "Relative standard deviation of Young's modulus; absent: unknown.",
     "friction_coefficient": "Relative standard deviation of the friction coefficient; absent: unknown.",
 }
-"""Of fields whose classes do not describe them, by name; a name means the same wherever it stands."""
+"""Descriptions of fields whose classes do not describe them, by name; a name means the same in all classes."""
 
 
 def schema_of(file: str) -> dict[str, Any]:
-    """JSON Schema of a `study`, a `manipulator` or a `recording`, without the examples in Python of its classes."""
+    """JSON Schema of a `study`, a `manipulator` or a `recording` file, without the Python examples of its classes."""
     schema = FILES[file].model_json_schema()
     for part in (schema, *schema.get("$defs", {}).values()):
         if "description" in part:
@@ -130,6 +130,7 @@ def schema_of(file: str) -> dict[str, Any]:
 
 
 def _meaning(name: str, part: dict[str, Any]) -> str:
+    """Description of a field that has none; `part` is the schema of its class, which describes the field `kind`."""
     if name == "kind":
         return part.get("description", "").split("\n\n")[0] or "What it is."
     known = describe(name)
