@@ -29,7 +29,8 @@ class Lines:
         if now - self.said > PLAIN_EVERY_S and self.done < self.cases:
             self.said = now
             rate = (self.done - self.first) / (now - self.started)
-            self._say(f"{self.done} of {self.cases}, {rate:.3g} a second, {(self.cases - self.done) / rate:.0f} s left")
+            left = f", {rate:.3g} a second, {(self.cases - self.done) / rate:.0f} s left" if rate > 0 else ""
+            self._say(f"{self.done} of {self.cases}{left}")
 
     def end(self) -> None:
         if self.done > self.first:

@@ -103,7 +103,7 @@ def measure(
     by_method = method_table(methods, errors, parts[0])
     by_length = scaling_table(lengths, chains, parts[1])
     by_load = jacobian_table(jacobians, parts[2])
-    by_way, by_number = path_table(ways, parts[3]), growth_table(numbers, parts[4])
+    by_way, by_number = path_table(ways, parts[3]), growth_table(numbers, parts[4], equilibria)
     arithmetic, most = arithmetic_table(operation_counts(), methods, parts[0], parts[5]), peak_table(peaks, parts[5])
     run, compiled = None, None
     if commands:

@@ -118,17 +118,15 @@ def growth_tasks(equilibria: int) -> list[Timed]:
     return _warm(tasks)
 
 
-def growth_table(tasks: Sequence[Timed], seconds: np.ndarray) -> pd.DataFrame:
-    """One row a task: the time of an equilibrium over that with the first number of its kind.
-
-    `number` is as asked: a call of `prb3r.solve` has fewer cases where :func:`growth_tasks` limits them.
-    """
+def growth_table(tasks: Sequence[Timed], seconds: np.ndarray, equilibria: int) -> pd.DataFrame:
+    """One row a task of :func:`growth_tasks` for as many `equilibria`: the time of an equilibrium over that with the
+    first number of its kind."""
     names = np.array([task.name for task in tasks])
     first = np.array([np.flatnonzero(names == name)[0] for name in names])
     return pd.DataFrame(
         {
             "varied": names,
-            "number": [*SEGMENT_COUNTS, *CABLE_COUNTS, *CASE_COUNTS],
+            "number": [*SEGMENT_COUNTS, *CABLE_COUNTS, *(min(number, equilibria) for number in CASE_COUNTS)],
             "of_first": np.median(seconds / seconds[:, first], axis=0),
             "time_each_s": np.median(seconds, axis=0),
         }

@@ -47,7 +47,7 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
     result = scipy.optimize.least_squares(
         lambda part: pull(whole(part)).off,
         np.clip(standing[0][free] / most[free], 0, 1),
-        jac=lambda part: pull(whole(part)).rate[:, free] * most[free],
+        jac=lambda part: np.nan_to_num(pull(whole(part)).rate[:, free]) * most[free],
         bounds=(0, 1),
         method="dogbox",
         ftol=SETTLED,
@@ -175,7 +175,7 @@ def settled_on_target(pull: Pull, tension: np.ndarray, most: np.ndarray) -> np.n
     """
     for _ in range(5):
         off, rate = pull(tension)
-        if np.linalg.norm(off) < 1e-3 * ARRIVED:
+        if np.linalg.norm(off) < 1e-3 * ARRIVED or not pull.stands(tension):
             break
         free = (tension > 0) & (tension < most)
         step = np.zeros_like(tension)

@@ -57,7 +57,7 @@ class Pull:
 
     def path(self, tension: np.ndarray) -> Loads:
         """The loads of all steps, the last with tensions (m,), N; the last one alone where no earlier step matters."""
-        last = loads(self.chain, tension[None], self.slip[None])
+        last = loads(self.chain, tension[None], self.slip[None], elapsed=float(self.before.steps))
         if self.chain.friction_excess:  # nothing else goes by the travel
             pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
             last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])

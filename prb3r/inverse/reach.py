@@ -16,6 +16,7 @@ from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
 from prb3r.model.given import of_given
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
+from prb3r.model.steps import tension_travel
 
 FAR = 20.0
 """Targets farther away than this many lengths of the manipulator are refused: they are most likely in millimetres."""
@@ -137,8 +138,10 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim)
         pulls.append(best)
         if best is not None:
             length, near = best.lengths, best.tension
-            step = loads(chain, best.tension[None], best.slip[None])
+            step = loads(chain, best.tension[None], best.slip[None], elapsed=float(before.steps))
             before = Loads(*(np.concatenate(pair) for pair in zip(before, step, strict=True)))
+            begins = np.arange(before.steps) == 0
+            before = before._replace(travel=tension_travel(before.tension, before.slip, begins))
     return pulls
 
 

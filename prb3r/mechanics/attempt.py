@@ -34,7 +34,7 @@ class Way(NamedTuple):
 def newton_modes(packed, tension, slip, force, tip, modes, work):
     """Newton's method in a few `modes` (n, nodes, c) of the node angles, from their present values.
 
-    Returns the steps taken or `FAILED`; leaves the last correction of each mode in the last column of `work.system`.
+    Returns the steps taken or `FAILED`; leaves the largest unbalanced moment of a mode in `work.unbalanced`.
     """
     plates, n, columns = modes.shape
     for step in range(MAX_ITERATIONS):
@@ -42,6 +42,7 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
         largest, _ = chain_tangent(packed, tension, slip, force, tip, modes, work)
         if not largest < 1e12:
             return FAILED
+        work.unbalanced[0] = largest
         solve_block(work.system, columns, columns + 1)
         turned = 0.0
         for i in range(plates):

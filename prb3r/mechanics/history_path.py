@@ -171,7 +171,7 @@ def ramp_with_history(packed, way, loaded, space, work):
             find_rates(packed, way, share, SIDESTEP * step, space.now, work, after)
             if step > SHORT_STEP:
                 missed, where = missed_slip(packed, step, before, after)
-                if packed.plate[0].slider.shape[1] > 0:
+                if packed.model[0].elements > 0:
                     slide_missed, slide_where = missed_slide(packed, step, start, before, after)
                     if slide_missed > missed:
                         missed, where = slide_missed, slide_where
@@ -187,7 +187,7 @@ def ramp_with_history(packed, way, loaded, space, work):
                 careful = step < CAREFUL_STEP
             continue
         settle(packed)
-        if packed.plate[0].slider.shape[1] > 0:
+        if packed.model[0].elements > 0:
             slide(packed)
         save(packed, work, start)
         copy_rates(after, before)

@@ -87,11 +87,9 @@ def write_end(s, kept, path):
 @kernel
 def write_tied(packed, s, work, path):
     """Overwrite what differs for tied node angles in row `s` of the path, after `write_step`: moments by the linear law
-    of the shared curvature, and as residual the largest number in the last column of `work.system`.
+    of the shared curvature, and as residual the largest unbalanced moment of a mode.
     """
-    path.residual[s] = 0.0
-    for c in range(len(work.system)):
-        path.residual[s] = max(path.residual[s], abs(work.system[c, len(work.system)]))
+    path.residual[s] = work.unbalanced[0]
     if len(path.moment) == 0:
         return
     n = path.moment.shape[2] - 2

@@ -57,6 +57,8 @@ class Scratch(NamedTuple):
     """(1,) work done since the sequence began, in evaluations of a plate."""
     ahead: np.ndarray
     """(5, n) extrapolation of the changes of node angles from plate to plate (`foretell`), and a Newton step, rad."""
+    unbalanced: np.ndarray
+    """(1,) largest unbalanced moment of a mode in the present state of tied node angles, N m."""
 
 
 def scratch(packed: Packed, columns: int = 2) -> Scratch:
@@ -77,6 +79,7 @@ def scratch(packed: Packed, columns: int = 2) -> Scratch:
         foreseen=np.zeros(plates),
         spent=np.zeros(1, np.int64),
         ahead=np.zeros((5, n)),
+        unbalanced=np.zeros(1),
     )
 
 

@@ -16,7 +16,7 @@ from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.paths import keys_of_path, require_known, value_at
 from prb3r.model.step_checks import column_names
-from prb3r.model.steps import tension_travel
+from prb3r.model.steps import HELD_N, tension_travel
 from prb3r.quantities import unit_ending
 
 RELATIVE_STEP = 1e-5
@@ -99,7 +99,8 @@ def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers:
 
 
 def _pulled(loads: Loads, tension: np.ndarray) -> Loads:
-    """The loads of one sequence with other tensions (s, m) and the travel that follows from these; rates stay as they
-    are."""
+    """The loads of one sequence with other tensions (s, m), N, and the travel and rates that follow from these."""
     begins = np.arange(loads.steps) == 0
-    return loads._replace(tension=tension, travel=tension_travel(tension, loads.slip, begins))
+    changed, before = (np.maximum(np.abs(np.diff(t, axis=0, prepend=t[:1])), HELD_N) for t in (tension, loads.tension))
+    travel = tension_travel(tension, loads.slip, begins)
+    return loads._replace(tension=tension, travel=travel, rate=loads.rate * changed / before)

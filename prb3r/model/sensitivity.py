@@ -55,7 +55,7 @@ def sensitivities(
         except ValueError as error:
             problems.append(Problem("parameters", str(error)))
     sequences = sequences_of(manipulator, steps)
-    numbers = {int(number) for sequence in sequences for number in sequence.steps}
+    numbers = {float(number) for sequence in sequences for number in sequence.steps}
     for path in (parameter.path for parameter in known if parameter.path.startswith("step.")):
         if int(path.split(".")[1]) not in numbers:
             problems.append(Problem("parameters", f"{path}: there is no such step"))

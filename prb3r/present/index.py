@@ -92,6 +92,6 @@ def _thumbnail(figure: Path | None) -> str:
         height, width = (size // THUMBNAIL for size in pixels.shape[:2])
         blocks = pixels[: height * THUMBNAIL, : width * THUMBNAIL].reshape(height, THUMBNAIL, width, THUMBNAIL, 3)
         imsave(content, blocks.mean((1, 3)), format="png", metadata={"Software": None})  # type: ignore[dict-item]
-    except (OSError, SyntaxError, ValueError):
+    except (OSError, SyntaxError, ValueError, IndexError):
         return ""
     return data_address("image/png", content.getvalue())

@@ -16,7 +16,7 @@ MANIFEST = "manifest.json"
 PACKAGE = Path(__file__).parents[1]
 KINDS = {"study": dict, "manipulator": dict, "run": dict, "timing": list, "key": str, "engine": str, "file": str}
 """Entries of a manifest that later runs read, and the type that each must have."""
-STUDY_ROOMS = ("mechanics", "model", "runs", "study")
+STUDY_ROOMS = ("inverse", "mechanics", "model", "runs", "study")
 """Sub-packages whose program text is hashed into the keys of the results of a study."""
 PACKAGES = ("prb3r", "numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "pydantic", "matplotlib")
 

@@ -35,11 +35,12 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
     ValueError
         If zipped factors differ in length.
     """
-    grouped: dict[str, dict[str, list[Any]]] = {}
+    grouped: dict[tuple[str, str], dict[str, list[Any]]] = {}
     for factor in study.factor:
         if factor.drawn is not None:
             continue
-        values, group = _values(factor), grouped.setdefault(factor.zip or f"alone {factor.name}", {})
+        key = ("zip", factor.zip) if factor.zip else ("alone", factor.name)
+        values, group = _values(factor), grouped.setdefault(key, {})
         before = len(next(iter(group.values()), values))
         if before != len(values):
             raise ValueError(
@@ -49,9 +50,9 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
         group[factor.name] = values
     if study.searched:
         rows = first_designs(study) if designs is None else designs
-        grouped["searched"] = _named(study.searched, rows)
+        grouped["searched", ""] = _named(study.searched, rows)
     if study.sampled and study.sampling is not None:
-        grouped["sampled"] = _named(study.sampled, sampled_points(study))  # the fastest, see `sample_count`
+        grouped["sampled", ""] = _named(study.sampled, sampled_points(study))  # the fastest, see `sample_count`
     return [Axis(values) for values in grouped.values()]
 
 

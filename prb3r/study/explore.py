@@ -31,7 +31,10 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fre
         bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
         margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]
         scores = wanted * [preference.sign for preference in study.preference]
-        return Judged(np.array(margins, float).reshape(bounded.shape), np.nan_to_num(scores, nan=-np.inf))
+        return Judged(
+            np.array(margins, float).reshape(bounded.shape),
+            np.nan_to_num(scores, nan=-np.inf, neginf=-np.inf, posinf=np.inf),
+        )
 
     loads = plan.loads() // len(first_designs(study))
     progress.begin(study.name, study.search.designs * loads, 0)

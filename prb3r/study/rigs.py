@@ -112,14 +112,19 @@ def _settings(cases: pd.DataFrame, fixed: Sequence[str]) -> Iterator[tuple[dict[
 
 
 def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict[str, Any]]:
-    """Rows of the table of quantiles for each metric, over cases of one setting; infinite values count as failed."""
+    """Rows of the table of quantiles for each metric, over cases of one setting.
+
+    Infinite values count as they are ranked, such as a factor of limit load that no load reaches: mean and standard
+    deviation are not numbers then.
+    """
     for quantity in metrics:
-        values = _values(part, quantity.name)
-        good = values[np.isfinite(values)]
+        values = known_values(part, quantity.name)
+        good = values[~np.isnan(values)]
         row = {"metric": quantity.name, "unit": quantity.unit, "rigs": len(values), "failed": len(values) - len(good)}
         if len(good) > 1:
-            spread = np.quantile(good, QUANTILES)
-            row |= {"mean": good.mean(), "sd": good.std(ddof=1)}
+            finite = bool(np.isfinite(good).all())
+            spread = np.quantile(good, QUANTILES, method="linear" if finite else "inverted_cdf")
+            row |= {"mean": good.mean(), "sd": good.std(ddof=1)} if finite else {"mean": np.nan, "sd": np.nan}
             row |= {quantile_column(share): value for share, value in zip(QUANTILES, spread, strict=True)}
         yield row
 
@@ -129,7 +134,7 @@ def quantile_column(share: float) -> str:
     return f"q_{share:g}".replace(".", "_")
 
 
-def _values(part: pd.DataFrame, column: str) -> np.ndarray:
+def known_values(part: pd.DataFrame, column: str) -> np.ndarray:
     """(cases,) numbers in a column; NaN where the outcome is not `converged`."""
     return part[column].where(part["outcome"] == "converged").to_numpy(float)
 
@@ -146,7 +151,7 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
         kept = np.ones((len(order), len(study.requirement)), bool)
         for r, requirement in enumerate(study.requirement):
             counted = select(part, requirement.where)
-            by_rig = {k: _values(rows, requirement.metric) for k, rows in counted.groupby("rig")}
+            by_rig = {k: known_values(rows, requirement.metric) for k, rows in counted.groupby("rig")}
             margins = [requirement.margin(requirement.value(by_rig.get(k, np.zeros(0)))) for k in order]
             kept[:, r] = np.array(margins) >= 0
         for r, which in enumerate([kept.all(1), *kept.T]):
@@ -167,7 +172,7 @@ def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:
     assert study.sampling is not None
     count, names = study.sampling.count, [factor.name for factor in study.sampled]
     for quantity in metrics_of(study):
-        blocks = _values(part.sort_values("case_id"), quantity.name).reshape(-1, count)
+        blocks = known_values(part.sort_values("case_id"), quantity.name).reshape(-1, count)
         known = bool(np.isfinite(blocks).all())
         table = sobol_table(blocks) if known else np.full((len(names), 6), np.nan)
         for name, numbers in zip(names, table, strict=True):

@@ -33,6 +33,8 @@ DIRECTIONS = {1: 1, 2: 4, 3: 2}
 """Steps from 0 to 1 of the lattice of weights, by the number of preferences.
 
 With more preferences, each direction weights one of them, and a last one all of them equally."""
+FEWEST_IN_GENERATION = 5
+"""Designs that differential evolution needs in its first generation."""
 LEFT_AT = 1e-3
 """Standard deviation of a generation's costs, relative to their mean, below which a direction is finished."""
 
@@ -163,10 +165,12 @@ def _evolve(study: Study, tried: Tried, weights: np.ndarray, rng: np.random.Gene
     order = np.argsort(tried.worth.cost(weights, low, high), kind="stable")
     half = study.search.generation // 2
     others = rng.permutation(order[half:])[: study.search.generation - half]
+    first = np.concatenate([order[:half], others])
+    first = np.resize(first, max(len(first), FEWEST_IN_GENERATION))  # of few possible designs some stand twice
     scipy.optimize.differential_evolution(
         costs,
         [_ends(factor) for factor in factors],
-        init=np.stack([_coordinates(factors, tried.designs[row]) for row in (*order[:half], *others)]),
+        init=np.stack([_coordinates(factors, tried.designs[row]) for row in first]),
         maxiter=most,  # generations: more than can be tried
         callback=over,
         integrality=[factor.range is not None and factor.range.steps > 0 for factor in factors],

@@ -150,6 +150,8 @@ class Study(Strict):
         problems = []
         if self.cloud is not None and (self.step or self.initial or self.sweep):
             problems.append("cloud excludes initial, step and sweep: its loads are independent of each other")
+        if self.timing and (self.cloud or self.reach):
+            problems.append("timing goes with [[step]], [initial] or [sweep]: leave it out beside cloud and reach")
         if self.reach is not None and (self.step or self.initial or self.sweep or self.cloud):
             problems.append(
                 "reach excludes initial, step, sweep and cloud: its loads are those that lead to the targets"

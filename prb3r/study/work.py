@@ -101,9 +101,10 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])
     for step, pull in enumerate(pulls_along(chain, targets, most, aim)):
         tension[step], slip[step] = (tension[step - 1], slip[step - 1]) if pull is None else (pull.tension, pull.slip)
-    steps = loads(chain, tension, slip)
     begins = np.arange(len(targets)) == 0
-    steps = steps._replace(travel=tension_travel(tension, slip, begins))
+    steps = loads(chain, tension, slip)._replace(
+        elapsed=np.arange(float(len(targets)))[:, None], travel=tension_travel(tension, slip, begins)
+    )
     states = equilibria_of(chain, steps, from_rest=begins, eigenvalue=True, number=np.arange(1, len(targets) + 1))
     return Solved(manipulator, chain, steps, states, targets=tuple(targets))
 

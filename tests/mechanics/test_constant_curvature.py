@@ -83,6 +83,18 @@ def test_derivatives_of_tied_angles_are_differences_of_whole_solves(dead):
     assert max(worst.values()) < 1e-5, worst
 
 
+def test_what_is_left_unbalanced_is_a_moment():
+    """A chain a million times as stiff under a million times the tension has the same shape, and as much more left."""
+    chain = tied(prototype(plate=ELASTICA))
+    left = []
+    for scale in (1.0, 1e6):
+        scaled = chain._replace(stiffness=scale * chain.stiffness)
+        pulls = scale * np.random.default_rng(3).uniform(0, 30, (40, len(chain.reach)))
+        left.append(solve_chain(scaled, loads(scaled, pulls), from_rest=True).residual)
+    assert 1e4 < np.median(left[1]) / np.median(left[0]) < 1e8
+    assert np.max(left[0]) < 1e-8
+
+
 def test_a_thin_segment_beside_a_thick_one_bends_as_the_smallest_force_asks():
     """Closed form: a couple F (l^2 / 2 + l t) bends the thin plate, t the thickness of the disk that the force acts on.
 

@@ -150,8 +150,14 @@ def test_with_history(path):
     close(rig(direction="history", presliding_m=1e-3), path)
 
 
-@pytest.mark.parametrize("effects", [(), (law("wrap", 0.05),)], ids=["plain", "moment law"])
-@pytest.mark.parametrize("friction", [{}, {"direction": "history", "presliding_m": 1e-3}])
+BY_RATE = {"kind": "rate_dependent_friction", "rate": 0.2, "reference_n_per_s": 0.5}
+HISTORY = {"direction": "history", "presliding_m": 1e-3}
+
+
+@pytest.mark.parametrize(
+    ("effects", "friction"),
+    [((), {}), ((), HISTORY), ((law("wrap", 0.05),), {}), ((law("wrap", 0.05),), HISTORY), ((BY_RATE,), {})],
+)
 def test_loads_by_their_column(friction, effects):
     manipulator, far = rig(*effects, **friction), 1e-3
     table = prb3r.sensitivities(manipulator, STEPS, LOADS).set_index("parameter")
@@ -219,6 +225,8 @@ def test_all_names_that_lead_nowhere_are_said_at_once():
     assert len(error.value.problems) == len(wrong)
     for path, what in wrong.items():
         assert any(path in str(problem) and what in str(problem) for problem in error.value.problems), path
+    with pytest.raises(SpecError, match="there is no such step"):
+        prb3r.sensitivities(rig(), STEPS.assign(step=[1, 2.5, 3]), ["step.2.cable_up_n"])
     with pytest.raises(SpecError, match="none are given"):
         prb3r.sensitivities(rig(), STEPS, [])
 

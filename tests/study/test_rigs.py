@@ -4,16 +4,18 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
+from prb3r.quantities import Quantity
 from prb3r.runs.store import read_arrow
 from prb3r.study.axes import sampled_points
 from prb3r.study.decide import decide
 from prb3r.study.designs import read_designs
 from prb3r.study.plan import plan_study
-from prb3r.study.rigs import sobol_table
+from prb3r.study.rigs import _quantiles, sobol_table
 from prb3r.study.run import Options, Workers, solve_study
 from prb3r.study.spec import Study
 
@@ -109,6 +111,36 @@ def test_half_of_the_rigs_keep_a_bound_at_the_median(tmp_path):
     publish(result)
     summary = (result.folder / "summary.md").read_text()
     assert "50.0 % (38.1 to 61.9 %) of 64 rigs of the design keep every requirement" in summary
+
+
+def test_values_without_end_are_values(tmp_path):
+    """Of seven rigs that no load bends too far and one that some does, the quantiles are those of the order."""
+    quantity = Quantity("limit_load_factor", "", "1", "factor")
+    part = pd.DataFrame({"limit_load_factor": [np.inf] * 7 + [2.0, np.nan], "outcome": "converged"})
+    (row,) = _quantiles(part, [quantity])
+    assert (row["rigs"], row["failed"]) == (9, 1)
+    assert (row["q_0_05"], row["q_0_5"], row["q_0_95"]) == (2.0, np.inf, np.inf)
+    assert np.isnan(row["mean"])
+
+
+def test_a_group_of_factors_may_have_any_name(tmp_path):
+    zipped = "".join(
+        f'[[factor]]\nname = "{name}"\npath = "segment.{k}.thickness_m"\nvalues = [8e-4, 9e-4]\nzip = "sampled"\n'
+        for k, name in ((1, "first_m"), (2, "second_m"))
+    )
+    result = solved(tmp_path, HEAD + zipped + MODULUS + DRIVE + sampling("sobol", 4))
+    assert result.cases[["first_m", "second_m"]].drop_duplicates().to_numpy().tolist() == [[8e-4, 8e-4], [9e-4, 9e-4]]
+    assert len(result.cases) == 8
+
+
+def test_a_time_of_loads_that_a_study_has_not_is_refused(tmp_path):
+    cloud = "timing = true\n[cloud]\ncount = 16\ntension_n = { 1 = 20.0 }\n"
+    assert "timing goes with [[step]], [initial] or [sweep]" in refused(tmp_path, HEAD + cloud)
+
+
+def test_a_segment_that_rests_bent_takes_no_tension(tmp_path):
+    bent = HEAD + 'set = { effect = [{ kind = "precurvature", curvature_per_m = 12.0 }] }\n'
+    assert solved(tmp_path, bent + DRIVE).cases["drive_tension_n"].item() == 0.0
 
 
 def test_only_the_error_of_a_design_matters_that_its_number_depends_on(tmp_path):

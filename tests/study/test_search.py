@@ -54,6 +54,12 @@ def test_without_preferences_the_largest_reserve_is_searched():
     assert np.abs(designs - 1.7).min() < 5e-3
 
 
+@pytest.mark.parametrize("high", [1, 3])
+def test_of_few_possible_designs_all_are_tried(high):
+    designs = searched_designs(searching([{"low": 0, "high": high, "step": 1}], 1, 64), least(lambda n: (n - 1) ** 2))
+    assert sorted(designs[:, 0]) == list(range(high + 1))
+
+
 def test_the_front_of_schaffer_is_covered_from_end_to_end():
     """x^2 and (x - 2)^2: all between 0 and 2 (Schaffer 1985)."""
     study = searching([{"low": -5.0, "high": 5.0}], 2, 240)

@@ -114,9 +114,8 @@ class Fit:
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom: readings, priors of constants that are not flat and rows from other recordings, less all
-        parameters.  Priors of effects are not counted, though `chi2` includes their rows."""
-        known = np.isfinite(self.model.priors).sum() + len(self.model.believed.target)
+        """Degrees of freedom: readings, priors that are not flat and rows from other recordings, less parameters."""
+        known = np.isfinite(self.model.deviations).sum() + len(self.model.believed.target)
         return int(self.model.predict.recording.readings.count + known - len(self.p))
 
     @property

@@ -100,7 +100,7 @@ def mechanical_tolerances(
     """The tolerances of stiffness and length, of a segment as a whole and of each plate, then of the offsets of cables.
 
     An offset is off along the whole cable and at each plate.  The stiffness of an only segment is left out, as it is
-    Young's modulus.
+    Young's modulus, and what a segment of one plate has as a whole, as that is the plate's.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def mechanical_tolerances(
     stiffness = THICKNESS_TO_STIFFNESS * known.thickness_relative
     for number, segment in enumerate(manipulator.segment, 1):
         rows, length = plates[chain.segment == number - 1], known.length(segment)
-        if len(manipulator.segment) > 1:
+        if len(manipulator.segment) > 1 and len(rows) > 1:
             yield MechanicalTolerance(f"segment.{number} stiffness", stiffness, _stiffer(rows))
         if len(rows) > 1:
             yield MechanicalTolerance(f"segment.{number}.length_m", length, _longer(rows))

@@ -75,7 +75,7 @@ def headlines(diagnosis: Diagnosis) -> list[str]:
     return [
         f"{diagnosis.name}: {diagnosis.verdict}; chi-square per degree of freedom {chi2}",
         "; ".join(named),
-        *([] if diagnosis.heldout is None else [f"held-out gain {percent(diagnosis.heldout.gain)}"]),
+        *([] if diagnosis.heldout is None else [f"held-out gain {gain_text(diagnosis.heldout.gain)}"]),
     ]
 
 
@@ -204,9 +204,10 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
     if law is None:
         return None
     gain = law.heldout_gain
-    worth = (
-        "" if gain is None else f"; on held-out sequences it removes {percent(gain)} of the squared error beyond noise"
-    )
+    worth = ""
+    if gain is not None:
+        removed = "is worse than none" if gain < -1 else f"removes {percent(gain)} of the squared error beyond noise"
+        worth = f"; on held-out sequences it {removed}"
     before, base = (
         (chi2.explained, "with what is named")
         if law.beside_named
@@ -231,7 +232,7 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
-    """A rival by name and size; one that differs in its cables alone as `the same of all cables` or `of 1, 2 alone`."""
+    """A rival by name and size; one of other cables alone as `the same of all cables` or `of cables 1, 2 alone`."""
     rest, other = (
         {key: value for key, value in occurrence.place.items() if key != "cables"} for occurrence in (effect, rival)
     )
@@ -240,7 +241,10 @@ def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
     if effect.kind != rival.kind or rest != other:
         return f"{spaced(rival.name)}{sized}"
     cables = rival.place.get("cables", ())
-    return f"the same of {few(cables, len(cables))} alone{sized}" if cables else f"the same of all cables{sized}"
+    which = "cable" if len(cables) == 1 else "cables"
+    return (
+        f"the same of {which} {few(cables, len(cables))} alone{sized}" if cables else f"the same of all cables{sized}"
+    )
 
 
 def _listed(value) -> str:

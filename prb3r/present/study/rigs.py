@@ -21,6 +21,7 @@ from prb3r.study.phrases import bound_in_words, wish_in_words
 from prb3r.study.rigs import (
     ALL_REQUIREMENTS,
     Rigs,
+    known_values,
     metrics_of,
     quantile_column,
     sampled_cases,
@@ -205,7 +206,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
         rows = drawn if requirement is None else select(drawn, requirement.where)
         shown = style.shown(quantity, rows[quantity.name])
         for name, look in looks.items():
-            values = rows.loc[rows["_design"] == name, quantity.name].to_numpy(float)
+            values = known_values(rows[rows["_design"] == name], quantity.name)
             values = np.sort(values[np.isfinite(values)]) * shown.factor
             if len(values):
                 # rigs without a value count too, so that the curve then stays below one
@@ -238,7 +239,7 @@ def _bound(axes: Axes, requirement: Requirement, factor: float) -> None:
 
 def indices_figure(study: Study, rigs: Rigs) -> Figure:
     """First-order and total indices of every error, a panel for each metric (of the first setting of other factors)."""
-    part = _by_setting(study, rigs.indices)[0][1].dropna()
+    part = _by_setting(study, rigs.indices)[0][1].dropna(subset=["first_order", "total"])
     metrics = [quantity for quantity, _ in _drawn(study, 10**6)]
     metrics = [q for q in dict.fromkeys(metrics) if (part["metric"] == q.name).any()][:MOST_PANELS]
     errors = list(dict.fromkeys(rigs.indices["error"]))

@@ -55,6 +55,8 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
     above = np.flatnonzero(bends(grid) >= bend)
     if not len(above):
         return np.nan
+    if above[0] == 0:  # bent that far without the cable, as by rest curvature
+        return 0.0
     return scipy.optimize.brentq(
         lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9
     )
