@@ -20,11 +20,11 @@ from prb3r.diagnosis.stages import (
     Report,
     calibrate,
     check,
+    coarsened_if_unexplained,
     doubt,
     fitted_part,
     leaves_something,
     search,
-    standing,
     to_search,
     to_test,
 )
@@ -59,9 +59,9 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     except OutOfBalance as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
     report("check")
-    investigation = check(standing(searched), rival)
+    investigation = check(coarsened_if_unexplained(searched), rival)
     if investigation.verdict == "unexplained" and rival and mended:
-        other = check(standing(mended))
+        other = check(coarsened_if_unexplained(mended))
         if other.verdict != "unexplained":
             investigation, blunders = other, (*blunders, rival)
     if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
@@ -80,7 +80,7 @@ def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
     fitted = investigation.choice.fitted
     found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
     try:
-        doubted = doubt(calibrate(replace(task, hold_out=False, begun=found)), apply)
+        doubted = doubt(calibrate(replace(task, hold_out=False, start_from=found)), apply)
     except OutOfBalance:
         return what_it_takes(investigation.choice, None, investigation.failed)
     with_them = search_from_known(doubted.fitted, doubted.search, doubted.doubts)
@@ -112,7 +112,7 @@ def beside_effects(
             continue
         try:
             tested = to_test(_mended(task, (hidden,)), lambda stage: None, apply)
-            searched = search(tested, unexplained.choice.first_worth - hidden.least)
+            searched = search(tested, unexplained.choice.worth_of_first_start - hidden.least)
         except OutOfBalance:
             continue
         now = find_blunder(as_noted, task.settings, searched.choice.fitted.effects, apply, exchanged=among)
@@ -159,7 +159,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
             tested = to_test(_mended(task, blunders[:count]), lambda stage: None, apply)
             if blunder.faint and len(choice.kinds) == 1 and leaves_something(tested):
                 break  # fewer effects than one are none, and constants alone do not explain the mended recording
-            other = search(tested, choice.first_worth - (0.0 if blunder.faint else blunder.least))
+            other = search(tested, choice.worth_of_first_start - (0.0 if blunder.faint else blunder.least))
         except OutOfBalance:
             break
         after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
@@ -168,7 +168,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         as_noted, fitted = _mended(task, said), other.choice.fitted
         if moves_nothing(fitted_part(as_noted.recording, other.tested.doubted.aside), fitted):
             found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
-            searched = to_search(replace(as_noted, begun=found), lambda stage: None, apply)
+            searched = to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
             break
         searched, said = other, blunders[:count]
         if not other.choice.structured:

@@ -27,7 +27,7 @@ class Task:
     settings: Settings = Settings()
     assumed: Manipulator | None = None
     """A manipulator with effects that were found before: they are refitted, and likely to be present beforehand."""
-    begun: Manipulator | None = None
+    start_from: Manipulator | None = None
     """A manipulator whose effects are one more beginning of the search, without being likelier beforehand."""
 
 

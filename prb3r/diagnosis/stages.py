@@ -101,13 +101,13 @@ def doubt(calibrated: Calibrated, apply: Apply) -> Doubted:
     """Weigh gross outliers down, set wrong weights aside, and make the library of effects to be searched."""
     task = calibrated.task
     fitted, doubts = without_outliers(calibrated.fitted)
-    predict, nearest = fitted.model.predict, task.begun or task.assumed
+    predict, nearest = fitted.model.predict, task.start_from or task.assumed
     states = known_states(nearest, predict) if nearest else None
     scope = Scope.of(predict.recording, predict.chain, states or fitted.solved.states, task.settings)
     library = hypotheses(scope, task.without)
-    nominal, known = predict.recording.manipulator, (task.assumed, task.begun)
-    assumed, begun = (assumed_of(other, nominal, library) if other else Assumed() for other in known)
-    searched = Search(library, task.seed, apply, assumed, begun, task.settings)
+    nominal, known = predict.recording.manipulator, (task.assumed, task.start_from)
+    assumed, start_from = (assumed_of(other, nominal, library) if other else Assumed() for other in known)
+    searched = Search(library, task.seed, apply, assumed, start_from, task.settings)
     fitted, doubts = without_wrong_weights(fitted, doubts, searched)
     return Doubted(task, calibrated.recording, calibrated.aside, calibrated.repeated, fitted, doubts, searched)
 
@@ -123,7 +123,7 @@ def search(tested: Tested, least_worth: float = -np.inf) -> Searched:
     return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth))
 
 
-def standing(searched: Searched) -> Searched:
+def coarsened_if_unexplained(searched: Searched) -> Searched:
     """The choice; where it leaves more than noise, the effects that stand under a coarser likelihood (`coarsened`)."""
     choice, tested = searched.choice, searched.tested
     return Searched(tested, coarsened(choice, tested.doubted.search)) if choice.structured else searched

@@ -16,7 +16,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import Report, check, standing
+from prb3r.diagnosis.stages import Report, check, coarsened_if_unexplained
 from prb3r.errors import Problem, RecordingError
 
 
@@ -56,7 +56,11 @@ def diagnose_together(
     report("together")
     groups = groups_of([alone.searched.tested.doubted.recording for alone in searches])
     alone = [
-        Alone(standing(searched).choice, searched.tested.doubted.search, searched.choice.survivors[0].fitted)
+        Alone(
+            coarsened_if_unexplained(searched).choice,
+            searched.tested.doubted.search,
+            searched.choice.survivors[0].fitted,
+        )
         for searched, *_ in searches
     ]
     together = choose_together(alone, groups)

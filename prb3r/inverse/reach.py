@@ -164,7 +164,7 @@ def _table(
     for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
-        reached = best is not None and best.steady and target.reached(place)
+        reached = best is not None and best.slip_agrees and target.reached(place)
         safety = np.nan if best is None else _safety(manipulator, best.stress)
         rows.append(
             {
@@ -207,7 +207,7 @@ def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]
             name for name, pull, limit in zip(names, best.tension, most, strict=True) if 0 < limit <= pull * (1 + 1e-6)
         ]
         return f"cable {' and '.join(full)} at the largest tension" if full else "no pull brings it nearer"
-    if not best.steady:
+    if not best.slip_agrees:
         return "only with friction that does not go with the cables' travel"
     stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
     return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""

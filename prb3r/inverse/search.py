@@ -47,7 +47,7 @@ class Found:
     """Highest bending stress of a plate, Pa; NaN where it is not known."""
     cost: float
     """What the aim minimises: the sum of the tensions, N, or the highest stress, Pa."""
-    steady: bool
+    slip_agrees: bool
     """Whether the declared slip of every pulled cable agrees with its travel, or is 0 as the cable sticks."""
 
     @property
@@ -57,7 +57,7 @@ class Found:
         Distances within `ARRIVED` count as zero and costs are rounded to three digits.
         """
         distance = 0.0 if self.distance <= ARRIVED else self.distance
-        return not self.steady, distance, float(f"{self.cost:.3g}"), float(self.tension.sum())
+        return not self.slip_agrees, distance, float(f"{self.cost:.3g}"), float(self.tension.sum())
 
 
 def natural_limits(chain: Chain) -> np.ndarray:
@@ -104,7 +104,7 @@ def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarr
         travelled = last  # without an equilibrium, the cables whose slip has just been reversed stick
         if ended is not None:
             travelled, start = travel_slip(pull, ended.tension, ended.lengths - before), ended.tension
-            yield replace(ended, steady=bool(np.all((travelled == slip) | (slip == 0))))
+            yield replace(ended, slip_agrees=bool(np.all((travelled == slip) | (slip == 0))))
         if travelled.tobytes() in seen:
             travelled = np.where(travelled == slip, slip, 0.0)
         pull, last = replace(pull, slip=np.where(slip == 0, 0.0, travelled), known={}), slip
@@ -123,7 +123,7 @@ def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | N
     place = pull.target.place(states)[-1]
     distance = float(np.linalg.norm(pull.target.off(place)))
     stress, cost = float(np.fmax.reduce(pull.stress_of(states))), pull.cost(tension)
-    return Found(tension, pull.slip, place, distance, lengths(pull.chain, states)[-1], stress, cost, steady=False)
+    return Found(tension, pull.slip, place, distance, lengths(pull.chain, states)[-1], stress, cost, slip_agrees=False)
 
 
 def travel_slip(pull: Pull, tension: np.ndarray, longer: np.ndarray) -> np.ndarray:
@@ -150,7 +150,7 @@ def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray
         parts = LET_OFF if pull.chain.presliding > 0 else LET_OFF[:1]
         ways = [candidate for part in parts for candidate in pulls_from(pull, part * near, most, before)]
         followed = min(ways, key=lambda candidate: candidate.rank, default=None)
-        if followed is not None and followed.steady and followed.distance <= ARRIVED:
+        if followed is not None and followed.slip_agrees and followed.distance <= ARRIVED:
             return followed
     candidates = [candidate for start in starts(pull, most) for candidate in pulls_from(pull, start, most, before)]
     return min(candidates, key=lambda candidate: candidate.rank, default=None)

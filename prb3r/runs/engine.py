@@ -60,22 +60,22 @@ def run_tasks(
 
 
 class _Run:
-    """The state of a run: jobs waiting, jobs suspected of killing workers, number of jobs under way (`flying`), whether
+    """The state of a run: jobs waiting, jobs suspected of killing workers, number of jobs `under_way`, whether
     a suspect runs `alone`, and the pieces so far of tasks that were split."""
 
     def __init__(self, tasks: dict, split: Callable, on_result: Callable) -> None:
         self.split, self.on_result = split, on_result
         self.waiting = deque(Job(number, None, task) for number, task in tasks.items())
         self.suspects: deque[Job] = deque()
-        self.flying, self.alone = 0, False
+        self.under_way, self.alone = 0, False
         self.pieces: dict[int, list[Piece | None]] = {}
 
     def drive(self, pool: "LokyWorkers | DaskWorkers", events: SimpleQueue) -> None:
         """Run all jobs to their end; each outcome is delivered as it comes."""
-        while self.waiting or self.suspects or self.flying:
-            while self.waiting and self.flying < (1 if self.alone else pool.slots):
+        while self.waiting or self.suspects or self.under_way:
+            while self.waiting and self.under_way < (1 if self.alone else pool.slots):
                 self._launch(pool, self.waiting, alone=False)
-            if self.suspects and not self.flying:
+            if self.suspects and not self.under_way:
                 self._launch(pool, self.suspects, alone=True)
             try:
                 event = events.get(timeout=pool.heartbeat_s)
@@ -85,13 +85,13 @@ class _Run:
             if isinstance(event, BaseException):
                 raise event
             job, fate, result = event
-            self.flying -= 1
+            self.under_way -= 1
             pool.free(job, fate)
             self._settle(job, fate, result, pool.strikes)
-            self.alone = self.alone and self.flying > 0
+            self.alone = self.alone and self.under_way > 0
 
     def _launch(self, pool: "LokyWorkers | DaskWorkers", queue: deque[Job], alone: bool) -> None:
-        self.flying, self.alone = self.flying + 1, alone
+        self.under_way, self.alone = self.under_way + 1, alone
         pool.submit(queue.popleft())
 
     def _settle(self, job: Job, fate: Fate, result: Any, strikes: int) -> None:

@@ -17,7 +17,7 @@ from prb3r.study.stored import Storage, Stored, StoredTask, fetched, solve_and_s
 from prb3r.study.work import StudyTask, tasks_of
 
 
-def brought(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
+def obtain_results(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fresh: bool = False) -> int:
     """Obtain all items of the cases of a plan as parts, from other studies or by computing.
 
     Returns the number of cases that lacked an item and were computed.

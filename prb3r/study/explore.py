@@ -7,11 +7,11 @@ import numpy as np
 from prb3r.runs.parts import Parts
 from prb3r.runs.tasks import Workers
 from prb3r.study.axes import first_designs
-from prb3r.study.compute import brought
+from prb3r.study.compute import obtain_results
 from prb3r.study.designs import designs_of
 from prb3r.study.plan import Plan, Progress, Quiet
 from prb3r.study.resolve import resolve
-from prb3r.study.search import Judged, searched_designs
+from prb3r.study.search import Evaluated, searched_designs
 from prb3r.study.tables import tabulated
 
 
@@ -23,15 +23,15 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fre
     study, counted = plan.study, []
     assert study.search is not None
 
-    def judged(designs: np.ndarray) -> Judged:
+    def judged(designs: np.ndarray) -> Evaluated:
         """Margins and scores of designs (n, factors), solved where parts lack them."""
         asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
-        counted.append(brought(asked, parts, workers, Quiet(progress), fresh))
+        counted.append(obtain_results(asked, parts, workers, Quiet(progress), fresh))
         cases = designs_of(study, tabulated(asked, parts))
         bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
         margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]
         scores = wanted * [preference.sign for preference in study.preference]
-        return Judged(
+        return Evaluated(
             np.array(margins, float).reshape(bounded.shape),
             np.nan_to_num(scores, nan=-np.inf, neginf=-np.inf, posinf=np.inf),
         )

@@ -23,7 +23,7 @@ from prb3r.runs.provenance import environment, read_manifest, write_manifest
 from prb3r.runs.store import arrow_table, read_arrow, write_arrow
 from prb3r.runs.tasks import Workers
 from prb3r.study.compare import fitted_lines
-from prb3r.study.compute import brought
+from prb3r.study.compute import obtain_results
 from prb3r.study.explore import explored
 from prb3r.study.manifest import changes, timing
 from prb3r.study.plan import Plan, Progress, Silent, plan_study
@@ -130,7 +130,7 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
     if options.fresh:
         parts.discard()
     if plan.study.search is None:
-        computed = brought(plan, parts, options.workers, progress, options.fresh)
+        computed = obtain_results(plan, parts, options.workers, progress, options.fresh)
     else:
         plan, computed = explored(plan, parts, options.workers, progress, options.fresh)
     provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}

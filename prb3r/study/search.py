@@ -40,7 +40,7 @@ LEFT_AT = 1e-3
 
 
 @dataclass(frozen=True)
-class Judged:
+class Evaluated:
     """How well `n` designs meet `r` requirements and `p` preferences."""
 
     margins: np.ndarray
@@ -48,9 +48,9 @@ class Judged:
     scores: np.ndarray
     """(n, p) value by each preference, signed so that more is better; -inf without a value."""
 
-    def rows(self, which: np.ndarray) -> "Judged":
+    def rows(self, which: np.ndarray) -> "Evaluated":
         """Margins and scores of the designs at some rows."""
-        return Judged(self.margins[which], self.scores[which])
+        return Evaluated(self.margins[which], self.scores[which])
 
     @property
     def broken(self) -> np.ndarray:
@@ -76,13 +76,13 @@ class Judged:
 class Tried:
     """The designs tried so far, in their order, with their margins and scores."""
 
-    judge: Callable[[np.ndarray], Judged]
+    judge: Callable[[np.ndarray], Evaluated]
     """Solves and judges designs (n, f) that have not been tried before."""
     most: int
     """Largest number of designs to try."""
     place: dict[tuple[float, ...], int] = field(default_factory=dict)
     """Row of each design tried, by its values."""
-    judged: list[Judged] = field(default_factory=list)
+    judged: list[Evaluated] = field(default_factory=list)
     """The answers of `judge`, one for each call."""
 
     def __len__(self) -> int:
@@ -94,9 +94,9 @@ class Tried:
         return np.array(list(self.place))
 
     @property
-    def worth(self) -> Judged:
+    def worth(self) -> Evaluated:
         """Margins and scores of every design tried, in the order of `designs`."""
-        return Judged(
+        return Evaluated(
             *(np.concatenate([getattr(part, name) for part in self.judged]) for name in ("margins", "scores"))
         )
 
@@ -110,7 +110,7 @@ class Tried:
         return np.array([self.place.get(row, -1) for row in map(tuple, designs.tolist())])
 
 
-def searched_designs(study: Study, judge: Callable[[np.ndarray], Judged]) -> np.ndarray:
+def searched_designs(study: Study, judge: Callable[[np.ndarray], Evaluated]) -> np.ndarray:
     """(n, factors) all designs that the search of a study tries, in their order; equal for equal studies.
 
     Parameters

@@ -53,7 +53,7 @@ def test_what_comes_by_degrees_is_nothing_at_its_start(library):
         predict = predictor(recording(friction={"coefficient": coefficient}))
         nominal = predict(Constants())
         for hypothesis, friction in library:
-            if friction == coefficient and hypothesis.by_degrees and not hypothesis.kinked:
+            if friction == coefficient and hypothesis.continuous and not hypothesis.kinked:
                 start = hypothesis.effect(np.zeros(len(hypothesis.free)), friction)
                 assert predict(Constants(), [start]) == pytest.approx(nominal, abs=1e-6)
 
@@ -78,26 +78,26 @@ def test_a_place_is_one_where_the_recording_could_show_the_effect(rubbing):
     ]
 
 
-def freed(scope, kind):
+def projected_out(scope, kind):
     """Names of what is fitted, by the place."""
     return {h.place: [free.name for free in h.free] for h in hypotheses(scope) if h.kind == kind}
 
 
 def test_a_knee_is_sought_as_strain_where_every_fibre_is_known(rubbing):
     bilinear, smooth = (("law", "bilinear"),), (("law", "smooth"),)
-    known = freed(rubbing, "nonlinear_plate")
+    known = projected_out(rubbing, "nonlinear_plate")
     assert known[bilinear] == ["knee_strain", "ratio"]
     assert known[smooth] == ["knee_strain", "ratio", "sharpness"]
     segments = bare_sections()
-    assert freed(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
+    assert projected_out(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
     segments[0]["outer_fibre_m"] = 4e-4
-    assert freed(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
+    assert projected_out(scope(segment=segments), "nonlinear_plate")[bilinear] == ["knee_per_m", "ratio"]
 
 
 def test_of_unlike_sections_whose_fibres_are_unknown_the_law_is_sought_as_if_they_had_one_shape():
     segments = bare_sections()
     segments[1]["bending_stiffness_n_m2"] /= 2
-    known = freed(scope(segment=segments), "nonlinear_plate")
+    known = projected_out(scope(segment=segments), "nonlinear_plate")
     assert known[(("law", "bilinear"), ("sections", "similar"))] == ["knee_per_m", "ratio"]
     assert (("law", "bilinear"),) not in known
 
@@ -208,8 +208,8 @@ def test_loops_are_suspected_where_a_plate_is_bent_back(rubbing):
     lost = back.copy()
     lost[3] = np.nan
     assert not names(rubbing._replace(bend=lost), "hysteretic_plate")
-    assert freed(rubbing, "hysteretic_plate")[()] == ["yield_strain", "slipping_share"]
-    assert freed(scope(segment=bare_sections()), "hysteretic_plate")[()] == ["yield_per_m", "slipping_share"]
+    assert projected_out(rubbing, "hysteretic_plate")[()] == ["yield_strain", "slipping_share"]
+    assert projected_out(scope(segment=bare_sections()), "hysteretic_plate")[()] == ["yield_per_m", "slipping_share"]
 
 
 def test_what_a_rig_has_once_is_not_suspected_where_it_is_known(rubbing):

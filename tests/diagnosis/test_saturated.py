@@ -174,7 +174,7 @@ def test_a_search_whose_first_end_is_worth_too_little_is_given_up_there(doubted,
     fitted = replace(doubted.fitted, model=replace(doubted.fitted.model, settings=settings))
     choice = search_effects(fitted, few, doubted.doubts, least_worth)
     assert len(begun) == ends
-    assert choice.first_worth == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
+    assert choice.worth_of_first_start == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
 
 
 @pytest.mark.parametrize(("least_worth", "asked"), [(-np.inf, 1), (-1e9, 0)])

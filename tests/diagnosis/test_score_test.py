@@ -44,8 +44,8 @@ def test_directions_are_free_of_what_calibration_can_do(tested):
 def test_scores_of_right_models_are_standard_normal(tested):
     fitted, found = tested
     residual = drawn(fitted, 2000)
-    by_degrees = [each for each in found if each.freedom == 1 and not each.one_sided][::5]
-    for each in by_degrees:
+    continuous = [each for each in found if each.freedom == 1 and not each.one_sided][::5]
+    for each in continuous:
         assert kstest(each.z(residual), halfnorm.cdf).pvalue > 1e-3
 
 

@@ -27,7 +27,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
     amounts |= {"wrap_saturation", "base_compliance", "umbilical", "tension_play"}
-    assert {h.kind for h, _ in library if h.by_degrees and h.sided(friction=0.3)} == losses | amounts | {
+    assert {h.kind for h, _ in library if h.continuous and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
 

@@ -121,7 +121,7 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     assert searched.choice.kinds == {"dead_cable"}
     doubted = searched.tested.doubted
     assert doubted.recording is right
-    assert {hypothesis.kind for hypothesis in doubted.search.begun.values} == {"dead_cable"}
+    assert {hypothesis.kind for hypothesis in doubted.search.start_from.values} == {"dead_cable"}
     assert not doubted.search.assumed.values  # found in the same readings, it is not likelier beforehand
 
 

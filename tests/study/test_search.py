@@ -9,7 +9,7 @@ from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, Workers, solve_study
-from prb3r.study.search import Judged, directions, searched_designs
+from prb3r.study.search import Evaluated, directions, searched_designs
 from prb3r.study.spec import Study
 
 MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
@@ -29,10 +29,10 @@ def searching(ranges: list[dict], preferences: int, designs: int) -> Study:
 def least(*objectives, margin=lambda *x: np.zeros(len(x[0]))):
     """A judge of functions to be made small, under a margin to be kept."""
 
-    def judge(designs: np.ndarray) -> Judged:
+    def judge(designs: np.ndarray) -> Evaluated:
         x = designs.T
         scores = [-function(*x) for function in objectives]
-        return Judged(margin(*x)[:, None], np.stack(scores, 1) if scores else np.zeros((len(designs), 0)))
+        return Evaluated(margin(*x)[:, None], np.stack(scores, 1) if scores else np.zeros((len(designs), 0)))
 
     return judge
 
@@ -90,7 +90,7 @@ def test_a_design_without_a_value_is_never_preferred():
 
     def judge(designs):
         x = designs[:, 0]
-        return Judged(np.zeros((len(x), 1)), np.where(x > 2, -np.inf, x)[:, None])
+        return Evaluated(np.zeros((len(x), 1)), np.where(x > 2, -np.inf, x)[:, None])
 
     designs = searched_designs(study, judge)
     assert designs[designs <= 2].max() > 1.99

@@ -32,7 +32,7 @@ def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
         if not isinstance(hypothesis, Hypothesis) or candidate.size == 0:
             continue
         known = best.get(hypothesis.kind)
-        if not hypothesis.by_degrees:
+        if not hypothesis.continuous:
             shown = candidate.size > settings.detectable
             if known is None or (shown and not known.shown):
                 best[hypothesis.kind] = Detectable(hypothesis, None, shown)

@@ -57,7 +57,7 @@ def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     out: dict[int, np.ndarray] = {}
     along: dict[int, list[Direction]] = {}
     for number, (hypothesis, start) in enumerate(probes):
-        if not hypothesis.by_degrees:
+        if not hypothesis.continuous:
             out[number] = _whole(fitted, hypothesis, start)
         elif not hypothesis.mechanical:
             out[number] = _seen(fitted, hypothesis, start)
@@ -76,7 +76,7 @@ def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 
 def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarray | float:
     """(k,) signs: -1 for a free parameter that is on its upper bound at `start`, else 1."""
-    if hypothesis.kinked or not hypothesis.by_degrees:
+    if hypothesis.kinked or not hypothesis.continuous:
         return 1.0
     highest = [free.bounds(friction)[1] for free in hypothesis.free]
     return np.where(start < highest, 1.0, -1.0)

@@ -84,7 +84,7 @@ def plausible(fitted: Fit) -> bool:
     hypotheses = fitted.model.hypotheses
     limits = np.array([free.limit for hypothesis in hypotheses for free in hypothesis.free], bool)
     at_null = [
-        hypothesis.by_degrees and abs(u).max() < AT_BOUND
+        hypothesis.continuous and abs(u).max() < AT_BOUND
         for hypothesis, u in zip(hypotheses, fitted.model.shares(fitted.p), strict=True)
         if len(u)
     ]

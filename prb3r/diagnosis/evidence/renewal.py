@@ -36,7 +36,7 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
     recording = predict.recording
     scatter = tension_response(predict, fitted.solved) * recording.measurement.tension_sd_relative
     friction = model.friction(fitted.p)
-    smooth = [hypothesis for hypothesis in library if hypothesis.by_degrees and hypothesis not in model.hypotheses]
+    smooth = [hypothesis for hypothesis in library if hypothesis.continuous and hypothesis not in model.hypotheses]
     probes = [(hypothesis, start) for hypothesis in smooth for start in hypothesis.starts(friction)]
     moved = [
         values * [free.prior_sd for free in hypothesis.free]

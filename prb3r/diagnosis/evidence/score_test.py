@@ -14,7 +14,7 @@ import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import all_at_once, freed
+from prb3r.diagnosis.fit.basis import all_at_once, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -79,7 +79,7 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
         replace(
             alternative,
             start=start,
-            one_sided=hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.by_degrees,
+            one_sided=hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.continuous,
         )
         for (hypothesis, start), alternative in zip(probes, felt, strict=True)
     ]
@@ -88,7 +88,7 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
     """The alternative of each subject, around `fitted`, where `moved` (r, k each) are its changes of the readings."""
     white = all_at_once(fitted.model.noise.whiten, moved)
-    free = all_at_once(lambda changes: freed(changes, fitted.basis), white)
+    free = all_at_once(lambda changes: projected_out(changes, fitted.basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
 
 

@@ -18,7 +18,7 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     return basis[:, length > INDEPENDENT]
 
 
-def freed(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def projected_out(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """The part of changes of the readings that parameters fitted already cannot imitate.
 
     Parameters

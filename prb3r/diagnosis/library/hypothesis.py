@@ -95,7 +95,7 @@ class Hypothesis:
     that readings cannot be differentiated around a chain that lacks the effect."""
 
     @property
-    def by_degrees(self) -> bool:
+    def continuous(self) -> bool:
         """Whether the effect vanishes continuously, so that a derivative at nothing tells how it moves the readings."""
         return bool(self.free) and not self.probes
 

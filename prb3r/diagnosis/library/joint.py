@@ -90,10 +90,10 @@ class JointHypothesis:
         )
 
     @property
-    def by_degrees(self) -> bool:
-        """Whether the effect vanishes continuously on every rig (`Hypothesis.by_degrees`); a deviating constant always
+    def continuous(self) -> bool:
+        """Whether the effect vanishes continuously on every rig (`Hypothesis.continuous`); a deviating constant always
         does."""
-        return self.parting is not None or all(part.by_degrees for part in self.parts if part)
+        return self.parting is not None or all(part.continuous for part in self.parts if part)
 
     @property
     def kinked(self) -> bool:

@@ -35,7 +35,7 @@ def _force_sentence(fitted: Occurrence) -> str:
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `umbilical`, in units of the stiffness in series of one mean node of every plate (4.4 times
     that of the plates in series on the elastica): prior sd 0.3, up to 10; a tube that is not felt is no umbilical."""
-    stiff = 1 / float((scope.chain.arc / scope.node_rigidity).sum())
+    stiff = 1 / float((scope.chain.arc / scope.mean_node_rigidity).sum())
     return (Free("stiffness_n_m_per_rad", 0.0, 0.0, 10 * stiff, scale=stiff, sd=0.3),)
 
 

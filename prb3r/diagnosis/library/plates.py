@@ -98,7 +98,7 @@ def _clamps(manipulator: Manipulator) -> object:
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `clamp_compliance` and `base_compliance`, in units of the compliance of a plate's mean node:
     prior sd 1, up to 10.  A millionth stands for a rigid clamp, as a compliance is above zero."""
-    soft = float(np.median(scope.chain.arc / scope.node_rigidity))
+    soft = float(np.median(scope.chain.arc / scope.mean_node_rigidity))
     return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0),)
 
 
@@ -119,7 +119,7 @@ def _softening_sentence(fitted: Occurrence) -> str:
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `cable_bending`, in units of the mean stiffness of a plate's nodes times its arc (4.4 EI on the
     elastica): prior sd 0.3, up to 10, beside which the plates hardly matter."""
-    rigid = float(np.median(scope.node_rigidity))
+    rigid = float(np.median(scope.mean_node_rigidity))
     return (Free("stiffness_n_m2", 0.0, 0.0, 10 * rigid, scale=rigid, sd=0.3),)
 
 

@@ -154,7 +154,7 @@ class Scope(NamedTuple):
         return False
 
     @property
-    def node_rigidity(self) -> np.ndarray:
+    def mean_node_rigidity(self) -> np.ndarray:
         """(n,) mean stiffness of the nodes of each plate times its arc, N m^2: 4.4 EI on the elastica with four
         nodes."""
         return (self.chain.stiffness * self.chain.arc[:, None]).mean(1)

@@ -20,8 +20,8 @@ from pydantic import ValidationError
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
 from prb3r.diagnosis.result.as_made import as_made
-from prb3r.diagnosis.result.bending import bending_of
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry, supposed

@@ -15,7 +15,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior, parts_posterior
-from prb3r.diagnosis.result.bending import Bending, bending_of
+from prb3r.diagnosis.result.largest_bending import Bending, bending_of
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects import AnyEffect

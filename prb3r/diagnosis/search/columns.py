@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import all_at_once, basis_of, freed
+from prb3r.diagnosis.fit.basis import all_at_once, basis_of, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
@@ -32,20 +32,22 @@ def linear_model(
     for number, hypothesis in enumerate(model.hypotheses):
         moved, at = _of_fitted(fitted, number)
         moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
-        columns.append(Column(hypothesis, freed(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis]))
+        columns.append(
+            Column(hypothesis, projected_out(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis])
+        )
         target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
     friction = model.friction(fitted.p)
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
     probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(friction)]
     changes = [
-        change * ([free.prior_sd for free in hypothesis.free] if hypothesis.by_degrees else 1.0)
+        change * ([free.prior_sd for free in hypothesis.free] if hypothesis.continuous else 1.0)
         for (hypothesis, _), change in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
-    white = all_at_once(lambda whole: freed(model.noise.whiten(whole), basis), changes)
+    white = all_at_once(lambda whole: projected_out(model.noise.whiten(whole), basis), changes)
     for (hypothesis, start), values in zip(probes, white, strict=True):
         if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
             continue
-        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.by_degrees
+        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.continuous
         columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target = target - basis @ (basis.T @ target)
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))
@@ -68,7 +70,7 @@ def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
     deviation = np.array([free.prior_sd for free in hypothesis.free])
     count = model.predict.recording.readings.count
     tangent = -fitted.jacobian[:count, first : first + len(share)] * deviation
-    if hypothesis.by_degrees:
+    if hypothesis.continuous:
         return tangent, share / deviation
     less = model.without(number)
     without = less.predict.solve(fitted.constants, less.effects(model.without_share(fitted.p, number)))
@@ -83,7 +85,7 @@ def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[
     for k, coefficient in zip(chosen, linear.coefficients(chosen), strict=True):
         column = linear.columns[k]
         hypothesis = column.hypothesis
-        if hypothesis in known or not hypothesis.by_degrees:
+        if hypothesis in known or not hypothesis.continuous:
             parts.append(column.start)
             continue
         parts.append(first_size(hypothesis, column.start, coefficient, model.friction(fitted.p)))

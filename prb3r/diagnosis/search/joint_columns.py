@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import Probe, moved_readings
-from prb3r.diagnosis.fit.basis import basis_of, freed
+from prb3r.diagnosis.fit.basis import basis_of, projected_out
 from prb3r.diagnosis.fit.joint import JointFit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.joint import JointHypothesis
@@ -28,16 +28,16 @@ def joint_linear_model(
     for number, (hypothesis, span) in enumerate(zip(model.hypotheses, model.spans, strict=True)):
         moved, at = _of_fitted(fitted, number)
         moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
-        columns.append(_column(hypothesis, freed(moved, basis), fitted.p[span], 0, log_odds[hypothesis]))
+        columns.append(_column(hypothesis, projected_out(moved, basis), fitted.p[span], 0, log_odds[hypothesis]))
         target[: len(moved)] += moved @ at
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
     frictions = frictions_of(fitted)
     probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(frictions)]
     for (hypothesis, start), moved in zip(probes, moved_together(fitted, probes), strict=True):
-        values = freed(moved, basis)
+        values = projected_out(moved, basis)
         if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
             continue
-        one_sided = hypothesis.sided(frictions) or hypothesis.kinked or not hypothesis.by_degrees
+        one_sided = hypothesis.sided(frictions) or hypothesis.kinked or not hypothesis.continuous
         columns.append(_column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target -= basis @ (basis.T @ target)
     return LinearModel(columns, target), frozenset(range(len(model.hypotheses)))
@@ -63,7 +63,7 @@ def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.nd
     free parameter, or (R, 1) by the whole of an effect that does not come by degrees."""
     model, count = fitted.model, fitted.rows[-1].stop
     out = [
-        np.zeros((count, len(start) if hypothesis.by_degrees and not hypothesis.kinked else 1))
+        np.zeros((count, len(start) if hypothesis.continuous and not hypothesis.kinked else 1))
         for hypothesis, start in probes
     ]
     for number, (hypothesis, _) in enumerate(probes):
@@ -78,7 +78,7 @@ def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.nd
         whiten = model.members[rig].noise.whiten
         for (n, part), moved in zip(probed, columns, strict=True):
             hypothesis = probes[n][0]
-            if hypothesis.by_degrees:
+            if hypothesis.continuous:
                 places = [0] if hypothesis.kinked else hypothesis.places(rig)
                 out[n][rows, places] += whiten(moved * [free.prior_sd for free in part.free])
             else:
@@ -91,7 +91,7 @@ def _moved_once(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     friction, first, asked = fitted.model.friction(fitted.p), dict[object, int](), list[Probe]()
     order = []
     for part, u in probes:
-        key = (part, u.tobytes()) if part.by_degrees else part.effect(u, friction).model_dump_json()
+        key = (part, u.tobytes()) if part.continuous else part.effect(u, friction).model_dump_json()
         if key not in first:
             first[key] = len(asked)
             asked.append((part, u))
@@ -105,7 +105,7 @@ def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:
     hypothesis, span = fitted.model.hypotheses[number], fitted.model.spans[number]
     count, deviation = fitted.rows[-1].stop, deviations_of(fitted.model.hypotheses[number])
     tangent = -fitted.jacobian[:count, span] * deviation
-    if hypothesis.by_degrees:
+    if hypothesis.continuous:
         return tangent, fitted.p[span] / deviation
     whole = np.zeros((count, 1))
     for rig in hypothesis.rigs:
@@ -127,7 +127,7 @@ def joint_beginning(
         column = linear.columns[k]
         hypothesis: JointHypothesis = column.hypothesis  # type: ignore[assignment]
         hypotheses.append(hypothesis)
-        if hypothesis in model.hypotheses or not hypothesis.by_degrees:
+        if hypothesis in model.hypotheses or not hypothesis.continuous:
             parts.append(column.start)
         else:
             friction = frictions[hypothesis.rigs[0]]

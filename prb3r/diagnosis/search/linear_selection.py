@@ -29,7 +29,7 @@ class Column:
 
     hypothesis: Hypothesis
     moved: np.ndarray
-    """(r + c, k) change per prior standard deviation of each coefficient, freed of the constants (`freed`)."""
+    """(r + c, k) change per prior standard deviation of each coefficient, freed of the constants (`projected_out`)."""
     start: np.ndarray
     """(k0,) free parameters `u` near which a full fit begins."""
     sign: int = 0
@@ -135,7 +135,7 @@ class LinearModel:
         return np.eye(rows.shape[1]) + self.products[rows[:, :, None], rows[:, None, :]]
 
     @cached_property
-    def alike(self) -> list["Alike"]:
+    def groups(self) -> list["ColumnGroup"]:
         """The columns grouped by their number of coefficients, so that one array holds all of a group."""
         widths = np.array([column.moved.shape[1] for column in self.columns], int)
         out = []
@@ -143,7 +143,7 @@ class LinearModel:
             which = np.flatnonzero(widths == width)
             at = np.array([self.spans[k].start for k in which.tolist()])[:, None] + np.arange(width)
             normal = np.eye(width) + self.products[at[:, :, None], at[:, None, :]]
-            out.append(Alike(which, at, normal, np.array([self.columns[k].sign for k in which.tolist()])))
+            out.append(ColumnGroup(which, at, normal, np.array([self.columns[k].sign for k in which.tolist()])))
         return out
 
     def additions(self, chosen: frozenset[int]) -> np.ndarray:
@@ -171,7 +171,7 @@ class LinearModel:
         across = np.linalg.solve(self._normal(rows), beside)
         rest = self.along - np.einsum("swk,sw->sk", across, self.along[rows])
         rise = np.empty((len(rows), len(self.columns)))
-        for group in self.alike:
+        for group in self.groups:
             normal = group.normal - np.einsum("swmi,swmj->smij", across[:, :, group.at], beside[:, :, group.at])
             along = rest[:, group.at]
             precision, axes = _spectrum(normal)
@@ -210,7 +210,7 @@ class LinearModel:
         return out
 
 
-class Alike(NamedTuple):
+class ColumnGroup(NamedTuple):
     """The `m` columns that have the same number `w` of coefficients."""
 
     which: np.ndarray

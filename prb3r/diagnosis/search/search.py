@@ -32,7 +32,7 @@ class Search:
     """Runs full fits and costly tests, in this process or in workers."""
     assumed: Assumed = field(default_factory=Assumed)
     """Effects that were found before: a start, with the prior probability `Settings.assumed_presence`."""
-    begun: Assumed = field(default_factory=Assumed)
+    start_from: Assumed = field(default_factory=Assumed)
     """Effects to start from in the place of `assumed`, if there are any; their prior odds are those of any other."""
     settings: Settings = Settings()
     """From which the prior odds of the kinds of effects are taken."""

@@ -51,7 +51,7 @@ class Choice:
     """Sets of effects every one of whose effects was exchanged; `tried` holds the replacements too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
-    first_worth: float = -np.inf
+    worth_of_first_start: float = -np.inf
     """What the best model found from the first start is worth (`worth_of`)."""
     share_of_stated: float = 1.0
     """Root mean square of what a structured choice leaves over the stated noise: below 1 where it is less than stated

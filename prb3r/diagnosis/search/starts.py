@@ -40,21 +40,21 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     ----------
     least_worth : the search ends after the first start where its end is worth less (:func:`worth_of`).
     """
-    known = search.begun if search.begun.values else search.assumed
+    known = search.start_from if search.start_from.values else search.assumed
     beginning = _Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)
     ends = _ends(beginning, least_worth)
-    first_worth, best = ends[0].worth(search), ends[0]
+    worth_of_first_start, best = ends[0].worth(search), ends[0]
     for other in ends[1:]:
         best = other if lead(other.best, best.best, search) > calibrated.model.settings.better_exchanged else best
     explored = best.explored.sought_by(search)
     beside([end.best for end in ends if end is not best], explored.pool)
-    settled = explored if first_worth < least_worth else exchange_effects(explored, search)
-    return replace(choose(settled, search), first_worth=first_worth)
+    settled = explored if worth_of_first_start < least_worth else exchange_effects(explored, search)
+    return replace(choose(settled, search), worth_of_first_start=worth_of_first_start)
 
 
 def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
     """The choice of effects that a search from the constants alone and from what was found before finds."""
-    known = search.begun if search.begun.values else search.assumed
+    known = search.start_from if search.start_from.values else search.assumed
     return choose(_from_known(_Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)).explored, search)
 
 
@@ -78,7 +78,7 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
         if _plain(ends[0]) or ends[0].worth(search) < least_worth:
             return ends
     ends += [end for end in search.until(_from_side, sides, _plain) if end is not None]
-    full = ends[-1].begun if len(ends) == 2 else None
+    full = ends[-1].started_from if len(ends) == 2 else None
     if full is not None and not any(end.explains for end in ends):
         ends.append(_from_known(beginning, *eliminated(full, search)))
     if least_worth == -np.inf and all(end.best.reduced > calibrated.model.settings.gross for end in ends):
@@ -99,7 +99,7 @@ class _Beginning(NamedTuple):
     calibrated: Fit
     """The constants alone."""
     known: Fit | None
-    """The model with the effects that were found before (`Search.begun`, else `Search.assumed`); None without any."""
+    """The model with the effects that were found before (`Search.start_from`, else `Search.assumed`); None without."""
     search: Search
     doubts: Doubts
 
@@ -110,7 +110,7 @@ class _End(NamedTuple):
     explored: Explored
     explains: bool
     """Whether the chosen model leaves nothing that noise does not explain."""
-    begun: Fit | None
+    started_from: Fit | None
     """The fit that it started from, beside the constants and what was known before; None without one."""
 
     @property
