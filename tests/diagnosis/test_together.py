@@ -35,7 +35,7 @@ from prb3r.errors import SpecError
 from prb3r.front.diagnoses import DiagnosisReport, JointReport
 from prb3r.present.diagnosis.together import shared_figure
 from prb3r.present.index import write_index
-from prb3r.recording.recording import Sharing
+from prb3r.recording.recording import Prior, Sharing
 
 TRUE_E, TRUE_MU = 1.05 * E, 0.27
 
@@ -113,9 +113,15 @@ def test_one_value_in_spite_of_recordings_that_disagree_is_no_certainty(probabil
 
 
 @cache
-def joint_model(parted=False):
-    """Both rigs with the law that they share, gravity on the first and, if `parted`, an own stiffness of the second."""
+def joint_model(parted=False, known=None):
+    """Both rigs with the law that they share, gravity on the first and, if `parted`, an own stiffness of the second.
+
+    `known`: how closely the second recording states Young's modulus; the first states none.
+    """
     recordings = recorded_sister("short"), recorded_sister("thick")
+    if known:
+        priors = Prior(), Prior(youngs_modulus=known)
+        recordings = tuple(replace(each, prior=prior) for each, prior in zip(recordings, priors, strict=True))
     rigs, libraries = [], []
     for recording in recordings:
         predict = predictor(recording)
@@ -145,9 +151,11 @@ def test_the_joint_jacobian_is_the_derivative_of_the_joint_residuals():
         assert jacobian[:, k] == pytest.approx((high - low) / 2e-4, rel=1e-4, abs=1e-4 * scale)
 
 
-def test_a_recording_with_what_the_others_say_is_as_sure_as_all_together():
-    """What the others say of shared parameters, all else of theirs free, is the marginal of a normal distribution."""
-    fitted = fit(joint_model(), np.zeros(joint_model().count))
+@pytest.mark.parametrize("known", [None, 0.003])
+def test_a_recording_with_what_the_others_say_is_as_sure_as_all_together(known):
+    """What the others say of shared parameters, all else of theirs free, is the marginal of a normal distribution; what
+    one of them states of a shared constant is said too."""
+    fitted = fit(joint_model(known=known), np.zeros(joint_model().count))
     assert fitted.converged
     for rig, whole in enumerate(fitted.model.maps):
         own = fitted.believed(rig)

@@ -90,6 +90,14 @@ class JointModel:
             out.append(whole)
         return tuple(out)
 
+    def narrower(self, rig: int) -> np.ndarray:
+        """(P,) by how much the prior of a joint constant is more precise than that which recording `rig` states."""
+        out, member = np.zeros(self.count), self.rigs[rig]
+        for column, ((name, rigs), sd) in enumerate(zip(self.varied, self.priors, strict=True)):
+            if rig in rigs:
+                out[column] = 1 / sd**2 - 1 / member.priors[member.varied.index(name)] ** 2
+        return out
+
     @cached_property
     def priors(self) -> np.ndarray:
         """(c,) prior standard deviations of the joint constants; of a shared one the narrowest of its recordings."""
@@ -194,8 +202,7 @@ class JointFit:
     def believed(self, rig: int) -> Fit:
         """The model of one recording at the joint minimum, with what the other recordings say of its parameters.
 
-        The joint minimum is its own too, unless a constant of it parts from the shared one, or another recording states
-        a narrower prior of a shared constant: that prior is in no row.
+        The joint minimum is its own too, unless a constant of it parts from the shared one.
         """
         return self._at(replace(self.model.members[rig], belief=self._belief(rig)), rig)
 
@@ -208,22 +215,25 @@ class JointFit:
         """What the other recordings say of the parameters of one rig, linearised around the minimum; None: nothing.
 
         The parameters that the rig does not have are marginalised.  Priors of its own parameters are left out, as its
-        model has them already.  Of a constant that parts from the shared one the others say nothing.
+        model has them already, but for what a narrower prior of another recording says of a shared constant.  Of a
+        constant that parts from the shared one the others say nothing.
         """
-        whole, names = self.model.maps[rig], self.model.members[rig].names
+        whole, member = self.model.maps[rig], self.model.members[rig]
+        names, narrower = member.names, self.model.narrower(rig)
         parted = whole.sum(1) > 1
         of_rig = np.zeros(len(self.residual), bool)
         of_rig[self.rows[rig]] = True
         of_rig[self.rows[-1].stop + np.flatnonzero(whole.any(0))] = True  # priors of its parameters
         others, left = self.jacobian[~of_rig], self.residual[~of_rig]
-        kept = whole[~parted].any(0) & others.any(0)
+        kept = whole[~parted].any(0) & (others.any(0) | (narrower > 0))
         if not kept.any():
             return None
         normal, along = others.T @ others, -others.T @ left
         across = normal[np.ix_(kept, ~kept)] @ np.linalg.pinv(
             normal[np.ix_(~kept, ~kept)], NOTHING_TOLD, hermitian=True
         )
-        precision = normal[np.ix_(kept, kept)] - across @ normal[np.ix_(~kept, kept)]
+        precision = normal[np.ix_(kept, kept)] - across @ normal[np.ix_(~kept, kept)] + np.diag(narrower[kept])
+        along -= narrower * self.p  # of a prior around zero
         vector = precision @ self.p[kept] + along[kept] - across @ along[~kept]
         said = [names[int(np.flatnonzero(whole[:, k])[0])] for k in np.flatnonzero(kept)]
         return Belief(tuple(said), precision, vector)
