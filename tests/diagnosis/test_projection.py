@@ -36,7 +36,7 @@ from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.projection import as_json, proposed, summary_lines
 from prb3r.diagnosis.result.tables import residual_table
 from prb3r.diagnosis.result.tell import tell
-from prb3r.diagnosis.search.experiment import Experiment, best_experiments
+from prb3r.diagnosis.search.experiment import Experiment, best_experiments, programs, separation
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.manipulator import Manipulator
@@ -271,6 +271,18 @@ def test_the_closing_lines_tell_the_constants_and_what_is_not_predicted():
     held = [line for line in lines if line.startswith("held out")]
     assert held
     assert all(line.endswith("; 8 readings not predicted") for line in held)
+
+
+def test_proposed_readings_are_as_noisy_as_those_that_were_recorded():
+    """Twice the noise leaves at least a quarter of the squared distance, and less than all of it."""
+    fitted = investigated().explained
+    other = rival_of(investigated())
+    (_, steps), *_ = programs(fitted.model.predict.recording, Settings())
+    noise = fitted.model.noise
+    loud = replace(noise, level=noise.level._replace(scale=2 * noise.level.scale, tension=2 * noise.level.tension))
+    apart = separation(fitted, other, steps)
+    louder = separation(replace(fitted, model=replace(fitted.model, noise=loud)), other, steps)
+    assert apart / 4 <= louder < 0.98 * apart
 
 
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):

@@ -95,12 +95,12 @@ def imagined(recording: Recording, steps: pd.DataFrame) -> Recording:
 def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
     """Squared whitened distance of two models on recorded and proposed steps together, `other` refitted to `fitted`.
 
-    The refit is linearised, and proposed readings have the stated noise.  0 where a model has no equilibrium at one of
-    the proposed `steps`.
+    The refit is linearised, and proposed readings are as noisy as the recorded ones were found to be.  0 where a model
+    has no equilibrium at one of the proposed `steps`.
     """
     predict = predictor(imagined(fitted.model.predict.recording, steps), fitted.model.settings)
     here = predict.solve(fitted.constants, fitted.effects)
-    noise = noise_of(predict.recording, tension_response(predict, here))
+    noise = noise_of(predict.recording, tension_response(predict, here), level=fitted.model.noise.level)
     model = replace(other.model, predict=predict, noise=noise)
     there = model.solve(other.p)
     apart = noise.whiten(here.readings - there.readings)
