@@ -10,7 +10,7 @@ from scipy.stats import halfnorm, kstest
 
 from prb3r.diagnosis.evidence.detectable import detectable
 from prb3r.diagnosis.evidence.outliers import surprise
-from prb3r.diagnosis.evidence.score_test import alternatives, largest_by_chance, scores
+from prb3r.diagnosis.evidence.score_test import alternatives, alternatives_of, largest_by_chance, scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -77,9 +77,21 @@ def test_an_effect_of_the_size_that_is_called_detectable_shows(tested):
 
 def test_an_efficiency_of_one_is_detectable_by_what_it_falls():
     free = Free("efficiency", 1.0, 0.2, 1.0, log=True)
-    loss = SimpleNamespace(subject=Hypothesis("pulley_friction", (), (free,)), size=5.0)
+    loss = SimpleNamespace(subject=Hypothesis("pulley_friction", (), (free,)), size=5.0, parameter=0)
     (seen,) = detectable(SimpleNamespace(alternatives=[loss]), Settings())
     assert seen.size == pytest.approx(1 - np.exp(-Settings().detectable / 5.0))
+
+
+def test_what_is_detectable_of_several_parameters_is_of_the_first_that_is_felt(tested):
+    """Along the straight arm gravity moves nothing, and a size is told of its other component."""
+    fitted, _ = tested
+    gravity = Hypothesis("gravity", (), (Free("x_m_s2", 0.0, -20.0, 20.0), Free("y_m_s2", 0.0, -20.0, 20.0)))
+    moved = np.zeros((len(fitted.solved.readings), 2))
+    moved[:, 1] = np.random.default_rng(1).standard_normal(len(moved))
+    (felt,) = alternatives_of(fitted, [gravity], [moved])
+    (seen,) = detectable(SimpleNamespace(alternatives=[felt]), Settings())
+    assert seen.free.name == "y_m_s2"
+    assert seen.size == pytest.approx(Settings().detectable / felt.size)
 
 
 def test_gross_outliers_are_told_from_a_large_effect():

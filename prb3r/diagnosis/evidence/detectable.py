@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.library.hypothesis import LARGEST_EXPONENT, Hypothesis
+from prb3r.diagnosis.library.hypothesis import LARGEST_EXPONENT, Free, Hypothesis
 from prb3r.diagnosis.settings import Settings
 
 
@@ -15,9 +15,11 @@ class Detectable:
 
     hypothesis: Hypothesis
     size: float | None
-    """Change of the first free parameter, in its unit; None for an effect that does not come by degrees."""
+    """Change of the free parameter `free`, in its unit; None for an effect that does not vanish continuously."""
     shown: bool
-    """Whether the effect would have shown; always so where it comes by degrees, with the change `size`."""
+    """Whether the effect would have shown; always so where it vanishes continuously, with the change `size`."""
+    free: Free | None = None
+    """The first free parameter that the recording feels; None where there is no `size`."""
 
 
 def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
@@ -37,10 +39,10 @@ def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:
             if known is None or (shown and not known.shown):
                 best[hypothesis.kind] = Detectable(hypothesis, None, shown)
             continue
-        free, u = hypothesis.free[0], settings.detectable / candidate.size
+        free, u = hypothesis.free[candidate.parameter], settings.detectable / candidate.size
         way = -1.0 if free.null == free.high else 1.0  # an efficiency of 1 can only fall
         exponent = way * min(u, LARGEST_EXPONENT)
         size = abs(free.null * np.expm1(exponent)) if free.log else abs(free.value(way * u) - free.null)
         if known is None or known.size is None or size < known.size:
-            best[hypothesis.kind] = Detectable(hypothesis, float(size), True)
+            best[hypothesis.kind] = Detectable(hypothesis, float(size), True, free)
     return tuple(best.values())

@@ -39,8 +39,10 @@ class Alternative:
     basis: np.ndarray
     """(r + c, k) orthonormal, rows of priors included; no columns where the recording does not feel the subject."""
     size: float
-    """Norm of the freed change per unit of the free parameter, or by the whole effect; the smallest that is felt where
-    there are several parameters, 0 where none is."""
+    """Norm of the freed change per unit of the first free parameter that is felt, or by the whole effect; 0 where the
+    recording does not feel the subject."""
+    parameter: int = 0
+    """Number of that free parameter, from 0."""
     start: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Free parameters `u` of the probe at which a hypothesis is tried."""
     one_sided: bool = False
@@ -98,10 +100,11 @@ def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternati
     felt = size > NOTHING * np.maximum(np.linalg.norm(white, axis=0), LEAST_CHANGE)
     if not felt.any():
         return Alternative(subject, np.zeros((len(free), 0)), 0.0)
-    if felt.sum() == 1:
-        return Alternative(subject, free[:, felt] / size[felt], float(size[felt][0]))
-    axes, length, _ = np.linalg.svd(free[:, felt] / size[felt], full_matrices=False)
-    return Alternative(subject, axes[:, length > REPEATED], float(size[felt].min()))
+    first, basis = int(np.argmax(felt)), free[:, felt] / size[felt]
+    if felt.sum() > 1:
+        axes, length, _ = np.linalg.svd(basis, full_matrices=False)
+        basis = axes[:, length > REPEATED]
+    return Alternative(subject, basis, float(size[first]), first)
 
 
 @dataclass(frozen=True, eq=False)

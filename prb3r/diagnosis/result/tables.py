@@ -181,10 +181,9 @@ def detectable_table(investigation: Investigation) -> pd.DataFrame:
     """
     rows = []
     for smallest in detectable(investigation.choice.scores, investigation.explained.model.settings):
-        hypothesis, size, shown = smallest.hypothesis, smallest.size, smallest.shown
+        hypothesis, size, free, shown = smallest.hypothesis, smallest.size, smallest.free, smallest.shown
         row = {"effect": hypothesis.kind, "place": _place(hypothesis), "parameter": "", "size": np.nan, "shown": shown}
-        if size is not None:
-            free = hypothesis.free[0]
+        if size is not None and free is not None:
             within = size < WITHIN_BOUNDS * max(free.high - free.null, free.null - free.low)
             row |= {"parameter": free.name, "size": size if within else np.nan, "shown": shown and within}
         rows.append(row)
