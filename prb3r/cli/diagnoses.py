@@ -15,7 +15,13 @@ from prb3r.errors import Problem, SpecError
 @click.option("--together", is_flag=True, help="Several recordings of rigs that share material and friction.")
 @click.option("--holdout", multiple=True, metavar="RECORDING", help="Judge on this recording; may be repeated.")
 @click.option("--assume", metavar="MANIPULATOR", help="Effects found before, such as explained.toml; refitted.")
-@click.option("--seed", default=0, show_default=True, help="Of thresholds and of the sequences that are set aside.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Of thresholds and of the sequences that are set aside.",
+)
 @JOBS
 @click.pass_context
 def diagnose_command(ctx, recordings, output, together, holdout, assume, seed, jobs) -> None:
@@ -91,7 +97,9 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
 @click.argument("design", metavar="MANIPULATOR.toml|STUDY.toml")
 @click.argument("steps", metavar="[STEPS]", required=False)
 @click.option("-o", "--output", metavar="FILE", help="A .toml or, with STEPS, a .csv or .parquet, instead of stdout.")
-@click.option("--seed", default=0, show_default=True, help="Of the draws behind bands and studies.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws behind bands and studies."
+)
 def predict_command(diagnosis, design, steps, output, seed) -> None:
     """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands.
 

@@ -116,15 +116,16 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     Exit code 1, and the nearest it comes, where that cannot be; exit code 1, too, where plates would yield.
     """
     from prb3r.inverse.reach import pulls_to
-    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.model.files.table import csv_text, ensure_table_place, write_table
     from prb3r.model.manipulator import load_manipulator
 
+    place = ensure_table_place(output) if output else None
     wanted = {name: value for name, value in asked.items() if value is not None}
-    number = int(disk) if disk.isdigit() else disk
+    number = int(disk) if disk.isdecimal() else disk
     say_what_is_compiled()
     answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
-    if output:
-        write_table(answer.steps, output)
+    if place:
+        write_table(answer.steps, place)
     else:
         click.echo(csv_text(answer.steps), nl=False)
     for sentence in answer.sentences:

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 @JOBS
 @click.option("--fresh", is_flag=True, help="Compute everything anew instead of resuming.")
 @click.option("--dry-run", is_flag=True, help="Say how many cases, what they cost and where they go.")
-@click.option("--backend", default="loky", show_default=True, help="loky (this machine) or dask.")
+@click.option(
+    "--backend", type=click.Choice(["loky", "dask"]), default="loky", show_default=True, help="loky: this machine."
+)
 @click.option("--scheduler", default=None, metavar="ADDRESS", help="Dask scheduler, tcp://host:port.")
 @click.pass_context
 def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) -> None:

@@ -11,6 +11,7 @@ from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.files import default_folder
 from prb3r.diagnosis.result.transfer import Carried, on_other, supposed
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.stages import Report
@@ -80,6 +81,10 @@ def joint_diagnosis_of(
         raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
     for name in sorted({name for name in names if names.count(name) > 1}):
         raise SpecError(Problem("together", f"two recordings are named {name!r}; give them names of their own"))
+    folders = [default_folder(name).name for name in names]
+    if alike := [name for name, folder in zip(names, folders, strict=True) if folders.count(folder) > 1]:
+        told = " and ".join(map(repr, alike))
+        raise SpecError(Problem("together", f"{told} would be written into one folder; give them names further apart"))
     tasks = [Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         joint = diagnose_together(tasks, report, apply)

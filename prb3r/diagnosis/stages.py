@@ -86,7 +86,8 @@ def leaves_something(tested: Tested) -> bool:
 def calibrate(task: Task) -> Calibrated:
     """Set sequences aside, and fit the constants to the others; see how much the repeated ones of these scatter."""
     recording, settings = task.recording, task.settings
-    aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings) if task.hold_out else ()
+    read = recording.of_sequence[recording.readings.step]
+    aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings, read) if task.hold_out else ()
     training = fitted_part(recording, aside)
     fitted = fit_constants(predictor(training, settings), settings=settings)
     return Calibrated(task, recording, aside, scatter(training, settings), fitted)

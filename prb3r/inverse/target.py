@@ -99,7 +99,7 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
         With everything that is wrong.
     """
     where = _place_of(table)
-    frame = table if isinstance(table, pd.DataFrame) else read_table(table)
+    frame = (table if isinstance(table, pd.DataFrame) else read_table(table)).reset_index(drop=True)
     problems = []
     for name in frame:
         if name in COORDINATES:

@@ -114,8 +114,8 @@ def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
 
 def _slip_counts(recording: Recording) -> bool:
     """Whether declared slip matters by the manipulator's file: friction is declared and not zero."""
-    friction = recording.manipulator.friction
-    return friction.direction == "declared" and friction.coefficient > 0
+    manipulator = recording.manipulator
+    return not manipulator.follows_history and manipulator.friction.coefficient > 0
 
 
 def _changes_alone(recording: Recording) -> np.ndarray:

@@ -95,7 +95,7 @@ def _manipulator(file: Path, named: str) -> Manipulator:
 def _named_manipulator(file: Path) -> str | None:
     """The manipulator file that a recording file with problems names, as far as it can be read; None if it cannot."""
     try:
-        named = tomllib.loads(file.read_text()).get("manipulator")
+        named = tomllib.loads(file.read_text("utf-8-sig")).get("manipulator")
     except (OSError, ValueError, RecursionError):
         return None
     return named if isinstance(named, str) and named else None

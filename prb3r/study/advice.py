@@ -68,7 +68,7 @@ def _ranked(decision: Decision, k: int) -> list[str]:
         *(
             [f"{among}it has the best {listed_names(words)}"]
             if words
-            else [f"{among}it lies between the best and the worst in everything that was preferred"]
+            else [f"{among}it lies between the best and the worst in everything in which they differ noticeably"]
         ),
         f"at {'equal' if equal else 'the given'} weights it scores {against}",
         f"{weights_in_words(decision, k)} put it first",

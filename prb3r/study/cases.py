@@ -54,7 +54,7 @@ class Family:
     def loads(self) -> int:
         """Number of cases, or of the loads in their clouds if they have clouds."""
         cloud = self.settings["cloud"]
-        return len(self) * (cloud["count"] if cloud else 1)
+        return len(self) * (int(cloud["count"]) if cloud else 1)
 
     def manipulator(self) -> Manipulator:
         """The manipulator that all cases of the family share, made and checked from their settings."""

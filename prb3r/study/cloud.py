@@ -83,7 +83,8 @@ def failed_loads(loads: Columns) -> int:
 def blocks(chunk: Chunk) -> list[CloudBlock]:
     """The blocks of the cloud of a chunk of a single case; they do not depend on the workers."""
     settings = chunk.families[0].settings
-    count, size = settings["cloud"]["count"], block_size(sum(s["plates"] for s in settings["manipulator"]["segment"]))
+    count = int(settings["cloud"]["count"])
+    size = block_size(sum(segment["plates"] for segment in settings["manipulator"]["segment"]))
     return [CloudBlock(chunk, k, start, min(start + size, count)) for k, start in enumerate(range(0, count, size))]
 
 

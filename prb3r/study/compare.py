@@ -63,10 +63,12 @@ def fitted_lines(cases: pd.DataFrame, study: Study) -> list[dict[str, Any]]:
 
 
 def _fit(cases: pd.DataFrame, fit: LineFit) -> dict[str, Any]:
-    """A straight line fitted to the cases by least squares; None for its numbers with fewer than two points."""
-    points = cases[[fit.x, fit.y]].dropna().to_numpy(float)
+    """A straight line fitted to the cases by least squares; None for its numbers where the points leave it open."""
+    points = cases[[fit.x, fit.y]].to_numpy(float)
+    points = points[np.isfinite(points).all(1)]
     law: dict[str, Any] = {"x": fit.x, "y": fit.y, "where": fit.where, "points": len(points)}
-    if len(points) < 2:
+    at = set(points[:, 0].tolist()) | ({0.0} if fit.through_origin else set())
+    if len(points) < 2 or len(at) < 2:
         return law | {"slope": None, "intercept": None, "largest_deviation": None}
     x, y = points.T
     if fit.through_origin:

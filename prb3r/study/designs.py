@@ -97,12 +97,12 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
         factors = _factors_of(study, asked, str(folder))
         rests.append([factor.name for factor in study.factor if factor.name not in factors])
         prefix = f"{study.name}: " if len(folders) > 1 else ""
-        frames.append(_with_designs(table.to_pandas(), factors, rests[-1], prefix))
+        frames.append(_with_designs(table.to_pandas(), factors, sorted(rests[-1]), prefix))
         known = frames[-1].drop_duplicates("design")
         pairs = zip(known["design"], known["case_id"].tolist(), strict=True)
         firsts = {name: (folder, case) for name, case in pairs} | firsts
     where = ", ".join(map(str, folders))
-    if any(rest != rests[0] for rest in rests):
+    if any(sorted(rest) != sorted(rests[0]) for rest in rests):
         raise SpecError(Problem(where, "vary different factors, so they share no cases"))
     errors = {error.name for study in studies for error in study.errors}
     circumstances = [name for name in rests[0] if name not in errors]

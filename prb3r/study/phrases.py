@@ -67,6 +67,8 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     beside = decision.beside(r)
     wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity, beside)
     distance = _distance(decision.margins[k, r], requirement, quantity, decision.beside(r))
+    if np.isinf(value) and decision.margins[k, r] > 0:
+        return f"{wish} is without bound, {bound} required ({distance})"
     if not np.isfinite(value):
         return f"{wish} has no value in some case, {bound} required ({distance})"
     wanted = "allowed" if requirement.at_least is None else "required"

@@ -169,6 +169,10 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
     for name in settings["broken"]:
         if name not in manipulator.cable_names:
             yield f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
+    loads = [name for name in ("initial", "step", "sweep") if settings[name]]
+    for kind in ("cloud", "reach"):
+        if settings[kind] and loads:
+            yield f"{kind} excludes {' and '.join(loads)}: loads of both are set, and those of {kind} alone would act"
     if settings["cloud"]:
         yield from _cloud_problems(settings["cloud"], manipulator)
     elif settings["reach"]:

@@ -65,7 +65,8 @@ class Rigs:
 
 def rigs_of(study: Study, cases: pd.DataFrame) -> Rigs:
     """Effects of the errors of a study on its metrics and comparisons; `cases` is the whole table in its order."""
-    fixed = [factor.name for factor in study.factor if factor.name not in {error.name for error in study.errors}]
+    sampled = {factor.name for factor in study.sampled}
+    fixed = [factor.name for factor in study.factor if factor.name not in sampled]
     blocks = sampled_cases(study, cases)
     drawn = cases[blocks < 2]  # the other blocks are mixtures of these two samples
     groups = list(_settings(drawn, fixed))
@@ -197,9 +198,13 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 
 def _sobol(blocks: np.ndarray) -> np.ndarray:
     """(2, factors) first-order and total indices from the values `blocks` of a metric, see `sobol_table`."""
-    evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": blocks[2:, None]}
+    factors = len(blocks) - 2
+    mixed = np.concatenate([blocks[2:], blocks[-1:]])[
+        :, None
+    ]  # one more, as scipy fails on single ones that are constant
+    evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": mixed}
     indices = scipy.stats.sobol_indices(func=evaluated, n=blocks.shape[1])
-    return np.stack([np.atleast_1d(indices.first_order).ravel(), np.atleast_1d(indices.total_order).ravel()])
+    return np.stack([indices.first_order.ravel()[:factors], indices.total_order.ravel()[:factors]])
 
 
 def share_sentences(rigs: Rigs) -> list[str]:

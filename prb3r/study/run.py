@@ -65,8 +65,11 @@ class Result:
 
     @cached_property
     def rigs(self) -> Rigs | None:
-        """Effects of the errors on the rigs that are built; None for a study without drawn errors."""
-        return rigs_of(self.plan.study, self.cases) if self.plan.study.errors else None
+        """Effects of the errors on the rigs that are built, with Sobol's indices of all that is sampled; None without
+        drawn errors and without such indices."""
+        study = self.plan.study
+        asked = study.errors or (study.sampling is not None and study.sampling.method == "saltelli")
+        return rigs_of(study, self.cases) if asked else None
 
     def states(self) -> pd.DataFrame | None:
         """The table of states, read from disk; None if the study keeps none."""

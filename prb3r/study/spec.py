@@ -145,6 +145,18 @@ class Study(Strict):
         """Designs, requirements and preferences of the study as one object, the same as a file of wishes gives."""
         return Wishes(designs=self.designs, requirement=self.requirement, preference=self.preference)
 
+    def _zip_problems(self) -> list[str]:
+        """Zipped factors of which some tell designs apart and others do not, so that designs would share no case."""
+        designs, apart = set(self.design_factors), []
+        for name in {factor.zip for factor in self.factor if factor.zip}:
+            tied = [factor.name for factor in self.factor if factor.zip == name]
+            if len({factor in designs for factor in tied}) > 1:
+                apart.append(
+                    f"zip {name!r} ties {', '.join(tied)}, of which some tell designs apart and others do not, so that "
+                    "no two designs would have a case in common: name them all in [designs] factors = [...]"
+                )
+        return sorted(apart)
+
     @model_validator(mode="after")
     def _consistent(self) -> "Study":
         problems = []
@@ -165,6 +177,8 @@ class Study(Strict):
                 "[sampling] needs factors that are drawn (range, normal, lognormal, or levels with chosen = false)"
             )
         problems += self._search_problems()
+        if self.decides:
+            problems += self._zip_problems()
         if self.wishes.given and not self.design_factors and not self.errors:
             problems.append(
                 "requirements and preferences are of designs, but no factor changes the manipulator: "

@@ -95,7 +95,7 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
     """
     if lags := lag_problem(chain):
         raise ValueError(lags)
-    targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else reach["disk"], reach["target"])
+    targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else int(reach["disk"]), reach["target"])
     cables = len(manipulator.cable)
     tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
     most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])

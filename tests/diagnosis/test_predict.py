@@ -1,6 +1,7 @@
 """What was learnt carries over: bands that hold the truth of the rig, and files that run."""
 
 import json
+import tomllib
 
 import numpy as np
 import pandas as pd
@@ -282,6 +283,31 @@ def test_a_study_starts_from_what_was_learnt_with_its_uncertainty(folder, tmp_pa
     assert run(folder, study, folder / "steps.csv").exit_code == 2
     again = run(folder, tmp_path / "learnt.toml")
     assert "has what was learnt already" in again.output
+
+
+def test_words_that_look_like_toml_stay_words(folder):
+    """A bracket, and the name of a key, at the beginning of a line of the question."""
+    study = folder / "asking.toml"
+    asked = 'question = """\nWhich?\n[1] Howell, Compliant Mechanisms\nmanipulator = the next one?\n"""\n'
+    plain = STUDY.format("").replace("times =", "path =").replace("normal = { sd = 0.01 }", "values = [0.1, 0.2]")
+    study.write_text(asked + plain)
+    result = run(folder, study)
+    assert result.exit_code == 0, result.output
+    spec = tomllib.loads(result.output)
+    assert spec["question"] == tomllib.loads(asked)["question"]
+    assert spec["factor"][0]["name"] == "learnt"
+    (folder / "asking-learnt.toml").write_text(result.output)
+    assert len(plan_study(folder / "asking-learnt.toml").cases) == 2 * 64
+
+
+def test_an_arm_that_would_buckle_is_not_predicted(folder):
+    """Straight under a thousand newtons along it: an equilibrium at which nothing stays."""
+    steps = pd.DataFrame({"sequence": "a", "step": [1, 2], "tip_x_n": [-0.1, -1000.0], "cable_1_n": 0.0})
+    found = predict(folder, folder / "same.toml", steps)
+    tip = found.positions.query("disk == 6").set_index("step")
+    assert np.isfinite(tip.loc[1, "x_m"])
+    assert tip.loc[2, ["x_m", "y_m", "y_low_m", "y_high_m"]].isna().all()
+    assert any("no equilibrium" in remark for remark in found.remarks)
 
 
 def test_a_study_without_sampling_gets_it(folder):

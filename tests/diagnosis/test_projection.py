@@ -28,6 +28,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.result.design_prediction import read_posterior
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import default_folder, manipulator_toml, write_record
 from prb3r.diagnosis.result.mismatch import mismatch_of
@@ -40,6 +41,7 @@ from prb3r.diagnosis.search.experiment import Experiment, best_experiments, prog
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.manipulator import Manipulator
+from prb3r.present.diagnosis.belief import carry_over
 
 CONTRACT = {
     "": "schema verdict noise calibration effects models alternatives tolerances checks setup remarks mismatch closure "
@@ -283,6 +285,21 @@ def test_proposed_readings_are_as_noisy_as_those_that_were_recorded():
     apart = separation(fitted, other, steps)
     louder = separation(replace(fitted, model=replace(fitted.model, noise=loud)), other, steps)
     assert apart / 4 <= louder < 0.98 * apart
+
+
+def test_what_is_left_once_a_blunder_is_mended_is_said(tmp_path):
+    left = replace(diagnosed(), verdict="set-up", why="a real mismatch remains")
+    assert any("unexplained, since a real mismatch remains" in line for line in summary_lines(left))
+    assert read_posterior(left)[1] == "unexplained"
+    assert "while a mismatch remains" in " ".join(carry_over(left))
+
+
+def test_where_nothing_is_named_the_error_on_what_was_set_aside_is_said():
+    clean = diagnosed(Case(hidden=()))
+    assert clean.verdict == "adequate"
+    (line, *_) = [line for line in summary_lines(clean) if line.startswith("held out")]
+    assert "->" not in line
+    assert f"error {1e3 * clean.heldout.rmse_explained_m:.3g} mm" in line
 
 
 def test_a_program_that_separates_two_pairs_is_proposed_once(tmp_path):

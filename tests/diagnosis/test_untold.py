@@ -1,6 +1,7 @@
 """Recordings that tell a constant nothing: rigs that hang weights alone, begin at rest, or are not loaded at all."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from diagnosis.simulated import EXACT, WEAK, manipulator
 
@@ -50,6 +51,37 @@ def test_sequences_that_go_from_rest_to_large_loads_are_searched(tmp_path):
     found = found_in(recording(tmp_path, "cable_1_n", pulls, [WEAK | {"factor": 0.3}]))
     assert found.verdict == "explained"
     assert [effect.kind for effect in found.effects] == ["weakened_plate"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_sequence_that_was_read_otherwise_is_held_against_what_was_found(tmp_path, seed):
+    """Of one of four only angles were read, and two more were not read at all."""
+    pulls = {name: [20.0, 45.0, 70.0, 90.0] for name in "abcdef"}
+    recording(tmp_path, "cable_1_n", pulls)
+    markers = pd.read_csv(tmp_path / "markers.csv").query("sequence not in ['e', 'f']")
+    rig = prb3r.load_manipulator(tmp_path / "manipulator.toml").replace("effect", [prb3r.effects.WeakenedPlate(**WEAK)])
+    angles = prb3r.solve(rig, pd.read_csv(tmp_path / "steps.csv")).set_index(["sequence", "step", "disk"])["angle_rad"]
+    markers["angle_rad"] = angles.loc[pd.MultiIndex.from_frame(markers[["sequence", "step", "disk"]])].to_numpy()
+    markers.loc[markers["sequence"] == "d", ["x_m", "y_m"]] = np.nan
+    markers.to_csv(tmp_path / "markers.csv", index=False)
+    text = (tmp_path / "recording.toml").read_text()
+    (tmp_path / "recording.toml").write_text(text.replace("[measurement]\n", "[measurement]\nangle_sd_rad = 0.003\n"))
+    found = run_stages(Task(load_recording(tmp_path), seed=seed))
+    assert [effect.kind for effect in found.effects] == ["weakened_plate"]
+    assert not {"e", "f"} & set(found.heldout.sequences)
+
+
+def test_without_any_slip_friction_is_known_to_its_bounds(tmp_path):
+    pulls = {name: [30.0, 60.0, 90.0] for name in "abcd"}
+    recorded = recording(tmp_path, "cable_1_n", pulls, [])
+    steps = pd.read_csv(tmp_path / "steps.csv").assign(slip_1=0)
+    steps.to_csv(tmp_path / "steps.csv", index=False)
+    rig = prb3r.load_manipulator(tmp_path / "manipulator.toml")
+    markers = prb3r.solve(rig, steps).query("disk > 0")[["sequence", "step", "disk", "x_m", "y_m"]]
+    markers.round(4).to_csv(tmp_path / "markers.csv", index=False)
+    assert recorded.name == "hung"
+    friction = found_in(load_recording(tmp_path)).constants["friction_coefficient"]
+    assert friction.high / friction.low > 100
 
 
 def test_without_any_load_nothing_is_found_and_nothing_ends(tmp_path):

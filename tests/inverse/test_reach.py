@@ -221,6 +221,13 @@ def test_along_a_path_a_drift_of_the_force_sensor_is_met_at_every_step(friction)
     assert comes_to(rig, answer, 6)[:, :2] == pytest.approx(path.to_numpy(), abs=1e-6)
 
 
+def test_targets_are_taken_in_the_order_of_their_rows():
+    path = pd.DataFrame({"x_m": [0.172, 0.165, 0.16], "y_m": [0.06, 0.08, 0.09]})
+    backward = prb3r.reach(FREE, path=path.iloc[::-1]).table
+    assert backward["wanted_x_m"].tolist() == path["x_m"].tolist()[::-1]
+    assert prb3r.reach(FREE, path=path.iloc[1:]).reached
+
+
 def test_lengths_of_cables_of_a_straight_and_of_an_evenly_bent_manipulator():
     chain = FREE.chain()
     rest = lengths(chain, solve_chain(chain, no_loads(chain)))[0]

@@ -24,6 +24,7 @@ def told(**known):
     """A diagnosis of which no more is known than a sentence needs."""
     empty = {
         "verdict": "explained",
+        "why": "",
         "nominal": NOMINAL,
         "alternatives": (),
         "effects": (),
@@ -128,7 +129,7 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
 
 
 def test_while_a_mismatch_remains_nothing_stands_or_carries_over():
-    known = told(verdict="unexplained", models=(model(1.0, PULLEY),), effects=(WORN,))
+    known = told(verdict="unexplained", why="a mismatch remains", models=(model(1.0, PULLEY),), effects=(WORN,))
     assert belief.surviving_models(known) is None
     assert [text.split(":")[0] for text in belief.carry_over(known)] == [
         "Nothing is sure to carry over while a mismatch remains"

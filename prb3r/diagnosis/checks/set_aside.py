@@ -6,7 +6,9 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 
 
-def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings) -> tuple[int, ...]:
+def set_aside(
+    of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings, read: np.ndarray | None = None
+) -> tuple[int, ...]:
     """Numbers of the sequences that are set aside, drawn at random: at most `Settings.held_out_share` of them, but one
     at least; none of fewer than `Settings.fewest_sequences`.
 
@@ -17,6 +19,7 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settin
     Parameters
     ----------
     of_sequence : (s,) number of the sequence of each step.
+    read : numbers of the sequences with readings, of which alone one can be set aside; absent: all.
     """
     count = int(of_sequence.max()) + 1
     if count < settings.fewest_sequences:
@@ -30,7 +33,7 @@ def set_aside(of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settin
     order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
     for least in (2, 1, 0):
         chosen: list[int] = []
-        for k in order:
+        for k in order if read is None else order[np.isin(order, read)]:
             rest = np.delete(used, [*chosen, k], axis=0)
             if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
                 chosen.append(int(k))

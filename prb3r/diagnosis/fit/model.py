@@ -145,7 +145,15 @@ class Fit:
     def covariance(self) -> np.ndarray:
         """(p, p) linearised covariance of the parameters, effects in their own scale: the pseudo-inverse of the normal
         matrix."""
-        return np.linalg.pinv(self.jacobian.T @ self.jacobian, hermitian=True)
+        return np.linalg.pinv(self.normal, hermitian=True)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """(p, p) normal matrix; a flat prior is one within the bounds of its constant."""
+        normal, constants = self.jacobian.T @ self.jacobian, len(self.model.varied)
+        flat = np.flatnonzero(np.isinf(self.model.deviations[:constants]))
+        normal[flat, flat] += 1 / self.model.settings.farthest**2
+        return normal
 
     def apart(self, other: "Fit") -> np.ndarray:
         """(r + p + k,) residuals of this fit less those of another one of the same recording.

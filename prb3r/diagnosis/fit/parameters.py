@@ -37,6 +37,13 @@ class Parametrisation:
     settings: Settings = field(default_factory=Settings)
     belief: Belief | None = None
     """What other recordings say of the parameters, keyed by `names`; None: nothing."""
+    varied: tuple[str, ...] = ()
+    """Names of the constants that are fitted; absent: those that the recording tells.  A model that is held against a
+    part of its recording, or against another one, keeps its own."""
+
+    def __post_init__(self) -> None:
+        if not self.varied:
+            object.__setattr__(self, "varied", varied_constants(self.predict.recording))
 
     def adding(self, *more: Hypothesis) -> Self:
         """This model with more effects, behind those that it has."""
@@ -45,11 +52,6 @@ class Parametrisation:
     def without(self, number: int) -> Self:
         """This model without the effect at `number`, counted from 0."""
         return replace(self, hypotheses=self.hypotheses[:number] + self.hypotheses[number + 1 :])
-
-    @cached_property
-    def varied(self) -> tuple[str, ...]:
-        """Names of the constants that are fitted."""
-        return varied_constants(self.predict.recording)
 
     @cached_property
     def priors(self) -> np.ndarray:

@@ -36,6 +36,8 @@ from prb3r.recording.recording import Tolerance
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
+STANDING = ("converged", "detour")
+"""Outcomes of a solve that are equilibria at which an arm stays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +95,7 @@ def predict_design(
             solved = replace(solve_in_blocks(known, steps), chain=as_made(known, rig.parts)).whole()
         else:
             solved = solve(within_tolerances(known, posterior.tolerance, rng) if made else known, steps)
-        return solved[list(PREDICTED)].to_numpy()
+        return solved[list(PREDICTED)].where(solved["outcome"].isin(STANDING)).to_numpy(float)
 
     positions = solve(central, steps)
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
@@ -124,7 +126,7 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         If there is no such file, or if it is not a diagnosis that holds its posterior.
     """
     if isinstance(diagnosis, Diagnosis):
-        return diagnosis.posterior, diagnosis.verdict
+        return diagnosis.posterior, "unexplained" if diagnosis.why else diagnosis.verdict
     path = Path(diagnosis)
     path = path / "diagnosis.json" if path.is_dir() else path
     try:

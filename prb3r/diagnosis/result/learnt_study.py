@@ -2,7 +2,6 @@
 chooses."""
 
 import os
-import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ from prb3r.diagnosis.result.design_prediction import on_design, read_posterior
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
+from prb3r.model.files.toml_lines import lines_of_keys
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.study.spec import load_study
 
@@ -55,26 +55,39 @@ def learnt_study(
     comment += "".join(f"# left behind: {reason}\n" for reason in left)
     text = path.read_text("utf-8-sig")
     there = Path(os.path.relpath((path.parent / spec.manipulator).resolve(), Path(into).parent.resolve())).as_posix()
-    text = re.sub(r"(?m)^manipulator\s*=.*$", lambda _: f'manipulator = "{there}"', text, count=1)
-    first = re.search(r"(?m)^\s*\[", text)
-    place = first.start() if first else len(text)
-    text = f"{text[:place].rstrip()}\n\n{comment}{added}\n{text[place:].lstrip()}"
-    return _checked(text, path)
+    lines, at, whole = text.splitlines(keepends=True), lines_of_keys(text), tomllib.loads(text)
+    named = at["manipulator",] - 1
+    lines[named] = f'manipulator = "{there}"\n'
+    tables = [line - 1 for (key, *rest), line in at.items() if not rest and _stands_alone(lines[line - 1])]
+    place = min(tables, default=len(lines))
+    text = f"{''.join(lines[:place]).rstrip()}\n\n{comment}{added}\n{''.join(lines[place:])}"
+    more = tomllib.loads(added)
+    expected = whole | {"manipulator": there} | {k: v for k, v in more.items() if k != "factor"}
+    expected["factor"] = [*more["factor"], *whole.get("factor", [])]
+    return _checked(text, expected, path)
 
 
-def _checked(text: str, path: Path) -> str:
-    """The text, if it still is TOML after the addition; a study may be written in ways to which nothing can be added.
+def _stands_alone(line: str) -> bool:
+    """Whether a line begins a table of its own, such as `[[factor]]`."""
+    return line.lstrip().startswith("[")
+
+
+def _checked(text: str, expected: dict[str, Any], path: Path) -> str:
+    """The text, if it says what is `expected` after the addition, as to some ways of writing nothing can be added.
 
     Raises
     ------
     SpecError
-        If it is none; `path` names the study.
+        If it does not; `path` names the study.
     """
     try:
-        tomllib.loads(text)
+        good = tomllib.loads(text) == expected
     except tomllib.TOMLDecodeError:
+        good = False
+    if not good:
         reason = (
-            "cannot be added to as it is written; give its factors as [[factor]] and [sampling] as tables of their own"
+            "cannot be added to as it is written; give manipulator on a line of its own, its factors as [[factor]] and "
+            "[sampling] as tables of their own"
         )
         raise SpecError(Problem(str(path), reason)) from None
     return text

@@ -75,7 +75,7 @@ def loud_sequences(recording: Recording, residual: np.ndarray, sd: float) -> tup
     """Names of the sequences whose mean squared residual exceeds 1 by more than `sd` standard deviations of the mean
     square of independent standard normal residuals (r,)."""
     of_reading = recording.of_sequence[recording.readings.step]
-    rows = np.bincount(of_reading, minlength=len(recording.sequences))
-    squared = np.array([np.mean(residual[of_reading == k] ** 2) for k in range(len(rows))])
-    loud = squared > 1 + sd * np.sqrt(2 / np.maximum(rows, 1))
+    rows = np.maximum(np.bincount(of_reading, minlength=len(recording.sequences)), 1)  # some may have no readings
+    squared = np.bincount(of_reading, residual**2, minlength=len(recording.sequences)) / rows
+    loud = squared > 1 + sd * np.sqrt(2 / rows)
     return tuple(name for name, beyond in zip(recording.sequences, loud, strict=True) if beyond)

@@ -79,16 +79,16 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "ambiguous":
         sets = (", ".join(kinds) or "constants alone" for kinds in diagnosis.alternatives)
         lines += [f"- or instead of what is named: {kinds}" for kinds in sets]
-    if diagnosis.verdict == "unexplained":
+    if diagnosis.why:
         lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
         if diagnosis.closure:
             lines.append(f"- {diagnosis.closure.statement}")
     held = diagnosis.heldout
-    for factor, unit, errors in _held_errors(held) if held and diagnosis.effects else ():
+    for factor, unit, errors in _held_errors(held) if held else ():
         calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
-        where = few(held.sequences) if held else ""
-        error = f"held out ({where}): error {calibrated} -> {explained} {unit}, noise {noise} {unit}"
+        where, before = few(held.sequences) if held else "", f"{calibrated} -> " if diagnosis.effects else ""
+        error = f"held out ({where}): error {before}{explained} {unit}, noise {noise} {unit}"
         lines.append(error + (f"; {held.lost} readings not predicted" if held and held.lost else ""))
     lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:

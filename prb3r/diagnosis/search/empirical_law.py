@@ -68,7 +68,8 @@ UNITS = {"constant": "N m", "position": "N m", "time": "N m", "bend": "N m/rad",
 def _free(law: MomentPattern, mechanics: Mechanism, number: int, settings: Settings) -> Free:
     """The coefficient of term `number`; u = 1 makes its largest moment `Settings.term_share` of that of the cables."""
     largest = float(np.abs(law.values).max()) or 1.0
-    scale = settings.term_share * float(np.abs(mechanics.pull).max()) / largest
+    pull = float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0  # N m, without cables
+    scale = settings.term_share * pull / largest
     farthest = settings.farthest_term * scale
     return Free(f"coefficient_{number}", 0.0, -farthest, farthest, scale=scale)
 

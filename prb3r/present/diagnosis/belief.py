@@ -30,7 +30,7 @@ MOST_SHOWN = 6
 
 def surviving_models(diagnosis: Diagnosis) -> Table | None:
     """A row for each surviving model (set of effects); None if none has an effect or the verdict is `unexplained`."""
-    if diagnosis.verdict == "unexplained" or not any(model.effects for model in diagnosis.models):
+    if diagnosis.why or not any(model.effects for model in diagnosis.models):
         return None
     rows = []
     for model in diagnosis.models:
@@ -99,8 +99,11 @@ def _tolerance_in_words(name: str) -> tuple[str, str]:
 
 
 def rare_chance(diagnosis: Diagnosis) -> float:
-    """The p-value below which a check speaks against the best model."""
-    return Settings(**diagnosis.settings).naming_rate
+    """The p-value below which a check speaks against the best model: larger for one without effects, as only one search
+    has led to it."""
+    settings = Settings(**diagnosis.settings)
+    best = max(diagnosis.models, key=lambda model: model.probability, default=None)
+    return settings.naming_rate if best is None or best.effects else settings.alarm_rate
 
 
 def check_table(diagnosis: Diagnosis) -> Table:
@@ -144,7 +147,7 @@ def standing_sets(diagnosis: Diagnosis) -> str:
 
 def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     """Sentences on which constants and named effects carry over to other designs, and which stay with this rig."""
-    if diagnosis.verdict == "unexplained":
+    if diagnosis.why:
         yield "Nothing is sure to carry over while a mismatch remains: E, μ and effects may stand in for it."
         return
     known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]

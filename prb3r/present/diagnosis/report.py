@@ -94,7 +94,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "quality": say.fit_quality(diagnosis),
         "where": diagnosis.mismatch.statement,
         "effects": [f"{'In part: ' if effect.partial else ''}{effect.statement}" for effect in diagnosis.effects],
-        "partial": diagnosis.verdict == "unexplained",
+        "partial": bool(diagnosis.why),
         "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
@@ -128,7 +128,7 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
 
     Probabilities are left out where no set of effects explains the recording.
     """
-    partial, rows = diagnosis.verdict == "unexplained", []
+    partial, rows = bool(diagnosis.why), []
     for effect in diagnosis.effects:
         gain = "–" if effect.heldout_gain is None else say.gain_text(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:

@@ -159,7 +159,7 @@ def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
         interval = f" ({value_text(name, low)} to {value_text(name, high)})" if np.isfinite(low) else ""
         said = f"Refitted alone, {symbol} came out as {value_text(name, calibrated)}; "
         said += f"with what is named it is {value_text(name, explained)}{interval}"
-        if diagnosis.verdict == "unexplained":
+        if diagnosis.why:
             yield f"{said}. Neither is to be trusted while a mismatch remains."
         elif (np.isfinite(low) and low <= calibrated <= high) or abs(off) < 0.005:
             yield f"{said}: the same, as far as these recordings tell it."
@@ -254,7 +254,7 @@ def _listed(value) -> str:
 
 def nothing_else(diagnosis: Diagnosis) -> str:
     """A sentence for the section of alternatives where there are none."""
-    if diagnosis.verdict == "unexplained":
+    if diagnosis.why:
         cause = "Something outside the library, or a combination that was not tried"
         return f"{cause}: the place and the trend above are the lead."
     if not diagnosis.effects:
@@ -267,7 +267,7 @@ def nothing_else(diagnosis: Diagnosis) -> str:
 
 def nothing_to_measure(diagnosis: Diagnosis) -> str:
     """A sentence for the section of further measurements where no load program is proposed."""
-    if diagnosis.verdict == "unexplained":
+    if diagnosis.why:
         return (
             "No load program is proposed while no explanation stands. More readings where the mismatch sits, at loads "
             "between the recorded ones and on the way back, would sharpen the lead."

@@ -92,11 +92,23 @@ def publish_what_changed(result: "Result") -> list[Path]:
         return files
     from prb3r.present.study.publish import publish  # loads matplotlib
 
+    before = _written(result.folder)
     (result.folder / RECORD).unlink(missing_ok=True)
     files = publish(result)
+    for name in before - {path.name for path in files}:
+        (result.folder / name).unlink(missing_ok=True)  # of a plot that the study has no more
     record = {"made_from": made_from, "files": {path.name: _hash(path) for path in files}}
     write_json(result.folder / RECORD, record)
     return files
+
+
+def _written(folder: Path) -> set[str]:
+    """Names of the files in a folder that were written with the last figures and report; empty where no record says."""
+    try:
+        names = json.loads((folder / RECORD).read_bytes())["files"]
+        return {name for name in names if Path(name).name == name}
+    except UNREADABLE:
+        return set()
 
 
 def _made_from(result: "Result") -> str:

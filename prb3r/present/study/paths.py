@@ -66,8 +66,10 @@ class _Way:
 
     def __init__(self, targets: list[Target], at: pd.DataFrame, rest: Body, bodies: list[Body]) -> None:
         self.targets, self.rest, self.bodies = targets, rest, bodies
-        self.places, self.steps = at[list(COORDINATES)].to_numpy(float), at["step"].to_numpy()
-        places = self.places
+        places, steps = at[list(COORDINATES)].to_numpy(float), at["step"].to_numpy()
+        if not len(places):  # a case that failed has no states
+            places, steps = np.full((len(targets), len(COORDINATES)), np.nan), np.arange(1, len(targets) + 1)
+        self.places, self.steps = places, steps
         self.reached = np.array([target.reached(place) for target, place in zip(targets, places, strict=True)])
 
     @classmethod
@@ -79,7 +81,7 @@ class _Way:
         rows = states[states["case_id"] == case]
         at = rows[rows["disk"] == targets[0].disk].sort_values("step")
         steps = at["step"].to_numpy()
-        some = steps[np.linspace(0, len(steps) - 1, DRAWN_STATES).round().astype(int)]
+        some = steps[np.linspace(0, len(steps) - 1, DRAWN_STATES).round().astype(int)] if len(steps) else steps
         shown = [rows[rows["step"] == step] for step in dict.fromkeys(some.tolist())]
         bodies = [body(manipulator, state) for state in shown if state["x_m"].notna().all()]
         return cls(targets, at, straight(manipulator), bodies)

@@ -121,13 +121,17 @@ class Solved:
         Equilibria under the first loads for all cases, then under the second, and so on; without eigenvalues.
         """
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
-        from_rest = np.arange(2 * self.count) % 2 == 0
+        before = self.steps if self.chain.remembers or self.chain.closure else 1  # states may depend on all of them
+        begun = [self.by_case(field)[:, -before:] for field in self.loads]
+        from_rest = np.arange((before + 1) * self.count) % (before + 1) == 0
+        first = self.steps - before + (0 if self.initial else 1)
+        number = np.tile(first + np.minimum(np.arange(before + 1), before - 1), self.count)
         ends = []
         for loads in further:
-            pairs = (np.stack(pair, axis=1) for pair in zip(self.last, loads, strict=True))
-            path = Loads(*(pair.reshape(-1, *pair.shape[2:]) for pair in pairs))
-            ends.append(equilibria_of(self.chain, path, from_rest=from_rest, number=np.ones(path.steps)))
-        last = {name: np.concatenate([getattr(end, name)[1::2] for end in ends]) for name in names}
+            whole = (np.concatenate([path, more[:, None]], axis=1) for path, more in zip(begun, loads, strict=True))
+            path = Loads(*(field.reshape(-1, *field.shape[2:]) for field in whole))
+            ends.append(equilibria_of(self.chain, path, from_rest=from_rest, number=number))
+        last = {name: np.concatenate([getattr(end, name)[before :: before + 1] for end in ends]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
 
 

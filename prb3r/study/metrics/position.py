@@ -54,8 +54,8 @@ class Shift(Metric):
         if cases.initial:
             x, y, angle = (values[cases.begins, disk] for values in (states.x, states.y, states.angle))
         else:
-            straight = pose(cases.chain, cases.chain.rest)
-            x, y, angle = straight.x[disk], straight.y[disk], straight.angle[disk]
+            rest = cases.unloaded.states
+            x, y, angle = rest.x[0, disk], rest.y[0, disk], rest.angle[0, disk]
         return np.hypot(states.x[ends, disk] - x, states.y[ends, disk] - y), states.angle[ends, disk] - angle
 
 

@@ -1,12 +1,13 @@
 """Metrics of how disks move under a small additional load, reversed friction, or a cable released and pulled again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from prb3r.model.files.numbers import Positive
+from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import DiskNumber, Metric, Solved, column_stem, disk_in_words
 
@@ -76,6 +77,12 @@ class FrictionDirection(Metric):
     def quantities(self) -> list[Quantity]:
         meaning = f"distance of {disk_in_words(self.disk)} between all cables drawn in and all paid out"
         return [Quantity("friction_direction_shift_m", "", "m", meaning)]
+
+    def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
+        """As of any metric; and it needs slip that is declared."""
+        yield from super().problems(manipulator, cloud)
+        if manipulator.follows_history:
+            yield 'needs declared slip: with friction.direction = "history" it follows from the travel of the cables'
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
         disk, ones = cases.at(self.disk), np.ones_like(cases.last.slip)
