@@ -1,5 +1,6 @@
 """Commands on one manipulator: solve, reach."""
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ import click
 
 from prb3r.cli.group import ExitCode
 from prb3r.cli.shared import say_what_is_compiled
+from prb3r.errors import Problem, SpecError
 
 if TYPE_CHECKING:
     from prb3r.study.plan import Progress
@@ -24,13 +26,16 @@ FOUND = ("converged", "detour")
 @click.option("--model", type=click.Choice(["prb3r", "elastica", "constant-curvature"]), help="Instead of the file's.")
 @click.option("-o", "--output", metavar="MARKERS", help="A .csv or .parquet file instead of CSV on stdout.")
 @click.option("--as-measured", is_flag=True, help="As read with the observation effects of the file.")
-@click.option("--image-centre", nargs=2, type=float, default=(0.0, 0.0), metavar="X Y", help="Of the camera, m.")
+@click.option("--image-centre", nargs=2, type=float, default=None, metavar="X Y", help="Of the camera, m.")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
     from prb3r.model.files.table import ensure_table_place
     from prb3r.model.solve import POSITION_COLUMNS, as_read, solve_in_blocks
 
+    if image_centre is not None and not (as_measured and all(map(math.isfinite, image_centre))):
+        raise SpecError(Problem("--image-centre", "goes with --as-measured, and takes two numbers"))
+    image_centre = image_centre or (0.0, 0.0)
     place = ensure_table_place(output) if output else None
     say_what_is_compiled()
     blocks = solve_in_blocks(manipulator, steps, model)

@@ -33,6 +33,8 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
     """Run studies: tables, figures and a report each.  An interrupted or unchanged study goes on from what is there."""
     from prb3r.present.study.current import still_standing
 
+    if scheduler and backend != "dask":
+        raise SpecError(Problem("--scheduler", "goes with --backend dask"))
     before = [] if fresh or dry_run or backend != "loky" else [still_standing(path, output) for path in studies]
     if before and len(set(studies)) == len(studies) and all(before):
         _close(ctx, [ended for ended in before if ended])

@@ -46,6 +46,8 @@ class Reach(Reached):
     def report(self, folder: str | Path) -> list[Path]:
         """Write `steps.csv`, `targets.csv` and the figure `reach` (PNG, SVG) into `folder`; returns the files written.
 
+        Without a pull there is nothing to draw.
+
         Raises
         ------
         SpecError
@@ -56,7 +58,7 @@ class Reach(Reached):
         tables = {into / "steps.csv": self.steps, into / "targets.csv": self.table}
         for path, table in tables.items():
             write_table(table, path)
-        return [*tables, *save_figure(self.plot(), into, "reach")]
+        return [*tables, *([] if self.steps.empty else save_figure(self.plot(), into, "reach"))]
 
     def __repr__(self) -> str:
         return "\n".join(self.sentences)

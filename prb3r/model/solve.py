@@ -3,12 +3,12 @@
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import pandas as pd
 
-from prb3r.errors import Problem, SpecError
+from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
 from prb3r.mechanics.strain import peak_strain
@@ -94,6 +94,9 @@ def solve_in_blocks(
     >>> blocks.steps, [int(block["step"].count()) // 15 for block in blocks]
     (20000, [16384, 3616])
     """
+    if unknown := [name for name in also if name not in get_args(Extra)]:
+        valid = get_args(Extra)
+        raise SpecError(*(Problem("also", f"no column {name!r}{did_you_mean(name, valid)}") for name in unknown))
     if model is not None:
         changed, wrong = validate(manipulator.model_dump(exclude_none=True) | {"model": model}, Manipulator)
         if changed is None or wrong:

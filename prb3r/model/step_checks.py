@@ -57,6 +57,8 @@ def step_problems(
     keys : columns that tell rows apart; empty for loads without sequences, which have no times either.
     """
     valid = [*keys, *([TIME] if keys else []), *_columns(manipulator)] if manipulator else list(frame.columns)
+    if twice := frame.columns[frame.columns.duplicated()].unique().tolist():
+        return [Problem(f"{where} column {name}", "stands there twice") for name in twice]
     problems = key_problems(frame, where, keys)
     if not problems and keys:
         problems += _repeated(with_keys(frame), where)

@@ -11,8 +11,10 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.cli import main
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.posterior import FreeParameter, ModelPosterior, Posterior, averaged
+from prb3r.diagnosis.result.transfer import carried_constants
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
@@ -283,6 +285,18 @@ def test_a_study_starts_from_what_was_learnt_with_its_uncertainty(folder, tmp_pa
     assert run(folder, study, folder / "steps.csv").exit_code == 2
     again = run(folder, tmp_path / "learnt.toml")
     assert "has what was learnt already" in again.output
+
+
+def test_a_stated_stiffness_goes_by_what_was_learnt_and_not_by_another_material():
+    """Young's modulus only turns strain into stress there."""
+    segment = {"plates": 3, "length_m": 0.03, "clamp_m": 0.008, "bending_stiffness_n_m2": 0.2}
+    plain = manipulator() | {"segment": [segment, segment]}
+    here, there = (Manipulator.model_validate(plain | {"youngs_modulus_pa": e}) for e in (1.87e11, 1e11))
+    found = Constants(log_stiffness=0.05)
+    assert carried_constants(found, here, there).log_stiffness == pytest.approx(0.05)
+    of_sections = Manipulator.model_validate(manipulator(1e11))
+    carried = carried_constants(found, Manipulator.model_validate(manipulator()), of_sections)
+    assert carried.log_stiffness == pytest.approx(0.05 + np.log(1.87))
 
 
 def test_words_that_look_like_toml_stay_words(folder):

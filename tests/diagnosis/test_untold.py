@@ -8,6 +8,7 @@ from diagnosis.simulated import EXACT, WEAK, manipulator
 import prb3r
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.experiment import programs
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import RecordingFile
@@ -69,6 +70,12 @@ def test_a_sequence_that_was_read_otherwise_is_held_against_what_was_found(tmp_p
     found = run_stages(Task(load_recording(tmp_path), seed=seed))
     assert [effect.kind for effect in found.effects] == ["weakened_plate"]
     assert not {"e", "f"} & set(found.heldout.sequences)
+
+
+def test_a_rig_without_pulls_is_asked_for_none(tmp_path):
+    recorded = recording(tmp_path, "tip_y_n", WEIGHTS)
+    titles = [title for title, _ in programs(recorded, Settings())]
+    assert titles == ["read the shape without any load"]
 
 
 def test_without_any_slip_friction_is_known_to_its_bounds(tmp_path):

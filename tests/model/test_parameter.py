@@ -182,6 +182,18 @@ def test_loads_by_their_column(friction, effects):
         assert table.loc[path, "dy_m"].to_numpy() == pytest.approx(difference.to_numpy(), abs=within * scale + 1e-9)
 
 
+@pytest.mark.parametrize(
+    ("effect", "path"),
+    [
+        ({"kind": "hysteretic_plate", "slipping_share": 0.0, "yield_per_m": 1.0}, "effect.1.slipping_share"),
+        ({"kind": "flag_hysteresis", "reverse_ratio": 1.0}, "effect.1.reverse_ratio"),
+    ],
+)
+def test_at_an_end_that_switches_an_effect_off_no_derivative_is_told(effect, path):
+    with pytest.raises(SpecError, match=f"{path}: cannot change smoothly at"):
+        prb3r.sensitivities(rig(effect), STEPS, [path])
+
+
 def test_kilograms_follow_gravity_as_tensions_do():
     steps = pd.DataFrame({"sequence": "a", "step": [1, 2], "cable_up_kg": [2.0, 4.0]})
     manipulator = rig()

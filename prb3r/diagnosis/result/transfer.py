@@ -147,7 +147,9 @@ def carried_constants(
     Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
     factor on stiffness.  `most_faults` as of :func:`carried_effects`.
     """
-    stiffness = constants.log_stiffness + np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)
+    stiffness = constants.log_stiffness
+    if any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
+        stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
     scatter = None if same_geometry(here, there) else plate_scatter(effects, here, most_faults)
     if scatter is not None:
         stiffness += np.log(mean_stiffness(scatter))

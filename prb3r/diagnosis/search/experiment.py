@@ -58,13 +58,13 @@ def programs(recording: Recording, settings: Settings) -> Iterator[tuple[str, pd
             columns |= {"tip_x_n": load[0], "tip_y_n": load[1]}
         return pd.DataFrame(columns)
 
-    for j, name in enumerate(names):
+    for j, name in enumerate(names if pull.any() else ()):
         alone, ways = np.zeros((len(shares), len(names))), -np.ones((len(shares), len(names)), int)
         alone[:, j], ways[:, j] = shares * pull[j], way
         yield f"pull cable {name} and let it go", table(alone, ways)
         if tip.any():
             yield f"pull cable {name} and let it go under the tip load", table(alone, ways, tip)
-    for a, b in combinations(range(len(names)), 2):
+    for a, b in combinations(range(len(names) if pull.any() else 0), 2):
         both, ways = np.zeros((len(shares), len(names))), -np.ones((len(shares), len(names)), int)
         both[:, a], both[:, b] = settings.held_pull * pull[a], shares * pull[b]
         ways[:, b] = way

@@ -116,6 +116,14 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
 
 
+class OtherKind(ValueError):
+    """A direction that changes the kind of the chain or of its loads, not numbers alone; `number` counts from 0."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
+        self.number = number
+
+
 def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neighbour]:
     """The 2 p problems ahead and behind of each parameter, in turn; raises what `derivatives` raises."""
     if not directions:
@@ -127,7 +135,7 @@ def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neigh
             if chain.closure:
                 raise ValueError(FOLLOWS_STATE)
             if not _of_one_kind(side, problem):
-                raise ValueError(f"direction {number} changes the kind of the chain or of its loads, not numbers alone")
+                raise OtherKind(number)
             out.append(side)
     return out
 

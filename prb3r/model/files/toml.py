@@ -56,7 +56,9 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
         return instance
     if not data:
         needed = ", ".join(repr(name) for name, field in model.model_fields.items() if field.is_required())
-        raise SpecError(Problem(str(path), f"is empty; a {model.__name__.lower()} begins with {needed}"))
+        raise SpecError(
+            Problem(str(path), f"is empty; a {model.__name__.removesuffix('File').lower()} begins with {needed}")
+        )
     lines = lines_of_keys(text)
     places = sorted((line_of(lines, keys), dotted(keys, data), what) for keys, what in wrong)
     raise SpecError(*(Problem(f"{path}:{line} {key}".rstrip(), what) for line, key, what in places))
