@@ -10,11 +10,12 @@ import pytest
 from diagnosis.planted import PLANTED, other_cables
 from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.remedy import with_manipulator, with_steps
-from prb3r.diagnosis.checks.setup.robust import expected_loss
+from prb3r.diagnosis.checks.setup.robust import Trier, expected_loss
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
@@ -23,6 +24,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
+from prb3r.recording.recording import Prior
 from prb3r.recording.writing import write_again
 
 
@@ -120,6 +122,32 @@ def test_a_blunder_under_a_noise_that_is_not_far_off_leaves_nothing_to_be_explai
 def test_the_expected_loss_is_the_mean_over_drawn_noise(scale):
     drawn = scale * np.random.default_rng(0).standard_normal(10**6)
     assert expected_loss(scale) == pytest.approx(np.log1p(drawn**2).mean(), rel=0.005)
+
+
+def test_a_mistaken_unit_is_tried_at_the_stiffness_that_it_would_leave():
+    """Weights in kilograms make the arm look as soft as gravity says; a right recording gives no such constants."""
+    open_rig = replace(rig(), prior=Prior())
+    mistaken = attempt_on(PLANTED["weights noted as newtons are kilograms"](open_rig), Settings())
+    *_, fitted, as_newtons = (constants.log_stiffness for constants in mistaken.grid)
+    assert fitted < -1.5
+    assert as_newtons == pytest.approx(fitted + np.log(9.80665))
+    assert abs(as_newtons) < 0.3
+    assert len(attempt_on(rig(), Settings()).grid) == len(Settings().coarse_factors) + 1
+
+
+def test_friction_that_is_lost_on_the_way_to_a_far_stiffness_is_found_again(monkeypatch):
+    real, asked = Trier.fitted, []
+
+    def fitted(trying, recording, rows, start):
+        asked.append(start.log_friction)
+        found = real(trying, recording, rows, start)
+        lost = found.constants._replace(log_friction=-3.9)
+        return found if len(asked) > 1 else replace(found, constants=lost, improbable=found.improbable + 100)
+
+    monkeypatch.setattr(Trier, "fitted", fitted)
+    attempt = attempt_on(rig(), Settings())
+    assert asked == [0.0, 0.0]
+    assert abs(attempt.here.constants.log_friction) < 1
 
 
 def test_a_blunder_is_said_first_and_mended_beside_the_report(tmp_path):

@@ -93,6 +93,14 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
     return out
 
 
+def _around(fitted: Constants, gravity: float) -> list[Constants]:
+    """The fitted constants, and those that would fit had newtons and kilograms been mistaken for each other, where that
+    brings the stiffness nearer to the nominal one."""
+    stiffness, unit = fitted.log_stiffness, float(np.log(gravity))
+    nearer = stiffness - np.copysign(unit, stiffness)
+    return [fitted, *([fitted._replace(log_stiffness=float(nearer))] if abs(nearer) < abs(stiffness) else [])]
+
+
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     """The attempt on a recording; constants are fitted from the first of `Settings.start_factors` that gives a fit."""
     trying = trier(recording, settings)
@@ -100,7 +108,11 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
     starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
     fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
-    grid = (*coarse, *([fitted.constants] if fitted else []))
+    if fitted and abs(fitted.constants.log_friction) > settings.farthest / 2:
+        # where the stiffness is far from the nominal one, friction is lost on the way to it
+        again = trying.fitted(recording, rows, Constants(fitted.constants.log_stiffness))
+        fitted = min(filter(None, (fitted, again)), key=attrgetter("total"))
+    grid = (*coarse, *(_around(fitted.constants, recording.manipulator.gravity_m_s2) if fitted else []))
     seen = sight(quick, grid, states_at(grid, [quick])[0])
     near = min(trying.framed(quick, rows, grid, seen), key=attrgetter("total"))
     costly = recording.manipulator.follows_history
