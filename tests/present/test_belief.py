@@ -136,6 +136,14 @@ def test_while_a_mismatch_remains_nothing_stands_or_carries_over():
     ]
 
 
+def test_what_makes_a_model_without_effects_unexplained_speaks_against_it_and_no_chance_does_else():
+    """A largest score with a chance of 0.77 %: more than names need, less than a model without any may leave."""
+    check = SimpleNamespace(name="largest score", p=0.0077)
+    for why, effects, speaks in (("a mismatch", (), True), ("", (), False), ("a mismatch", (PULLEY,), False)):
+        said = belief.rare_checks(told(why=why, models=(model(1.0, *effects),), checks=(check,)))
+        assert ("largest score speaks against the best model" in said) == speaks
+
+
 def test_tolerances_have_units_whatever_they_are_called():
     names = {"marker 3 along its disk, m": "0.1 mm", "segment.2.length_m": "0.1 mm", "plate 4 stiffness": "1 %"}
     sizes = {"plate 4 stiffness": 0.01}

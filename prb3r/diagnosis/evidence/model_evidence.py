@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from prb3r.diagnosis.chance import chi2_critical
-from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.model import Fit, normal_matrix
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 AT_BOUND = 1e-6
@@ -56,9 +56,7 @@ def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     `log_odds`: ln of the prior odds of presence of every hypothesis.
     """
     model, constants = fitted.model, len(fitted.model.varied)
-    normal = fitted.jacobian.T @ fitted.jacobian
-    flat = np.flatnonzero(np.isinf(model.deviations[:constants]))
-    normal[flat, flat] += 1 / model.settings.farthest**2
+    normal = normal_matrix(fitted)
     of_constants = np.linalg.slogdet(normal[:constants, :constants])[1]
     if not np.isfinite(of_constants):
         return -np.inf

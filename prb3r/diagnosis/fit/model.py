@@ -7,6 +7,7 @@ of their squares is minus twice the logarithm of the posterior density, up to a 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -145,15 +146,7 @@ class Fit:
     def covariance(self) -> np.ndarray:
         """(p, p) linearised covariance of the parameters, effects in their own scale: the pseudo-inverse of the normal
         matrix."""
-        return np.linalg.pinv(self.normal, hermitian=True)
-
-    @property
-    def normal(self) -> np.ndarray:
-        """(p, p) normal matrix; a flat prior is one within the bounds of its constant."""
-        normal, constants = self.jacobian.T @ self.jacobian, len(self.model.varied)
-        flat = np.flatnonzero(np.isinf(self.model.deviations[:constants]))
-        normal[flat, flat] += 1 / self.model.settings.farthest**2
-        return normal
+        return np.linalg.pinv(normal_matrix(self), hermitian=True)
 
     def apart(self, other: "Fit") -> np.ndarray:
         """(r + p + k,) residuals of this fit less those of another one of the same recording.
@@ -169,3 +162,14 @@ class Fit:
     def basis(self) -> np.ndarray:
         """(r + p + k, b) orthonormal basis of the columns of the Jacobian: what the parameters can explain."""
         return basis_of(self.jacobian)
+
+
+def normal_matrix(fitted: Any) -> np.ndarray:
+    """(p, p) normal matrix of a fit or joint fit.
+
+    A constant with a flat prior that hardly a reading feels is as uncertain as its bounds allow.
+    """
+    model, normal = fitted.model, fitted.jacobian.T @ fitted.jacobian
+    flat = np.flatnonzero(np.isinf(model.deviations[: len(model.varied)]))
+    normal[flat, flat] += 1 / model.settings.farthest**2
+    return normal

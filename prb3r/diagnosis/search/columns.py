@@ -31,7 +31,7 @@ def linear_model(
     columns = []
     for number, hypothesis in enumerate(model.hypotheses):
         moved, at = _of_fitted(fitted, number)
-        moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
+        moved = no_steeper(moved)
         columns.append(
             Column(hypothesis, projected_out(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis])
         )
@@ -45,12 +45,22 @@ def linear_model(
     ]
     white = all_at_once(lambda whole: projected_out(model.noise.whiten(whole), basis), changes)
     for (hypothesis, start), values in zip(probes, white, strict=True):
-        if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
+        if not felt_within_bounds(values):
             continue
         one_sided = hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.continuous
         columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
     target = target - basis @ (basis.T @ target)
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))
+
+
+def no_steeper(moved: np.ndarray) -> np.ndarray:
+    """(r, k) whitened changes, shrunk all alike so that none is above `STEEPEST`."""
+    return moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
+
+
+def felt_within_bounds(moved: np.ndarray) -> bool:
+    """Whether whitened changes (r, k) move any reading, and none by more than `STEEPEST`."""
+    return bool(np.abs(moved).max(initial=0.0) <= STEEPEST and moved.any())
 
 
 def fitted_share(fitted: Fit, number: int) -> np.ndarray:

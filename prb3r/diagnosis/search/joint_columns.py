@@ -9,7 +9,7 @@ from prb3r.diagnosis.fit.basis import basis_of, projected_out
 from prb3r.diagnosis.fit.joint import JointFit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.joint import JointHypothesis
-from prb3r.diagnosis.search.columns import STEEPEST, first_size
+from prb3r.diagnosis.search.columns import felt_within_bounds, first_size, no_steeper
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 JointProbe = tuple[JointHypothesis, np.ndarray]
@@ -27,7 +27,7 @@ def joint_linear_model(
     target, columns = fitted.residual[:rows].copy(), []
     for number, (hypothesis, span) in enumerate(zip(model.hypotheses, model.spans, strict=True)):
         moved, at = _of_fitted(fitted, number)
-        moved = moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
+        moved = no_steeper(moved)
         columns.append(_column(hypothesis, projected_out(moved, basis), fitted.p[span], 0, log_odds[hypothesis]))
         target[: len(moved)] += moved @ at
     others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
@@ -35,7 +35,7 @@ def joint_linear_model(
     probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(frictions)]
     for (hypothesis, start), moved in zip(probes, moved_together(fitted, probes), strict=True):
         values = projected_out(moved, basis)
-        if not np.abs(values).max(initial=0.0) <= STEEPEST or not values.any():
+        if not felt_within_bounds(values):
             continue
         one_sided = hypothesis.sided(frictions) or hypothesis.kinked or not hypothesis.continuous
         columns.append(_column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))

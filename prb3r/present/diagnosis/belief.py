@@ -99,11 +99,11 @@ def _tolerance_in_words(name: str) -> tuple[str, str]:
 
 
 def rare_chance(diagnosis: Diagnosis) -> float:
-    """The p-value below which a check speaks against the best model: larger for one without effects, as only one search
-    has led to it."""
+    """The p-value below which a check speaks against the best model; a larger one where a model without effects leaves
+    something, as the search asks more only of those that it led to."""
     settings = Settings(**diagnosis.settings)
     best = max(diagnosis.models, key=lambda model: model.probability, default=None)
-    return settings.naming_rate if best is None or best.effects else settings.alarm_rate
+    return settings.alarm_rate if diagnosis.why and best is not None and not best.effects else settings.naming_rate
 
 
 def check_table(diagnosis: Diagnosis) -> Table:
