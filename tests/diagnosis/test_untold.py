@@ -33,6 +33,10 @@ def recording(folder, column, sequences, hidden=(WEAK,)):
     return load_recording(folder)
 
 
+SEEN = "[measurement]\nangle_sd_rad = 0.003\nframe_rotation_sd_rad = 0.005\nframe_position_sd_m = 0.002\n"
+"""Beside positions angles, by a camera whose frame is fitted: what of it depends on what was read."""
+
+
 def found_in(recorded):
     return run_stages(Task(recorded))
 
@@ -66,7 +70,7 @@ def test_a_sequence_that_was_read_otherwise_is_held_against_what_was_found(tmp_p
     markers.loc[markers["sequence"] == "d", ["x_m", "y_m"]] = np.nan
     markers.to_csv(tmp_path / "markers.csv", index=False)
     text = (tmp_path / "recording.toml").read_text()
-    (tmp_path / "recording.toml").write_text(text.replace("[measurement]\n", "[measurement]\nangle_sd_rad = 0.003\n"))
+    (tmp_path / "recording.toml").write_text(text.replace("[measurement]\n", SEEN))
     found = run_stages(Task(load_recording(tmp_path), seed=seed))
     assert [effect.kind for effect in found.effects] == ["weakened_plate"]
     assert not {"e", "f"} & set(found.heldout.sequences)
