@@ -92,6 +92,8 @@ class Chain(NamedTuple):
     """Relative excess of static over kinetic friction, where a cable begins to slip."""
     friction_decay: float = 1.0
     """Change of a cable's tension over which the excess falls to 1/e, N."""
+    friction_drift: float = 0.0
+    """Growth of friction with every elapsed step, as a share of the initial one."""
     wrap_saturation: float = 0.0
     """Saturation c of friction with the turn t at a hole, 1/rad: a turn counts as t / (1 + c t)."""
     umbilical: float = 0.0
@@ -175,8 +177,8 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
     """(s + 1) steps of what acts on `chain`: the constant loads at rest (row 0), and with each step of `loads` added.
 
     Tensions may be negative here, which stands for a slack cable: the solver cuts them off at zero after it has
-    interpolated between two steps.  Declared slip enters the equations only as a factor of friction, so the factors by
-    which rate and travel change friction are multiplied into it.
+    interpolated between two steps.  Declared slip enters the equations only as a factor of friction, so the factor by
+    which rate, travel and elapsed steps change friction is multiplied into it.
 
     Parameters
     ----------
@@ -185,7 +187,7 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
     constant = chain.constant or no_loads(chain)
     return Loads(
         tension=_from_rest(arriving(chain, loads, begins)) + constant.tension,
-        slip=_from_rest(loads.slip * rate_factor(chain, loads) * breakaway_factor(chain, loads)),
+        slip=_from_rest(loads.slip * friction_factor(chain, loads)),
         force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
         tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
         moment=_from_rest(loads.moment) + constant.moment,
@@ -231,7 +233,13 @@ def dead_loads(chain: Chain, loads: Loads) -> np.ndarray:
 
 
 LEAST_FRICTION = 0.05
-"""Lower bound of `rate_factor`, where the logarithm would take all of friction away or more."""
+"""Lower bound of `rate_factor` and `drift_factor`, where these would take all of friction away or more."""
+
+
+def friction_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
+    """(s, m) friction of each cable at each step over that of the coefficients of `chain`: the product of all
+    factors."""
+    return rate_factor(chain, loads) * breakaway_factor(chain, loads) * drift_factor(chain, loads)
 
 
 def rate_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
@@ -256,6 +264,13 @@ def breakaway_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
     if chain.friction_excess == 0:
         return 1.0
     return 1 + chain.friction_excess * np.exp(-loads.travel / chain.friction_decay)
+
+
+def drift_factor(chain: Chain, loads: Loads) -> np.ndarray | float:
+    """(s, 1) friction at each step over the initial one, which grows in proportion to the elapsed steps."""
+    if chain.friction_drift == 0:
+        return 1.0
+    return np.maximum(1 + chain.friction_drift * loads.elapsed, LEAST_FRICTION)
 
 
 def _from_rest(steps: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Kind
 
 
 def names(scope, *kinds):
@@ -110,6 +111,24 @@ def test_one_side_is_suspected_where_plates_bend_to_both(rubbing, limp):
     closing = ["notch_closing (side negative)", "notch_closing (side positive)", "notch_closing"]
     assert names(limp, "notch_closing") == closing
     assert names(limp._replace(bend=np.abs(limp.bend)), "notch_closing") == closing[1:2]
+
+
+def test_disks_may_touch_at_bends_that_were_read_though_constants_bend_none_so_far(limp):
+    """Most of the bends: one that was misread says nothing."""
+    predict, stiff = predictor(limp.recording), limp._replace(bend=0.1 * limp.bend)
+    true = predict.read(predict.equilibria(Constants()), Constants())
+
+    def farthest(scope, values):
+        read = scope._replace(recording=scope.recording.with_values(values))
+        return next(each for each in hypotheses(read) if each.kind == "disk_contact").free[0].high
+
+    assert farthest(limp, true) == pytest.approx(np.abs(limp.bend).max())
+    assert farthest(limp, 0 * true) == farthest(limp, true)
+    read = farthest(stiff, true)
+    assert 0.6 * np.abs(limp.bend).max() < read <= np.abs(limp.bend).max()
+    wrong = true.copy()
+    wrong[np.flatnonzero(limp.recording.readings.kind == Kind.ANGLE)[0]] = 3.0
+    assert farthest(stiff, wrong) == pytest.approx(read, rel=0.2)
 
 
 def test_notches_that_were_read_to_bend_far_may_close_though_constants_bend_none_so_far(limp):

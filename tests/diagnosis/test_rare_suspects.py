@@ -28,9 +28,10 @@ def test_times_alone_are_no_reason_to_name_friction_by_rates():
     assert told.log_stiffness == pytest.approx(untold.log_stiffness, abs=1e-4)
 
 
-WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41}
+WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41, "friction_drift": 0.5}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone; of what goes
-with the load, other forces at which it has the stated coefficients survive, with exponents of their own."""
+with the load, other forces at which it has the stated coefficients survive, with exponents of their own; what grows is
+the share of a coefficient that is estimated too."""
 
 
 @pytest.mark.parametrize(
@@ -46,6 +47,8 @@ with the load, other forces at which it has the stated coefficients survive, wit
         (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
         (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
         (case(kind="plate_softening", share_per_step=0.008), {}),
+        (case(0.6, kind="friction_drift", share_per_step=0.03), {}),
+        (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
         (case(kind="load_cell", quadratic_per_n=0.002), {}),
         (case(kind="tension_play", play_n=2.5), {}),
     ],
@@ -146,9 +149,13 @@ def test_play_is_suspected_of_cables_that_are_let_go(rubbing):
 
 def test_drift_is_suspected_where_time_does_not_go_with_the_load_alone():
     whole = recorded(Case(hidden=()))
-    drifts = {"tension_drift", "plate_softening", "camera_drift"}
+    drifts = {"tension_drift", "plate_softening", "camera_drift", "friction_drift"}
     assert drifts <= suspected(whole.only([0, 2, 4]))
     assert drifts.isdisjoint(suspected(whole.only([0, 4])))
+    smooth = replace(whole, manipulator=whole.manipulator.replace("friction.coefficient", 0.0))
+    assert drifts <= suspected(smooth)  # cables may be found to rub
+    along = replace(whole, manipulator=whole.manipulator.replace("friction.direction", "history"))
+    assert "friction_drift" not in suspected(along)
 
 
 def test_drift_is_counted_from_the_first_step_of_the_recording():

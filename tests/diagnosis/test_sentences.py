@@ -101,6 +101,13 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "The tension of all cables lags by 1.2 (1 to 1.4) N behind what is recorded, either way",
         ),
         ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
+        (
+            "friction_drift",
+            {},
+            {"share_per_step": (0.004, 0.003, 0.005)},
+            "Friction grows by 0.4 (0.3 to 0.5) % of the first step's with every step: cables and holes wear",
+        ),
+        ("friction_drift", {}, {"share_per_step": (-0.004, -0.005, -0.003)}, "falls by 0.4 (0.3 to 0.5) % of the"),
         ("plate_softening", {}, {"share_per_step": (-0.004, -0.005, -0.003)}, "gain 0.4 (0.3 to 0.5) % of"),
         (
             "load_dependent_friction",

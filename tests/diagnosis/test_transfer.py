@@ -11,7 +11,7 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, supposed
 from prb3r.model.effects import EFFECT_KINDS
-from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
+from prb3r.model.effects.plates import DiskContact, NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 
 
@@ -131,17 +131,30 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
     ("effect", "changed"),
     [
         ({"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01}, {"segment": {"clamp_m": 0.006}}),
-        ({"kind": "disk_contact", "angle_rad": 0.1, "stiffness_n_m_per_rad": 9.0}, {"segment": {"length_m": 0.04}}),
         ({"kind": "hole_clearance", "clearance_m": 1e-3}, {"disk": {"thickness_m": 0.006, "mass_kg": 0.05}}),
     ],
 )
-def test_what_belongs_to_clamps_gaps_or_holes_carries_over_with_them_alone(effect, changed):
+def test_what_belongs_to_clamps_or_holes_carries_over_with_them_alone(effect, changed):
     here, there = recorded(Case(hidden=())).manipulator, other_design(**changed.get("segment", {}))
     if "disk" in changed:
         there = there.replace("disk", changed["disk"])
     known = EFFECT_KINDS[effect["kind"]].model_validate(effect)
     assert SUSPECTS[known.kind].transfer(known, here, other_design()) == known
     assert "and these differ" in SUSPECTS[known.kind].transfer(known, here, there)
+
+
+def test_disks_with_twice_the_gap_touch_at_twice_the_bend():
+    """Rims of two disks meet where the gap is used up: at gap / radius.  Of an arm with two gaps nothing is known."""
+    here = recorded(Case(hidden=())).manipulator
+    touching = DiskContact(kind="disk_contact", angle_rad=0.1, stiffness_n_m_per_rad=9.0)
+    transfer, length = SUSPECTS["disk_contact"].transfer, here.segment[0].length_m
+    assert transfer(touching, here, other_design()) == touching
+    wide = here.replace("segment.1.length_m", 2 * length).replace("segment.2.length_m", 2 * length)
+    assert transfer(touching, here, wide) == touching.model_copy(update={"angle_rad": pytest.approx(0.2)})
+    mixed = here.replace("segment.2.length_m", 2 * length)
+    assert transfer(touching, mixed, mixed) == touching
+    for first, other in ((here, mixed), (mixed, here)):
+        assert "gaps between disks, and these differ" in transfer(touching, first, other)
 
 
 def test_an_umbilical_carries_over_to_a_rig_as_long():

@@ -16,8 +16,9 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus
+from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus, of_stops
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.plates import closing_angles
 from prb3r.recording.recording import Prior
 
 SOFT = Case(hidden=((("kind", "segment_stiffness"), ("segment", 2), ("factor", 0.7)),))
@@ -98,6 +99,30 @@ def test_plates_that_dissipate_are_looked_at_as_plates_on_plateaus_that_give_bac
     softer = replace(found.model, hypotheses=(loops, law))
     both = fit(softer, np.array([*found.p, law.free[0].at(0.01), law.free[1].at(0.9)]), most=1)
     assert not list(of_flags(both, library))
+
+
+TOUCHING = (("kind", "disk_contact"), ("angle_rad", 0.1), ("stiffness_n_m_per_rad", 40.0))
+
+
+def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_round():
+    """At 0.1 rad; notches of this rig close a little later beyond the end of its inner cables."""
+    calibrated = fit_constants(predictor(recorded(Case(hidden=(TOUCHING,)))))
+    predict = calibrated.model.predict
+    early = Settings(closing_range=(0.05, 2.0))
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states, early))
+    disks = next(each for each in library if each.kind == "disk_contact")
+    starts = [np.concatenate([calibrated.p, start]) for start in disks.starts(0.3)]
+    touching = min((fit(calibrated.model.adding(disks), start) for start in starts), key=lambda found: found.chi2)
+    twins = {twin.model.hypotheses[0].name: twin for twin in of_stops(touching, library)}
+    assert set(twins) == {"notch_closing", "notch_closing (side negative)", "notch_closing (side positive)"}
+    closing = twins["notch_closing"]
+    assert calibrated.chi2 - closing.chi2 > 0.95 * (calibrated.chi2 - touching.chi2) > 50
+    assert twins["notch_closing (side negative)"].chi2 > closing.chi2 + 10
+    angles = closing.effects[0].factor * closing_angles(predict.chain.arc, predict.recording.manipulator)
+    assert angles.min() < 0.1 < 1.05 * angles.max()
+    (back,) = of_stops(closing, library)
+    assert back.effects[0].angle_rad == pytest.approx(touching.effects[0].angle_rad, rel=1e-3)
+    assert not list(of_stops(touching, [disks]))
 
 
 STIFF = (("kind", "segment_stiffness"), ("segment", 1), ("factor", 1.7))

@@ -22,6 +22,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "tension_play", "play_n": 0.0},
         {"kind": "load_dependent_friction", "exponent": 0.0, "tension_n": 10.0},
         {"kind": "rate_dependent_friction", "rate": 0.0},
+        {"kind": "friction_drift", "share_per_step": 0.0},
         {"kind": "breakaway_friction", "excess": 0.0, "decay_n": 10.0},
         {"kind": "wrap_saturation", "saturation_per_rad": 0.0},
         {"kind": "stiffness_gradient", "tip_to_base": 1.0},

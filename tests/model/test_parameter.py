@@ -23,6 +23,7 @@ EFFECTS = [
     {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0},
     {"kind": "rate_dependent_friction", "rate": 0.1, "reference_n_per_s": 0.5},
     {"kind": "rate_dependent_friction", "rate": 0.0},
+    {"kind": "friction_drift", "share_per_step": 0.1},
     {"kind": "breakaway_friction", "excess": 0.5, "decay_n": 20.0},
     {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},

@@ -167,6 +167,29 @@ def test_pulleys_take_by_the_rate_too_and_idle_cables_disturb_nothing():
     assert found.loc[at, "y_m"].to_numpy() == pytest.approx(same_pulley.loc[at, "y_m"].to_numpy(), abs=1e-10)
 
 
+def test_friction_grows_or_falls_from_step_to_step_of_the_table():
+    """By a quarter of 0.3 a step through both sequences, and down to a twentieth of it."""
+    steps = {"sequence": list("aabb"), "step": [1, 2, 1, 2], "cable_up_n": [40.0, 20, 40, 20]}
+    found = coefficient_over(steps, {"kind": "friction_drift", "share_per_step": 0.25})
+    assert found == pytest.approx([0.3, 0.375, 0.45, 0.525], rel=1e-6)
+    found = coefficient_over(steps, {"kind": "friction_drift", "share_per_step": -0.4})
+    assert found == pytest.approx([0.3, 0.18, 0.06, 0.015], rel=1e-6)
+    rate = {"kind": "rate_dependent_friction", "rate": 0.05}
+    both = coefficient_over(steps | {"time_s": [0, 2, 4, 6]}, {"kind": "friction_drift", "share_per_step": 0.25}, rate)
+    assert both[1] == pytest.approx(0.375 * (1 + 0.05 * np.log(10)), rel=1e-6)  # 20 N in 2 s
+
+
+def test_pulleys_take_more_as_friction_grows():
+    steps = {"sequence": "a", "step": [1, 2], "cable_up_n": [20.0, 40.0]}
+    grows, lossy = {"kind": "friction_drift", "share_per_step": 0.5}, {"kind": "pulley_friction", "efficiency": 0.9}
+    found = solve_steps(manipulator(grows, lossy), pd.DataFrame(steps))
+    by_hand = solve_steps(manipulator(lossy | {"efficiency": 0.9**1.5}), pd.DataFrame(steps))
+    at = found["step"] == 2
+    assert found.loc[at, "y_m"].to_numpy() == pytest.approx(by_hand.loc[at, "y_m"].to_numpy(), abs=1e-10)
+    with pytest.raises(ValueError, match="goes with declared slip, not with direction"):
+        manipulator(grows, friction={"coefficient": 0.3, "direction": "history"})
+
+
 def test_friction_by_rates_is_refused_where_nothing_says_them():
     rubs = {"kind": "rate_dependent_friction", "rate": 0.05}
     with pytest.raises(SpecError, match="column 'time_s' is missing: the effect rate_dependent_friction goes by when"):

@@ -110,16 +110,18 @@ def later_effects(rng):
         {"kind": "wrap_saturation", "saturation_per_rad": u(0, 10)},
         {"kind": "stiffness_gradient", "tip_to_base": u(0.5, 2)},
         {"kind": "tension_play", "play_n": u(0, 4)},
+        {"kind": "friction_drift", "share_per_step": u(-0.1, 0.3)},
     ]
 
 
 @pytest.mark.parametrize(("history", "most"), [(False, 1e-4), (True, 5e-4)])
 def test_engine_and_rig_agree_on_later_effects_together(history, most):
-    """A compliant base with declared slip only, as another set of kernels takes long to compile."""
-    rng, away = np.random.default_rng(8), []
+    """A compliant base with declared slip only, as another set of kernels takes long to compile; friction that drifts
+    does not go with history."""
+    rng, away, declared = np.random.default_rng(8), [], {"base_compliance", "friction_drift"}
     for _ in range(6):
         data = random_manipulator(rng, 0, history)
-        data["effect"] = [each for each in later_effects(rng) if not history or each["kind"] != "base_compliance"]
+        data["effect"] = [each for each in later_effects(rng) if not history or each["kind"] not in declared]
         away += disagreement(data, random_steps(rng, data, history))
     assert len(away) > 6
     assert max(away) < most

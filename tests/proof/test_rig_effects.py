@@ -158,6 +158,7 @@ TIMED = [step | {"time_s": time} for step, time in zip(PULLS, (4.0, 6.0), strict
     [  # 0.3 (1 + 0.05 ln 10) and 0.3 (1 + 0.05 ln 15); 0.3 (1 + 0.5 e^-1) and 0.3 (1 + 0.5 e^-1.5)
         ("rate_dependent_friction", {"rate": 0.05}, {}, TIMED, {"1": 0.33453878, "3": 0.34062075}),
         ("breakaway_friction", {"excess": 0.5}, {"decay_n": 20.0}, PULLS, {"1": 0.35518192, "3": 0.33346952}),
+        ("friction_drift", {"share_per_step": 0.3}, {}, PULLS, {"1": 0.39, "3": 0.39}),
     ],
 )
 def test_friction_that_steps_tell_is_that_of_every_cables_own_rate_or_slide(kind, size, others, steps, coefficients):

@@ -1,5 +1,5 @@
 """Contact between disks (`disk_contact`) and between the edges of notches (`notch_closing`) as suspects: their places,
-free parameters with bounds, starting values and sentences."""
+free parameters with bounds, starting values, sentences, and how contact of disks is carried over."""
 
 from collections.abc import Iterator
 
@@ -8,9 +8,9 @@ import numpy as np
 from prb3r.diagnosis.library.bending import toward
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import Occurrence
-from prb3r.model.effects.base import SIDES
-from prb3r.model.effects.plates import closing_angles
+from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
+from prb3r.model.effects.base import SIDES, Effect
+from prb3r.model.effects.plates import DiskContact, closing_angles
 from prb3r.model.manipulator import Manipulator
 
 
@@ -20,10 +20,10 @@ def _plate_stiffness(scope: Scope) -> float:
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameters of `disk_contact`: disks touch between a fiftieth of the largest bend and all of it, and the
+    """Free parameters of `disk_contact`: disks touch between a fiftieth of the farthest bend and all of it, and the
     contact is from a thousandth as stiff as the plate, which is not felt, to ten thousand times as stiff, which is
     rigid."""
-    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
+    bend, stiff = scope.farthest_bend, _plate_stiffness(scope)
     return (
         Free("angle_rad", bend / 2, bend / 50, bend, log=True),
         Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
@@ -33,7 +33,7 @@ def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
 def contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
     """Starting values: angles across the range of bends, each with disks that help a little and with disks that carry
     most.  Choice.  A fit begins from each, so that some begin on the right side of the angle at which disks touch."""
-    bend, stiff = scope.largest_bend, _plate_stiffness(scope)
+    bend, stiff = scope.farthest_bend, _plate_stiffness(scope)
     return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
 
 
@@ -78,8 +78,14 @@ def said_of_closing(fitted: Occurrence) -> str:
     )
 
 
-def gaps(manipulator: Manipulator) -> object:
-    """Lengths of segments, clamps and disks, m, which set the gaps between neighbouring disks: on two designs these are
-    the same if the returned values are equal."""
-    lengths = {(segment.length_m, segment.clamp_m) for segment in manipulator.segment}
-    return lengths, manipulator.disk.thickness_m
+def contact_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """The transfer of `disk_contact`: disks as large as those of this rig touch at a bend in proportion to the gap
+    between them, the length of a plate.  Where the plates of one arm alone differ in length, it is left behind."""
+    assert isinstance(effect, DiskContact)
+    first, other = ({segment.length_m for segment in rig.segment} for rig in (here, there))
+    if first == other:
+        return effect
+    if len(first) > 1 or len(other) > 1:
+        return f"{effect_in_words(effect)}, which belongs to the gaps between disks, and these differ"
+    wider = other.pop() / first.pop()
+    return effect.model_copy(update={"angle_rad": wider * effect.angle_rad})

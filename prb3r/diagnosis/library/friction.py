@@ -1,5 +1,5 @@
-"""Suspects among friction: its coefficient for all cables, one cable or one hole, its dependence on load, rate and wrap
-angle, slip along the load path, and pulleys before the base."""
+"""Suspects among friction: its coefficient for all cables, one cable or one hole, its dependence on load, rate, time
+and wrap angle, slip along the load path, and pulleys before the base."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,16 @@ from prb3r.diagnosis.library.breakaway import (
 )
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SURFACES, Estimate, Occurrence, Suspect, as_it_is, rare
+from prb3r.diagnosis.library.suspect import (
+    OF_A_PART,
+    OF_THE_SETUP,
+    OF_THE_SURFACES,
+    Estimate,
+    Occurrence,
+    Suspect,
+    as_it_is,
+    rare,
+)
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -147,6 +156,29 @@ def _rubs(scope: Scope) -> list[Place]:
     return whole_rig_if(scope.manipulator.friction.coefficient > 0)
 
 
+def _wears(scope: Scope) -> list[Place]:
+    """The place of `friction_drift`, the whole rig, where a cable is pulled, slip is declared and time can be told from
+    the load; else none.  Cables may be found to rub that the manipulator file has without friction."""
+    return whole_rig_if(bool(scope.pulled) and scope.tells_time and not scope.manipulator.follows_history)
+
+
+def _growth(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `friction_drift`: over the whole recording up to twice the friction more, or nearly all of it
+    less, prior sd 40 %: dry pairs run in or wear by some tens of per cent (Blau, Friction Science and Technology, CRC
+    2009)."""
+    step = 1 / scope.elapsed
+    return (Free("share_per_step", 0.0, -0.9 * step, 2.0 * step, scale=step, sd=0.4),)
+
+
+def _drift_sentence(fitted: Occurrence) -> str:
+    percent = fitted.size.times(100)
+    if percent.value < 0:
+        return f"Friction falls by {percent.less(0.0)} % of the first step's with every step: cables and holes run in."
+    return (
+        f"Friction grows by {percent} % of the first step's with every step: cables and holes wear, or grease is lost."
+    )
+
+
 def _remembered(scope: Scope) -> list[Place]:
     """The whole rig where `slip_history` could show, else no place: where the nominal model has friction, or where slip
     is declared and some tension falls within a sequence.
@@ -231,6 +263,7 @@ FRICTION_SUSPECTS = (
         probes=breakaway_probes,
         presence=rare,
     ),
+    Suspect("friction_drift", _drift_sentence, OF_THE_SETUP, places=_wears, free=_growth, presence=rare),
     Suspect(
         "wrap_saturation",
         sentence=lambda fitted: (

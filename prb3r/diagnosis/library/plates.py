@@ -20,9 +20,9 @@ from prb3r.diagnosis.library.contact import (
     closing_free,
     closing_places,
     closing_probes,
+    contact_elsewhere,
     contact_free,
     contact_probes,
-    gaps,
     said_of_closing,
     said_of_contact,
 )
@@ -176,7 +176,7 @@ PLATE_SUSPECTS = (
     Suspect(
         "disk_contact",
         said_of_contact,
-        with_the_same("disks and the length between them", gaps),
+        contact_elsewhere,
         free=contact_free,
         probes=contact_probes,
     ),

@@ -116,6 +116,13 @@ class Scope(NamedTuple):
         return bend
 
     @property
+    def farthest_bend(self) -> float:
+        """The larger of `largest_bend` and of what 95 % of the bends as read do not exceed (none is, if only positions
+        are read), rad: plates that soften bend much further than calibrated constants let them."""
+        read = np.abs(self.bend_read[np.isfinite(self.bend_read)])
+        return max(self.largest_bend, float(np.quantile(read, 0.95)) if read.size else 0.0)
+
+    @property
     def curvature(self) -> float:
         """Largest curvature of a plate at any step of the calibrated model, 1/m; 1 where none bends."""
         return float(np.nanmax(np.abs(self.bend) / self.chain.arc)) or 1.0

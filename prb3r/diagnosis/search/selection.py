@@ -34,7 +34,8 @@ class Choice:
     tried: tuple[Fit, ...]
     """Every full fit under the same noise; rivals and the ranking are taken from these."""
     survivors: tuple[Survivor, ...]
-    """Surviving models, most probable first."""
+    """Surviving models, most probable first; of the first ones that are nearly as probable, one that explains the
+    recording stands before them if there is any (:func:`choose`)."""
     scores: Scores
     """Score test of what the chosen model leaves."""
     scores_of_best: Scores
@@ -198,10 +199,28 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
 
 
 def choose(explored: Explored, search: Search) -> Choice:
-    """The choice at the end of a search, with tests of what the chosen and the most probable model leave."""
-    pool, chosen = explored.pool, explored.chosen()
-    survivors = pool.survivors()
-    scores, best = examine(chosen, search), survivors[0]
+    """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
+
+    Where the most probable model leaves something that noise does not explain, the first is chosen that does not, of
+    those whose ln evidence is less by no more than `Settings.better_exchanged`: the evidence does not ask whether what
+    is left looks like noise, and so small a difference hangs on rounding.
+    """
+    survivors = explored.pool.survivors()
+    least = survivors[0].log_evidence - explored.pool.settings.better_exchanged
+    choice = _choice_of(survivors, explored, search)
+    for other in survivors[1:] if choice.structured else ():
+        if other.log_evidence >= least:
+            instead = _choice_of((other, *(each for each in survivors if each is not other)), explored, search)
+            if not instead.structured:
+                return instead
+    return choice
+
+
+def _choice_of(survivors: tuple[Survivor, ...], explored: Explored, search: Search) -> Choice:
+    """The choice where the first of the `survivors` counts as the most probable model."""
+    pool, best = explored.pool, survivors[0]
+    chosen = polished(simplest(survivors, pool.settings))
+    scores = examine(chosen, search)
     same = best.effects == frozenset(chosen.model.hypotheses)
     return Choice(
         calibrated=pool.fits[Effects()],

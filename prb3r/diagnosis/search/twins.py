@@ -1,9 +1,10 @@
 """Twins: models that predict nearly the same as a fitted one by another effect.
 
-Three pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
+Four pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
 soften beyond a knee, or whose material follows a plateau; plates that dissipate, or that soften and give back less than
-they took (two effects).  A search that adds and exchanges one effect at a time stays with the twin that it found first,
-since all other constants and effects have settled beside it.  Which twin is right decides what another design does.
+they took (two effects); disks that touch, or notches that close.  A search that adds and exchanges one effect at a time
+stays with the twin that it found first, since all other constants and effects have settled beside it.  Which twin is
+right decides what another design does.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,15 +15,16 @@ import numpy as np
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
+from prb3r.model.effects.base import SIDE_COLUMN, Side
+from prb3r.model.effects.plates import DiskContact, HystereticPlate, NonlinearPlate, NotchClosing, closing_angles
 
 OF_SEGMENTS, OF_PLATEAUS, OF_FLAGS = "segment_stiffness", "superelastic_plate", "flag_hysteresis"
-OF_KNEES = "nonlinear_plate"
+OF_KNEES, OF_DISKS, OF_NOTCHES = "nonlinear_plate", "disk_contact", "notch_closing"
 
 
 def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """All twins of a fitted model, each fitted from parameters at which it predicts nearly the same."""
-    for twins in (of_other_segments, of_plateaus, of_flags):
+    for twins in (of_other_segments, of_plateaus, of_flags, of_stops):
         yield from twins(fitted, library)
 
 
@@ -81,6 +83,44 @@ def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
             ends = [fit(twin, np.clip(start, *twin.bounds(start))) for start in starts]
             if any(ends):
                 yield min((ended for ended in ends if ended is not None), key=lambda ended: ended.chi2)
+
+
+def of_stops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """Twins with closing notches in the place of touching disks, or the other way round, that stop plates at the same
+    bend and as stiffly."""
+    model = fitted.model
+    present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
+    closing = closing_angles(fitted.solved.chain.arc, model.predict.recording.manipulator)
+    for k, effect in enumerate(fitted.effects):
+        if not isinstance(effect, DiskContact | NotchClosing):
+            continue
+        for other in library:
+            if {effect.kind, other.kind} != {OF_DISKS, OF_NOTCHES} or other in present:
+                continue
+            stop = _stop_as(effect, dict(other.place).get("side"), closing)
+            begun = np.array([free.at(stop[free.name]) for free in other.free])
+            twin = replace(model, hypotheses=(*present[:k], other, *present[k + 1 :]))
+            start = np.concatenate([constants, *shares[:k], begun, *shares[k + 1 :]])
+            if (ended := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
+                yield ended
+
+
+def _stop_as(stop: DiskContact | NotchClosing, side: Side | None, closing: np.ndarray) -> dict[str, float]:
+    """Parameters of the other stop: of disks that touch where notches close, or of notches that close toward `side`
+    where disks touch; in the median of the plates, as disks touch at one bend and notches at that of their geometry.
+
+    `closing` (n, 2) are the bends at which geometry has the notches close.
+    """
+    stiffness = {"stiffness_n_m_per_rad": stop.stiffness_n_m_per_rad}
+    if isinstance(stop, DiskContact):
+        return {"factor": stop.angle_rad / _median_of(closing, side)} | stiffness
+    return {"angle_rad": stop.factor * _median_of(closing, stop.side)} | stiffness
+
+
+def _median_of(closing: np.ndarray, side: Side | None) -> float:
+    """Median of the finite bends toward `side`, or to both."""
+    bends = closing[:, SIDE_COLUMN[side]]
+    return float(np.median(bends[np.isfinite(bends)]))
 
 
 def _softening_as(law: Hypothesis, effect: HystereticPlate, knee_of_plateau: float) -> np.ndarray | None:

@@ -1,5 +1,5 @@
-"""Effects on friction: at holes and at pulleys before the base, its dependence on load, rate and travel, and slip that
-follows from the load path."""
+"""Effects on friction: at holes and at pulleys before the base, its dependence on load, rate, travel and time, and slip
+that follows from the load path."""
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
@@ -80,6 +80,23 @@ class BreakawayFriction(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(friction_excess=self.excess, friction_decay=self.decay_n)
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        yield from super().problems(manipulator)
+        yield from _declared_only(self.kind, manipulator)
+
+
+class FrictionDrift(Effect):
+    """Friction that grows as cables and holes wear or lose their grease or, where the share is negative, falls as they
+    run in: with every step of the table before it the coefficients, and what pulleys take, are larger by this share of
+    the first step's, 0.05 of these at least. With declared slip only."""
+
+    kind: Literal["friction_drift"]
+    instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
+    share_per_step: Annotated[float, Field(ge=-1, le=1)]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(friction_drift=chain.friction_drift + self.share_per_step)
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         yield from super().problems(manipulator)

@@ -40,6 +40,8 @@ class BuiltRig:
     """Relative excess of friction where a cable just begins to slide."""
     friction_decay: float
     """Change of tension over which `friction_excess` falls to 1/e, N."""
+    friction_growth: float
+    """Share of its first value that friction gains with every step."""
     gain: np.ndarray
     """(m,) ratio of true to noted tension, in the limit of small tensions."""
     gain_per_n: np.ndarray
@@ -100,6 +102,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         friction_reference=float(draft.friction_reference),
         friction_excess=float(draft.friction_excess),
         friction_decay=float(draft.friction_decay),
+        friction_growth=float(draft.friction_growth),
         gain=draft.gain,
         gain_per_n=draft.gain_per_n,
         disk_force=draft.disk_force,

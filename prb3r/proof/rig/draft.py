@@ -82,6 +82,8 @@ class Draft:
     """Relative excess of friction where a cable just begins to slide."""
     friction_decay: float = 1.0
     """Change of tension over which `friction_excess` falls to 1/e, N."""
+    friction_growth: float = 0.0
+    """Share of its first value that friction gains with every step."""
     wrap_saturation: float = 0.0
     """1/rad: a wrap angle t counts as t / (1 + wrap_saturation t)."""
     contact_angle: np.ndarray = field(init=False)

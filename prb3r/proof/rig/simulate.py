@@ -72,6 +72,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
             problems += _rub_by_rate(built, load, noted, step, steps[k - 1])
         slid, way = _slide_on(load, noted, slid, way)
         load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
+        load.rubbing[:] *= max(1 + built.friction_growth * float(passed[0]), LEAST_RUBBING)
         noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         ahead = load.tension - behind  # the true tension is dragged along once the play is taken up
@@ -87,7 +88,8 @@ CREEP = 0.1
 """Least change of a tension between two steps for the rate at which its cable is pulled, N, from the definition of
 `rate_dependent_friction` in docs/effects.md: smaller changes count as this."""
 LEAST_RUBBING = 0.05
-"""Least factor on friction, whatever the rate, from the same definition."""
+"""Least factor on friction, whatever the rate or the number of steps, from the same definition and that of
+`friction_drift`."""
 
 
 def _rub_by_rate(

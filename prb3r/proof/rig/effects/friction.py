@@ -2,9 +2,9 @@
 
 `pulley_friction` is one more factor at the base hole and shares its slip state.  `cable_friction` replaces the nominal
 coefficient at every hole of its cables; `worn_hole` replaces what then holds at one disk.  All coefficients depend on
-the tension by `load_dependent_friction`, on its rate of change by `rate_dependent_friction`, and on its change since
-the cable began to slide its present way by `breakaway_friction`; the last two act on pulleys too.  `wrap_saturation`
-changes the wrap angle that counts.
+the tension by `load_dependent_friction`, on its rate of change by `rate_dependent_friction`, on its change since the
+cable began to slide its present way by `breakaway_friction`, and on the number of steps by `friction_drift`; the last
+three act on pulleys too.  `wrap_saturation` changes the wrap angle that counts.
 """
 
 from collections.abc import Iterator
@@ -109,6 +109,17 @@ def _sticking(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"excess": u, "decay_n": given.pull / 5}, 0, 1.0)
 
 
+def _wear_on(draft: Draft, share_per_step):
+    if np.isfinite(draft.presliding):
+        raise ValueError("friction that grows with every step needs declared slip")
+    draft.friction_growth += share_per_step
+
+
+def _wearing_on(given: Conditions) -> Iterator[Candidate]:
+    if given.friction > 0 and given.declared and given.steps > 1:  # at most twice as much in the end
+        yield Candidate((), lambda u: {"share_per_step": u / given.steps}, -0.6, 1.0)
+
+
 def _saturate(draft: Draft, saturation_per_rad):
     draft.wrap_saturation = saturation_per_rad
 
@@ -181,6 +192,14 @@ FRICTION_RECORDS = (
         once=True,
         excludes=frozenset({"slip_history"}),
         of_the_kind=True,
+    ),
+    Record(
+        "friction_drift",
+        _wear_on,
+        (size("share_per_step", number_in(-1, 1)),),
+        _wearing_on,
+        rare=True,
+        excludes=frozenset({"slip_history"}),
     ),
     Record(
         "wrap_saturation",
