@@ -108,7 +108,8 @@ def predict_command(diagnosis, design, steps, output, seed) -> None:
     from prb3r.check import is_study
     from prb3r.diagnosis.result.design_prediction import predict_design
     from prb3r.diagnosis.result.learnt_study import learnt_study
-    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.model.files.comma_separated import csv_text
+    from prb3r.model.files.table import write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
     if output and steps is None and Path(output).suffix != ".toml":

@@ -86,7 +86,7 @@ def _progress(steps: int) -> Iterator["Progress"]:
 
 def _write(tables: Iterator[Any], place: Path | None) -> None:
     """Write tables one below another to the file `place`, which appears only when it is whole; without it to stdout."""
-    from prb3r.model.files.table import csv_text
+    from prb3r.model.files.comma_separated import csv_text
     from prb3r.runs.files import replaced
     from prb3r.runs.store import write_one_below_another
 
@@ -121,7 +121,8 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     Exit code 1, and the nearest it comes, where that cannot be; exit code 1, too, where plates would yield.
     """
     from prb3r.inverse.reach import pulls_to
-    from prb3r.model.files.table import csv_text, ensure_table_place, write_table
+    from prb3r.model.files.comma_separated import csv_text
+    from prb3r.model.files.table import ensure_table_place, write_table
     from prb3r.model.manipulator import load_manipulator
 
     place = ensure_table_place(output) if output else None

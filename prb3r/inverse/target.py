@@ -10,7 +10,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.derivatives.sensitivity import Sensitivities
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.model.files.cells import number_problems, numbers
+from prb3r.model.files.cells import blank_rows, number_problems, numbers
 from prb3r.model.files.table import read_table
 
 COORDINATES = ("x_m", "y_m", "angle_rad")
@@ -100,7 +100,7 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
     """
     where = _place_of(table)
     frame = (table if isinstance(table, pd.DataFrame) else read_table(table)).reset_index(drop=True)
-    problems = []
+    frame, problems = frame[~blank_rows(frame)], []
     for name in frame:
         if name in COORDINATES:
             problems += number_problems(frame[name], f"{where} column {name}")
@@ -108,7 +108,7 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
             problems.append(Problem(where, f"unknown column {name!r}{did_you_mean(str(name), COORDINATES)}"))
     if problems:
         raise SpecError(*problems)
-    columns = {name: numbers(frame[name]) for name in COORDINATES if name in frame}
+    columns = {name: numbers(frame[name]).to_numpy() for name in COORDINATES if name in frame}
     rows = [
         {name: float(column[k]) for name, column in columns.items() if np.isfinite(column[k])}
         for k in range(len(frame))
