@@ -5,12 +5,17 @@ import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
+import pandas as pd
+
 from prb3r.errors import Problem, SpecError
-from prb3r.model.files.cells import count, ranges
+from prb3r.inverse.target import COORDINATES, target_rows
+from prb3r.model.files.cells import blank_rows, count, numbers, ranges
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
-from prb3r.model.step_checks import ignored_slips
-from prb3r.model.steps import sequences_of
+from prb3r.model.solve import POSITION_COLUMNS
+from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, step_problems
+from prb3r.model.steps import load_steps
+from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
@@ -121,17 +126,67 @@ def _check_recording(path: Path) -> str:
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:
-    """What a table holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
+    """What a table of steps, readings or targets holds, in one line, and remarks; raises SpecError for problems."""
     frame = read_table(path)
+    columns = set(frame.columns)
+    if columns & {"disk", *MARKER_COLUMNS} and columns & {"sequence", "disk"}:
+        return _check_readings(path, frame, manipulator)
+    if columns & set(COORDINATES):
+        return f"{count(len(target_rows(path)), 'target')} for `prb3r reach --path`, or for a study"
+    if any(map(is_load_column, columns)) or {"sequence", "step"} <= columns:
+        return _check_steps(path, frame, manipulator)
+    what = (
+        f"holds {_named(frame.columns)}; load steps have sequence, step and columns such as {LOAD_COLUMN_FORMS[0]}, "
+        f"readings {', '.join(MARKER_KEYS)} and some of {', '.join(MARKER_COLUMNS)}, targets some of "
+        f"{', '.join(COORDINATES)}"
+    )
+    raise SpecError(Problem(str(path), what))
+
+
+def _named(columns: Iterable[str], most: int = 8) -> str:
+    """Names of columns in words, of many the first and how many more there are."""
+    names = list(map(str, columns))
+    more = f" and {count(len(names) - most, 'more column')}" if len(names) > most else ""
+    return "the columns " + ", ".join(names[:most]) + more if names else "no columns"
+
+
+def _check_steps(path: Path, frame: pd.DataFrame, manipulator: Manipulator | None) -> str:
+    """What a table of load steps holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
     if manipulator is not None:
-        sequences = sequences_of(manipulator, frame, str(path))
-        line = f"table of {count(len(frame), 'step')} in {count(len(sequences), 'sequence')}"
-        return "\n  ".join(filter(None, [line, ignored_slips(manipulator, frame.columns)]))
-    missing = [key for key in ("sequence", "step") if key not in frame]
-    if missing:
-        raise SpecError(*(Problem(str(path), f"column {key!r} is missing") for key in missing))
-    sequences = frame["sequence"].nunique()
+        table = load_steps(manipulator, frame, str(path))
+        line = f"table of {count(len(table.steps), 'step')} in {count(len(table.names), 'sequence')}"
+        remarks = [ignored_slips(manipulator, frame.columns), _without_loads(frame.columns)]
+        return "\n  ".join(filter(None, [line, *remarks]))
+    frame = frame[~blank_rows(frame)]
+    if problems := step_problems(None, frame, str(path)) or [Problem(str(path), "holds no steps")] * frame.empty:
+        raise SpecError(*problems)
+    line = (
+        f"table of {count(len(frame), 'step')} in {count(frame['sequence'].nunique(), 'sequence')}; "
+        "its columns are checked with the manipulator they load, named beside it"
+    )
+    return "\n  ".join(filter(None, [line, _without_loads(frame.columns)]))
+
+
+def _without_loads(columns: Iterable[str]) -> str:
+    """A remark on a table of steps that loads nothing; empty for all others."""
     return (
-        f"table of {count(len(frame), 'row')} in {count(sequences, 'sequence')}; "
-        "its columns are checked with the manipulator they load"
+        ""
+        if any(map(is_load_column, columns))
+        else f"no column of loads, such as {LOAD_COLUMN_FORMS[0]}: nothing pulls"
+    )
+
+
+def _check_readings(path: Path, frame: pd.DataFrame, manipulator: Manipulator | None) -> str:
+    """What a table of readings, or of shapes that `prb3r solve` writes, holds, in one line; raises SpecError for
+    problems."""
+    shapes = frame.columns.tolist() == POSITION_COLUMNS
+    frame = frame[~blank_rows(frame)]
+    readings = frame.drop(columns="outcome") if shapes else frame
+    if problems := marker_problems(readings, None, manipulator, None, str(path)):
+        raise SpecError(*problems)
+    read = [name for name in MARKER_COLUMNS if name in frame]
+    return (
+        f"table of {'shapes' if shapes else 'readings'} ({', '.join(read)}) of disks {ranges(numbers(frame['disk']))} "
+        f"in {count(frame['sequence'].nunique(), 'sequence')}"
+        + (", as `prb3r solve` writes them" if shapes else "; its steps are checked with the folder of the recording")
     )
