@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from prb3r.errors import SpecError
 from prb3r.proof.rig.build import build_rig
-from prb3r.proof.rig.simulate import observe, simulate
+from prb3r.proof.rig.simulate import observe, simulate, steps_passed
 
 LAWS = [
     (effect("segment_stiffness", segment=1, factor=1.0), lambda k: k),
@@ -259,6 +259,10 @@ def test_observation():
     np.testing.assert_allclose(x[0], (states.x[0] - states.y[0]) / np.sqrt(2), atol=1e-12)
     np.testing.assert_allclose(y[1], states.x[1] + 2e-3, atol=1e-12)
     np.testing.assert_allclose(angle[1], states.angle[1] + np.pi / 2)
+    late = steps_passed([{"time_s": 5.0}, {"time_s": 20.0}, {"time_s": 6.0}])
+    np.testing.assert_allclose(late, [0, 2, 2 / 15])
+    turned = observe(prototype(moves), states, before=late[1:])[2]
+    np.testing.assert_allclose(turned, states.angle + late[1:, None] * np.pi / 4)
 
 
 @pytest.mark.parametrize(
