@@ -4,6 +4,7 @@ import os
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -35,8 +36,8 @@ def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
 def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     """Check a file or a recording, and say what it is: one line, and one more for each remark.
 
-    A file may hold a manipulator, a study, requirements or a table.  With a `manipulator`, a table is checked as load
-    steps of that.
+    A file may hold a manipulator, a study, requirements or a table.  With a `manipulator`, a table of load steps or of
+    readings is checked against it.
 
     Raises
     ------
@@ -55,36 +56,16 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     if keys & {"measurement", "prior", "image_centre_m"} or path.name == RECORDING_FILE:
         return _check_recording(path)
     if keys & MANIPULATOR_KEYS:
-        manipulator = load_manipulator(path)
-        return (
-            f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
-            f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
-        )
-    from prb3r.study.plan import plan_study
+        return _check_manipulator(path)
     from prb3r.study.spec import Study
-    from prb3r.study.wishes import Wishes, load_wishes
+    from prb3r.study.wishes import Wishes
 
     if keys and keys <= Wishes.model_fields.keys():
-        wishes = load_wishes(path)
-        wanted = f"{count(len(wishes.requirement), 'requirement')}, {count(len(wishes.preference), 'preference')}"
-        return f"{wanted} for `prb3r compare --requirements`; their columns are checked with the results"
-
-    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _text_is_toml(path):
+        return _check_wishes(path)
+    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _contents(path) is not None:
         what = "says nothing of a manipulator (disk, segment, cable) or of a study (manipulator, factor, step)"
         raise SpecError(Problem(str(path), what if keys else "is empty: no manipulator, study or recording"))
-    plan = plan_study(path)
-    ignored: dict[str, int] = {}
-    for family in plan.cases.families:
-        steps = (
-            []
-            if family.settings["cloud"] or family.settings["reach"]
-            else [family.settings["initial"], *family.settings["step"]]
-        )
-        declared = {name for step in steps for name in step if name.startswith("slip_")}
-        if declared and (what := ignored_slips(family.manipulator(), declared)):
-            ignored[what] = ignored.get(what, 0) + len(family)
-    remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
-    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
+    return _check_study(path)
 
 
 def is_study(path: Path) -> bool:
@@ -94,18 +75,50 @@ def is_study(path: Path) -> bool:
 
 def _keys(path: Path) -> set[str]:
     """Top-level keys of a TOML file; none if it cannot be read."""
-    try:
-        return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()
-    except (OSError, ValueError, RecursionError):
-        return set()  # the strict reader says what is wrong
+    return set(_contents(path) or ())
 
 
-def _text_is_toml(path: Path) -> bool:
+def _contents(path: Path) -> dict[str, Any] | None:
+    """What a TOML file holds; None if it cannot be read, of which the strict reader says what is wrong."""
     try:
-        tomllib.loads(path.read_text("utf-8-sig"))
+        return tomllib.loads(path.read_text("utf-8-sig")) if path.is_file() else None
     except (OSError, ValueError, RecursionError):
-        return False
-    return True
+        return None
+
+
+def _check_manipulator(path: Path) -> str:
+    """What a manipulator is made of, in one line; raises SpecError for problems."""
+    manipulator = load_manipulator(path)
+    return (
+        f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
+        f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
+    )
+
+
+def _check_wishes(path: Path) -> str:
+    """How many requirements and preferences a file holds, in one line; raises SpecError for problems."""
+    from prb3r.study.wishes import load_wishes
+
+    wishes = load_wishes(path)
+    wanted = f"{count(len(wishes.requirement), 'requirement')}, {count(len(wishes.preference), 'preference')}"
+    return f"{wanted} for `prb3r compare --requirements`; their columns are checked with the results"
+
+
+def _check_study(path: Path) -> str:
+    """How many cases a study has, in one line, and remarks on declared slips that they ignore; raises SpecError for
+    problems."""
+    from prb3r.study.plan import plan_study
+
+    plan = plan_study(path)
+    ignored: dict[str, int] = {}
+    for family in plan.cases.families:
+        settings = family.settings
+        steps = [] if settings["cloud"] or settings["reach"] else [settings["initial"], *settings["step"]]
+        declared = {name for step in steps for name in step if name.startswith("slip_")}
+        if declared and (what := ignored_slips(family.manipulator(), declared)):
+            ignored[what] = ignored.get(what, 0) + len(family)
+    remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
+    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
 
 
 def _check_recording(path: Path) -> str:

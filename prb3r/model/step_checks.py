@@ -96,11 +96,12 @@ def is_load_column(name: object) -> bool:
     return LOAD_COLUMN.fullmatch(str(name)) is not None
 
 
-def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
+def ignored_slips(manipulator: Manipulator, columns: Iterable[str], table: str = "") -> str:
     """A sentence on columns of declared slip that are ignored, as slip of the manipulator follows from the load path;
-    empty if there are none."""
+    empty if there are none.  `table` names what the columns are of."""
     slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
-    return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
+    of = f" of {table}" if table else ""
+    return f"{', '.join(slips)}{of} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
 def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -4,7 +4,7 @@ The index of a table has to count its rows from 0; messages count them from 1.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from decimal import Decimal
 from numbers import Real
 from typing import Any
@@ -137,6 +137,11 @@ def ranges(values: Iterable[int], most: int = 6) -> str:
 def count(number: int, what: str) -> str:
     """A number with its noun, in the plural where it needs one: `1 row`, `3 rows`."""
     return f"{number} {what}{'s' * (number != 1)}"
+
+
+def named(what: str, names: Collection[str]) -> str:
+    """Names after their noun, in the plural where it needs one: `cable 3`, `cables 3, 4`."""
+    return f"{what}{'s' * (len(names) > 1)} {', '.join(names)}"
 
 
 def _shown(cell: object) -> str:
