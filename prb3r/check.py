@@ -26,7 +26,8 @@ MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
     """The manipulator among the files to be checked, if there is a single one and it is in order; else None."""
-    manipulators = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
+    different = {os.path.realpath(path): path for path in paths}.values()
+    manipulators = [path for path in different if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
     try:
         return load_manipulator(manipulators[0]) if len(manipulators) == 1 else None
     except SpecError:
@@ -175,7 +176,7 @@ def _check_steps(path: Path, frame: pd.DataFrame, manipulator: Manipulator | Non
         raise SpecError(*problems)
     line = (
         f"table of {count(len(frame), 'step')} in {count(frame['sequence'].nunique(), 'sequence')}; "
-        "its columns are checked with the manipulator they load, named beside it"
+        "its columns are checked with the manipulator they load, if one is named beside it"
     )
     return "\n  ".join(filter(None, [line, _without_loads(frame.columns)]))
 

@@ -1,5 +1,6 @@
 """Commands on studies and their results: run, compare, report."""
 
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -35,6 +36,8 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
 
     if scheduler and backend != "dask":
         raise SpecError(Problem("--scheduler", "goes with --backend dask"))
+    if backend == "dask" and not (scheduler and re.fullmatch(r".+:\d+", scheduler)):
+        raise SpecError(Problem("--scheduler", "--backend dask needs the address of one, such as tcp://host:8786"))
     before = [] if fresh or dry_run or backend != "loky" else [still_standing(path, output) for path in studies]
     if before and len(set(studies)) == len(studies) and all(before):
         _close(ctx, [ended for ended in before if ended])
@@ -104,7 +107,7 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
         if names.count(plan.study.name) > 1:
             problems.append(Problem(str(plan.path), f"another study of this run is named {plan.study.name!r} too"))
     if problems:
-        raise SpecError(*problems)
+        raise SpecError(*dict.fromkeys(problems))
     return plans
 
 
