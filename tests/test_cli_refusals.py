@@ -100,3 +100,21 @@ def test_a_manipulator_named_twice_is_one(tmp_path):
     steps = tmp_path / "steps.csv"
     pd.DataFrame({"sequence": ["a"], "step": [1], "cable_9_n": [1.0]}).to_csv(steps, index=False)
     assert "there is no cable 9" in prb3r("check", PROTOTYPE, PROTOTYPE, steps).stderr
+
+
+def test_what_a_run_answers_follows_what_failed(tmp_path):
+    study = tmp_path / "s.toml"
+    study.write_text(
+        f'name = "s"\ntitle = "t"\nmanipulator = "{PROTOTYPE}"\n[[step]]\ncable_1_n = 1\n'
+        '[[factor]]\nname = "cable_1_n"\npath = "step.1.cable_1_n"\nvalues = [1.0, 1e6]\n'
+        '[[factor]]\nname = "ratio"\nratio = ["segment.1.thickness_m", "segment.2.thickness_m"]\nvalues = [1.0, 1.2]\n'
+        '[[metric]]\nkind = "position"\n[[requirement]]\nmetric = "tip_y_m"\nat_least = 0.0\n'
+    )
+    done = prb3r("run", study, "-o", tmp_path / "out", "-j", 1)
+    assert done.returncode == 1
+    first, answer = done.stdout.splitlines()
+    assert "; 2 without a stable equilibrium, first case 2: No equilibrium was found" in first
+    assert answer.startswith("  No design keeps every requirement")
+    assert "without a stable equilibrium" not in answer
+    study.write_text(study.read_text().replace("1e6", '"a"'))
+    assert "column cable_1_n: row 1 holds 'a', not a number" in prb3r("check", study).stderr

@@ -121,12 +121,15 @@ def _forecast(plan: "Plan", jobs: int) -> str:
 
 
 def _closing(result: "Result", files: list[Path]) -> str:
-    """Closing lines of a run: how many cases were computed, what the study answers, and the first case that failed."""
+    """Closing lines of a run: how many cases were computed, the first that failed, and what the study answers."""
     plan, cases = result.plan, len(result.cases)
     what = (
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
     )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    if result.failed:
+        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
+        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
     if plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
@@ -142,9 +145,6 @@ def _closing(result: "Result", files: list[Path]) -> str:
 
         warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
         text += f"\n  {warning}" if warning else ""
-    if result.failed:
-        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
-        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
     return text
 
 

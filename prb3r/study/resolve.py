@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -153,7 +154,8 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
         rows = np.zeros(1, int)
     for row in rows[:MAX_TOLD].tolist():
         frame = steps_frame(family.settings_of(row))
-        yield from ((row, (), problem.what) for problem in step_problems(manipulator, frame, "", keys=()))
+        for problem in step_problems(manipulator, frame, "", keys=()):
+            yield row, (), str(replace(problem, where=problem.where.strip()))
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
