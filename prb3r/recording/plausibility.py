@@ -173,11 +173,12 @@ def _never_noted(recording: Recording) -> Iterator[str]:
 
 def _too_little(recording: Recording) -> Iterator[str]:
     """Sentences on what a sure diagnosis lacks: a sequence to set aside, or steps at which cables are let go."""
-    count = len(recording.sequences)
-    if count < FEWEST_TO_SET_ASIDE:
+    read = len(np.unique(recording.of_sequence[recording.readings.step]))
+    if read < FEWEST_TO_SET_ASIDE:
+        which = "one sequence" if read == 1 else f"{read} sequences"
+        which += " with readings" * (read < len(recording.sequences))
         yield (
-            f"{'one sequence' if count == 1 else f'{count} sequences'} alone: none can be set aside, so a diagnosis "
-            f"is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
+            f"{which} alone: none can be set aside, so a diagnosis is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
         )
     tension = recording.loads.tension
     if len(tension) and tension.any() and not recording.lets_go:
