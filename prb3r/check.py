@@ -4,13 +4,19 @@ import os
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.model.files.cells import count, ranges
+from prb3r.inverse.target import COORDINATES, target_rows
+from prb3r.model.files.cells import blank_rows, count, numbers, ranges
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.manipulator import Manipulator, load_manipulator
-from prb3r.model.step_checks import ignored_slips
-from prb3r.model.steps import sequences_of
+from prb3r.model.solve import POSITION_COLUMNS
+from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, step_problems
+from prb3r.model.steps import load_steps
+from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
@@ -20,7 +26,8 @@ MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
     """The manipulator among the files to be checked, if there is a single one and it is in order; else None."""
-    manipulators = [path for path in paths if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
+    different = {os.path.realpath(path): path for path in paths}.values()
+    manipulators = [path for path in different if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
     try:
         return load_manipulator(manipulators[0]) if len(manipulators) == 1 else None
     except SpecError:
@@ -30,8 +37,8 @@ def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
 def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     """Check a file or a recording, and say what it is: one line, and one more for each remark.
 
-    A file may hold a manipulator, a study, requirements or a table.  With a `manipulator`, a table is checked as load
-    steps of that.
+    A file may hold a manipulator, a study, requirements or a table.  With a `manipulator`, a table of load steps or of
+    readings is checked against it.
 
     Raises
     ------
@@ -50,36 +57,16 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
     if keys & {"measurement", "prior", "image_centre_m"} or path.name == RECORDING_FILE:
         return _check_recording(path)
     if keys & MANIPULATOR_KEYS:
-        manipulator = load_manipulator(path)
-        return (
-            f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
-            f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
-        )
-    from prb3r.study.plan import plan_study
+        return _check_manipulator(path)
     from prb3r.study.spec import Study
-    from prb3r.study.wishes import Wishes, load_wishes
+    from prb3r.study.wishes import Wishes
 
     if keys and keys <= Wishes.model_fields.keys():
-        wishes = load_wishes(path)
-        wanted = f"{count(len(wishes.requirement), 'requirement')}, {count(len(wishes.preference), 'preference')}"
-        return f"{wanted} for `prb3r compare --requirements`; their columns are checked with the results"
-
-    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _text_is_toml(path):
+        return _check_wishes(path)
+    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _contents(path) is not None:
         what = "says nothing of a manipulator (disk, segment, cable) or of a study (manipulator, factor, step)"
         raise SpecError(Problem(str(path), what if keys else "is empty: no manipulator, study or recording"))
-    plan = plan_study(path)
-    ignored: dict[str, int] = {}
-    for family in plan.cases.families:
-        steps = (
-            []
-            if family.settings["cloud"] or family.settings["reach"]
-            else [family.settings["initial"], *family.settings["step"]]
-        )
-        declared = {name for step in steps for name in step if name.startswith("slip_")}
-        if declared and (what := ignored_slips(family.manipulator(), declared)):
-            ignored[what] = ignored.get(what, 0) + len(family)
-    remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
-    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
+    return _check_study(path)
 
 
 def is_study(path: Path) -> bool:
@@ -89,18 +76,50 @@ def is_study(path: Path) -> bool:
 
 def _keys(path: Path) -> set[str]:
     """Top-level keys of a TOML file; none if it cannot be read."""
-    try:
-        return set(tomllib.loads(path.read_text("utf-8-sig"))) if path.is_file() else set()
-    except (OSError, ValueError, RecursionError):
-        return set()  # the strict reader says what is wrong
+    return set(_contents(path) or ())
 
 
-def _text_is_toml(path: Path) -> bool:
+def _contents(path: Path) -> dict[str, Any] | None:
+    """What a TOML file holds; None if it cannot be read, of which the strict reader says what is wrong."""
     try:
-        tomllib.loads(path.read_text("utf-8-sig"))
+        return tomllib.loads(path.read_text("utf-8-sig")) if path.is_file() else None
     except (OSError, ValueError, RecursionError):
-        return False
-    return True
+        return None
+
+
+def _check_manipulator(path: Path) -> str:
+    """What a manipulator is made of, in one line; raises SpecError for problems."""
+    manipulator = load_manipulator(path)
+    return (
+        f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
+        f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
+    )
+
+
+def _check_wishes(path: Path) -> str:
+    """How many requirements and preferences a file holds, in one line; raises SpecError for problems."""
+    from prb3r.study.wishes import load_wishes
+
+    wishes = load_wishes(path)
+    wanted = f"{count(len(wishes.requirement), 'requirement')}, {count(len(wishes.preference), 'preference')}"
+    return f"{wanted} for `prb3r compare --requirements`; their columns are checked with the results"
+
+
+def _check_study(path: Path) -> str:
+    """How many cases a study has, in one line, and remarks on declared slips that they ignore; raises SpecError for
+    problems."""
+    from prb3r.study.plan import plan_study
+
+    plan = plan_study(path)
+    ignored: dict[str, int] = {}
+    for family in plan.cases.families:
+        settings = family.settings
+        steps = [] if settings["cloud"] or settings["reach"] else [settings["initial"], *settings["step"]]
+        declared = {name for step in steps for name in step if name.startswith("slip_")}
+        if declared and (what := ignored_slips(family.manipulator(), declared)):
+            ignored[what] = ignored.get(what, 0) + len(family)
+    remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
+    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
 
 
 def _check_recording(path: Path) -> str:
@@ -121,17 +140,67 @@ def _check_recording(path: Path) -> str:
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:
-    """What a table holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
+    """What a table of steps, readings or targets holds, in one line, and remarks; raises SpecError for problems."""
     frame = read_table(path)
+    columns = set(frame.columns)
+    if columns & {"disk", *MARKER_COLUMNS} and columns & {"sequence", "disk"}:
+        return _check_readings(path, frame, manipulator)
+    if columns & set(COORDINATES):
+        return f"{count(len(target_rows(path)), 'target')} for `prb3r reach --path`, or for a study"
+    if any(map(is_load_column, columns)) or {"sequence", "step"} <= columns:
+        return _check_steps(path, frame, manipulator)
+    what = (
+        f"holds {_named(frame.columns)}; load steps have sequence, step and columns such as {LOAD_COLUMN_FORMS[0]}, "
+        f"readings {', '.join(MARKER_KEYS)} and some of {', '.join(MARKER_COLUMNS)}, targets some of "
+        f"{', '.join(COORDINATES)}"
+    )
+    raise SpecError(Problem(str(path), what))
+
+
+def _named(columns: Iterable[str], most: int = 8) -> str:
+    """Names of columns in words, of many the first and how many more there are."""
+    names = list(map(str, columns))
+    more = f" and {count(len(names) - most, 'more column')}" if len(names) > most else ""
+    return "the columns " + ", ".join(names[:most]) + more if names else "no columns"
+
+
+def _check_steps(path: Path, frame: pd.DataFrame, manipulator: Manipulator | None) -> str:
+    """What a table of load steps holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
     if manipulator is not None:
-        sequences = sequences_of(manipulator, frame, str(path))
-        line = f"table of {count(len(frame), 'step')} in {count(len(sequences), 'sequence')}"
-        return "\n  ".join(filter(None, [line, ignored_slips(manipulator, frame.columns)]))
-    missing = [key for key in ("sequence", "step") if key not in frame]
-    if missing:
-        raise SpecError(*(Problem(str(path), f"column {key!r} is missing") for key in missing))
-    sequences = frame["sequence"].nunique()
+        table = load_steps(manipulator, frame, str(path))
+        line = f"table of {count(len(table.steps), 'step')} in {count(len(table.names), 'sequence')}"
+        remarks = [ignored_slips(manipulator, frame.columns), _without_loads(frame.columns)]
+        return "\n  ".join(filter(None, [line, *remarks]))
+    frame = frame[~blank_rows(frame)]
+    if problems := step_problems(None, frame, str(path)) or [Problem(str(path), "holds no steps")] * frame.empty:
+        raise SpecError(*problems)
+    line = (
+        f"table of {count(len(frame), 'step')} in {count(frame['sequence'].nunique(), 'sequence')}; "
+        "its columns are checked with the manipulator they load, if one is named beside it"
+    )
+    return "\n  ".join(filter(None, [line, _without_loads(frame.columns)]))
+
+
+def _without_loads(columns: Iterable[str]) -> str:
+    """A remark on a table of steps that loads nothing; empty for all others."""
     return (
-        f"table of {count(len(frame), 'row')} in {count(sequences, 'sequence')}; "
-        "its columns are checked with the manipulator they load"
+        ""
+        if any(map(is_load_column, columns))
+        else f"no column of loads, such as {LOAD_COLUMN_FORMS[0]}: nothing pulls"
+    )
+
+
+def _check_readings(path: Path, frame: pd.DataFrame, manipulator: Manipulator | None) -> str:
+    """What a table of readings, or of shapes that `prb3r solve` writes, holds, in one line; raises SpecError for
+    problems."""
+    shapes = frame.columns.tolist() == POSITION_COLUMNS
+    frame = frame[~blank_rows(frame)]
+    readings = frame.drop(columns="outcome") if shapes else frame
+    if problems := marker_problems(readings, None, manipulator, None, str(path)):
+        raise SpecError(*problems)
+    read = [name for name in MARKER_COLUMNS if name in frame]
+    return (
+        f"table of {'shapes' if shapes else 'readings'} ({', '.join(read)}) of disks {ranges(numbers(frame['disk']))} "
+        f"in {count(frame['sequence'].nunique(), 'sequence')}"
+        + (", as `prb3r solve` writes them" if shapes else "; its steps are checked with the folder of the recording")
     )

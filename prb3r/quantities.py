@@ -109,7 +109,7 @@ NOMENCLATURE = {
     quantity.name: quantity
     for quantity in (
         Quantity("case_id", "", "1", "number of the case within its study"),
-        Quantity("sequence", "", "1", "load sequence; each starts from rest"),
+        Quantity("sequence", "", "", "load sequence; each starts from rest"),
         Quantity("step", "", "1", "load step within the case or sequence, in order of application"),
         Quantity("disk", "i", "1", "disk, counted from the base (0) to the tip"),
         Quantity("plate", "i", "1", "plate, counted from 1; it ends at the disk of the same number"),
@@ -118,14 +118,14 @@ NOMENCLATURE = {
         Quantity("angle_rad", "θ", "rad", "absolute angle of the disk, anticlockwise"),
         Quantity("bend_rad", "Δθ", "rad", "bend of the plate that ends at the disk"),
         Quantity("outcome", "", "", "how the solution ended; anything but a stable equilibrium carries a reason"),
-        Quantity("reason", "", "", "why a case has no equilibrium, empty otherwise"),
-        Quantity("iterations", "", "1", "Newton iterations"),
-        Quantity("residual_n_m", "r", "N m", "largest moment left unbalanced at a hinge or node"),
+        Quantity("reason", "", "", "why a case is not converged, or how many of its loads are not; empty otherwise"),
+        Quantity("iterations", "", "1", "Newton iterations of all load steps together"),
+        Quantity("residual_n_m", "r", "N m", "largest moment left unbalanced at a hinge or node, over all load steps"),
         Quantity(
             "lowest_eigenvalue_n_m_per_rad",
             "λ_min",
             "N m/rad",
-            "lowest eigenvalue of the tangent stiffness; negative on an unstable branch",
+            "lowest eigenvalue of the tangent stiffness, over all load steps; negative on an unstable branch",
         ),
         Quantity(
             "limit_load_factor",
@@ -151,7 +151,12 @@ NOMENCLATURE = {
 """Columns known by their exact name."""
 
 PATTERNS = (
-    (r"cable_(.+)_n", r"T_\1", "N", r"tension of cable \1 as it enters the base hole"),
+    (
+        r"cable_(.+)_n",
+        r"T_\1",
+        "N",
+        r"tension of cable \1: as applied, and at disks beyond the base over the plate that ends there",
+    ),
     (r"cable_(.+)_kg", r"m_\1", "kg", r"mass that hangs on cable \1"),
     (r"slip_(.+)", r"s_\1", "1", r"declared slip of cable \1: -1 drawn toward the base, +1 paid out, 0 no friction"),
     (r"disk(\d+)_([xy])_n", r"F_\1\2", "N", r"dead load along \2 at the centre of disk \1"),

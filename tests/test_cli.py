@@ -249,3 +249,4 @@ def test_the_documentation_describes_the_columns_as_the_nomenclature_does():
     for cells in rows:
         quantity = describe(cells[0].strip("`"))
         assert cells[-1].strip(" |") == quantity.meaning
+        assert cells[2] == (quantity.unit or "text")

@@ -50,7 +50,7 @@ ALLOWED = {
     "front": {"matplotlib", "pandas"},
     "bench": {"numpy", "scipy", "numba", "pandas", "threadpoolctl"},
     "progress": {"rich"},
-    "check": set(),
+    "check": {"pandas"},
     "schema": {"pydantic"},
     "cli": {"click"},
 }

@@ -40,7 +40,7 @@ def test_every_known_unit_agrees_with_its_name():
 
 
 def test_columns_with_names_in_them():
-    assert describe("cable_outer_left_n").meaning == "tension of cable outer_left as it enters the base hole"
+    assert describe("cable_outer_left_n").meaning.startswith("tension of cable outer_left: as applied, and at disks")
     assert describe("slip_3").unit == "1"
     assert describe("disk7_y_n").symbol == "F_7y"
 

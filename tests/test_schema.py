@@ -23,9 +23,34 @@ def test_the_length_of_a_plate_is_called_that():
     assert "not that of the segment" in described["Segment.length_m"]["description"]
 
 
-def test_no_meaning_is_left_without_a_field():
-    names = {name.split(".")[1] for file in FILES for name, _ in fields(file)}
-    assert names >= MEANINGS.keys()
+def test_every_meaning_is_that_of_a_field():
+    told = {(name.split(".")[1], field["description"]) for file in FILES for name, field in fields(file)}
+    assert set(MEANINGS.items()) <= told
+
+
+@pytest.mark.parametrize(
+    ("file", "field", "right", "wrong"),
+    [
+        ("study", "study.factor", "case to case", "multiplied"),
+        ("study", "study.seed", "clouds of loads are the same", "everything"),
+        ("study", "LineFit.y", "line is fitted to", "published"),
+        ("study", "Range.to", "Last value", "comparison"),
+        ("study", "Cloud.bend_rad", 'limit = "bend"', "disk"),
+        ("study", "DriveTension.bend_rad", "of the segment", "disk"),
+        ("study", "Coupling.load_n", "Tension", "force"),
+        ("study", "LinesPlot.where", "columns", "factor"),
+        ("manipulator", "MomentTerm.coefficient", "what the law depends on", "Friction"),
+        ("manipulator", "WornHole.disk", "0 at the base", "tip"),
+        ("manipulator", "WeightFriction.disk", "from 1; absent: all", "base"),
+        ("manipulator", "NotchClosing.factor", "angle", "stiffness"),
+        ("recording", "Measurement.angle_sd_rad", "Standard deviation", "factor"),
+        ("recording", "Tolerance.length_m", "Standard deviation", "clamps"),
+    ],
+)
+def test_a_name_that_means_several_things_is_described_where_it_stands(file, field, right, wrong):
+    said = dict(fields(file))[field]["description"]
+    assert right in said
+    assert wrong not in said
 
 
 @pytest.mark.parametrize("file", FILES)

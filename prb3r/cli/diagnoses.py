@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from prb3r.cli.group import ExitCode
-from prb3r.cli.shared import JOBS, say_what_is_compiled
+from prb3r.cli.shared import JOBS, ensure_spared, say_what_is_compiled
 from prb3r.errors import Problem, SpecError
 
 
@@ -108,11 +108,14 @@ def predict_command(diagnosis, design, steps, output, seed) -> None:
     from prb3r.check import is_study
     from prb3r.diagnosis.result.design_prediction import predict_design
     from prb3r.diagnosis.result.learnt_study import learnt_study
-    from prb3r.model.files.table import csv_text, write_table
+    from prb3r.model.files.comma_separated import csv_text
+    from prb3r.model.files.table import ensure_table_place, write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
     if output and steps is None and Path(output).suffix != ".toml":
         raise SpecError(Problem(output, "without STEPS a manipulator or a study is written: a .toml file"))
+    if output:
+        ensure_spared(output, design, steps)
     if is_study(Path(design)):
         if steps is not None:
             raise SpecError(Problem(steps, "a study has its own loads; give the table with a manipulator"))
@@ -123,6 +126,8 @@ def predict_command(diagnosis, design, steps, output, seed) -> None:
         else:
             click.echo(text, nl=False)
         return
+    if output and steps is not None:
+        ensure_table_place(output)
     say_what_is_compiled()
     learnt = predict_design(diagnosis, design, steps, seed=seed)
     if output and learnt.positions is not None:

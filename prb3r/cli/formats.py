@@ -11,7 +11,10 @@ from prb3r.errors import Prb3rError, Problem, SpecError
 @click.command("check")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 def check_command(files) -> None:
-    """Validate studies, manipulators, recordings (folders), requirements, step tables (with a manipulator beside)."""
+    """Validate studies, manipulators, recordings (folders), requirements, and tables of steps, readings or targets.
+
+    Tables are checked against a manipulator that is named beside them.
+    """
     from prb3r.check import check_file, only_manipulator
 
     problems: list[Problem] = []

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from prb3r.cli.group import ExitCode
-from prb3r.cli.shared import say_what_is_compiled
+from prb3r.cli.shared import ensure_spared, say_what_is_compiled
 from prb3r.errors import Problem, SpecError
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
         raise SpecError(Problem("--image-centre", "goes with --as-measured, and takes two numbers"))
     image_centre = image_centre or (0.0, 0.0)
     place = ensure_table_place(output) if output else None
+    if place:
+        ensure_spared(place, manipulator, steps)
     say_what_is_compiled()
     blocks = solve_in_blocks(manipulator, steps, model)
     outcomes: Counter[str] = Counter()
@@ -86,7 +88,7 @@ def _progress(steps: int) -> Iterator["Progress"]:
 
 def _write(tables: Iterator[Any], place: Path | None) -> None:
     """Write tables one below another to the file `place`, which appears only when it is whole; without it to stdout."""
-    from prb3r.model.files.table import csv_text
+    from prb3r.model.files.comma_separated import csv_text
     from prb3r.runs.files import replaced
     from prb3r.runs.store import write_one_below_another
 
@@ -121,11 +123,17 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     Exit code 1, and the nearest it comes, where that cannot be; exit code 1, too, where plates would yield.
     """
     from prb3r.inverse.reach import pulls_to
-    from prb3r.model.files.table import csv_text, ensure_table_place, write_table
+    from prb3r.model.files.cells import count
+    from prb3r.model.files.comma_separated import csv_text
+    from prb3r.model.files.table import ensure_table_place, write_table
     from prb3r.model.manipulator import load_manipulator
 
     place = ensure_table_place(output) if output else None
+    if place:
+        ensure_spared(place, path)
     wanted = {name: value for name, value in asked.items() if value is not None}
+    if path is None and not wanted.keys() & {"x_m", "y_m", "angle_rad"}:
+        raise SpecError(Problem("reach", "say where to: --x and --y, --angle, or all of them, or --path TABLE"))
     number = int(disk) if disk.isdecimal() else disk
     say_what_is_compiled()
     answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
@@ -136,7 +144,7 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     for sentence in answer.sentences:
         click.echo(sentence, err=not output)
     if answer.beyond_yield:
-        targets = f"{answer.beyond_yield} of {len(answer.table)} target{'s' * (len(answer.table) != 1)}"
+        targets = f"{answer.beyond_yield} of {count(len(answer.table), 'target')}"
         spared = "" if asked["least"] == "stress" else "; --least stress looks for pulls that spare them"
         click.echo(f"prb3r: plates would yield at {targets}{spared}", err=True)
     ctx.exit(ExitCode.DONE if answer.reached and not answer.beyond_yield else ExitCode.SOME_FAILED)

@@ -1,6 +1,7 @@
 """Options, checks and messages that several commands share."""
 
 import os
+from pathlib import Path
 
 import click
 
@@ -19,6 +20,19 @@ def existing(_context: click.Context, _parameter: click.Parameter, paths: tuple[
     if problems:
         raise SpecError(*problems)
     return paths
+
+
+def ensure_spared(output: str | Path, *inputs: str | Path | None) -> None:
+    """Check that writing to `output` would not replace one of the files that a command reads.
+
+    Raises
+    ------
+    SpecError
+        If it would.
+    """
+    for path in inputs:
+        if path is not None and os.path.exists(output) and os.path.exists(path) and os.path.samefile(output, path):
+            raise SpecError(Problem(str(output), "is read by this command; write to another file"))
 
 
 def say_what_is_compiled() -> None:

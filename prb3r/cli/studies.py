@@ -1,5 +1,6 @@
 """Commands on studies and their results: run, compare, report."""
 
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -35,6 +36,8 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
 
     if scheduler and backend != "dask":
         raise SpecError(Problem("--scheduler", "goes with --backend dask"))
+    if backend == "dask" and not (scheduler and re.fullmatch(r".+:\d+", scheduler)):
+        raise SpecError(Problem("--scheduler", "--backend dask needs the address of one, such as tcp://host:8786"))
     before = [] if fresh or dry_run or backend != "loky" else [still_standing(path, output) for path in studies]
     if before and len(set(studies)) == len(studies) and all(before):
         _close(ctx, [ended for ended in before if ended])
@@ -104,7 +107,7 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
         if names.count(plan.study.name) > 1:
             problems.append(Problem(str(plan.path), f"another study of this run is named {plan.study.name!r} too"))
     if problems:
-        raise SpecError(*problems)
+        raise SpecError(*dict.fromkeys(problems))
     return plans
 
 
@@ -118,12 +121,15 @@ def _forecast(plan: "Plan", jobs: int) -> str:
 
 
 def _closing(result: "Result", files: list[Path]) -> str:
-    """Closing lines of a run: how many cases were computed, what the study answers, and the first case that failed."""
+    """Closing lines of a run: how many cases were computed, the first that failed, and what the study answers."""
     plan, cases = result.plan, len(result.cases)
     what = (
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
     )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    if result.failed:
+        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
+        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
     if plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
@@ -139,9 +145,6 @@ def _closing(result: "Result", files: list[Path]) -> str:
 
         warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
         text += f"\n  {warning}" if warning else ""
-    if result.failed:
-        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
-        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
     return text
 
 

@@ -49,10 +49,11 @@ def diagnosis_of(
         With every problem of the recordings' files, or if nothing near the nominal manipulator is in balance under the
         loads.
     SpecError
-        With every problem of the manipulator that is assumed.
+        With every problem of the manipulator that is assumed, or if a recording is to be judged on itself.
     """
     assumed = None if assume is None else manipulator_of(assume)
     (whole,), others = _read([recording]), _read(holdout)
+    _ensure_unseen([whole], others)
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         diagnosis = run_stages(Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
     return _judged_on(diagnosis, others)
@@ -76,6 +77,7 @@ def joint_diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     read, others = _read(recordings), _read(holdout)
+    _ensure_unseen(read, others)
     names = [recording.name for recording in read]
     if len(read) < 2:
         raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
@@ -93,6 +95,18 @@ def joint_diagnosis_of(
 
 def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
     return [place if isinstance(place, Recording) else load_recording(place) for place in given]
+
+
+def _ensure_unseen(diagnosed: Sequence[Recording], others: Sequence[Recording]) -> None:
+    """Check that no recording is to be judged on its own readings; raises SpecError if one is."""
+    for other in others:
+        for recording in diagnosed:
+            same = recording.steps.equals(other.steps) and np.array_equal(
+                recording.readings.value, other.readings.value
+            )
+            if same:
+                what = f"{other.name!r} is what is diagnosed, and confirms nothing; give another recording"
+                raise SpecError(Problem("holdout", what))
 
 
 def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:

@@ -1,5 +1,7 @@
 """Targets: where a disk should be, how far a state is from there, and how targets are read from tables."""
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.derivatives.sensitivity import Sensitivities
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.model.files.cells import number_problems, numbers
+from prb3r.model.files.cells import blank_rows, number_problems, numbers
 from prb3r.model.files.table import read_table
 
 COORDINATES = ("x_m", "y_m", "angle_rad")
@@ -18,6 +20,9 @@ COORDINATES = ("x_m", "y_m", "angle_rad")
 ARRIVED = 1e-6
 """A target is reached within this norm of its errors, in straight lengths and rad: a thousandth of what a camera reads,
 and a thousand times what equilibria are solved to."""
+FAR, COILED = 20.0, 3 * math.pi
+"""Targets farther away than the first number of lengths of the manipulator are most likely in millimetres, angles
+beyond the second, in rad, in degrees.  Choice: no rig reaches or coils up so far."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +83,31 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
         problems.append(Problem(_place_of(path), f"a path and {', '.join(wanted)} exclude each other"))
     try:
         rows = target_rows(pd.DataFrame([wanted]) if path is None else path)
+        problems += [Problem("target" if path is None else _place_of(path), what) for what in beyond(chain, rows)]
     except SpecError as error:
         problems += error.problems
     if problems:
         raise SpecError(*problems)
     return chain_targets(chain, int(number), rows)
+
+
+def beyond(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]:
+    """What is wrong with targets that are far out of reach, most likely in another unit: a sentence for each coordinate
+    of which there is such a target."""
+    farthest = {
+        name: max((row[name] for row in rows if np.isfinite(row.get(name, np.nan))), key=abs, default=0.0)
+        for name in COORDINATES
+    }
+    said = [
+        f"{name} = {value:g} m is far beyond the manipulator, which is {chain.length:.3g} m long; "
+        f"lengths are given in metres: {value:g} mm is {value / 1e3:g}"
+        for name, value in farthest.items()
+        if name != "angle_rad" and abs(value) > FAR * chain.length
+    ]
+    if abs(angle := farthest["angle_rad"]) > COILED:
+        right = f"angles are given in radians: {angle:g} degrees is {math.radians(angle):.4g}"
+        said.append(f"angle_rad = {angle:g} rad is {abs(angle) / (2 * math.pi):.2g} turns; {right}")
+    return said
 
 
 def chain_targets(chain: Chain, disk: int, rows: list[dict[str, float]]) -> list[Target]:
@@ -100,7 +125,7 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
     """
     where = _place_of(table)
     frame = (table if isinstance(table, pd.DataFrame) else read_table(table)).reset_index(drop=True)
-    problems = []
+    frame, problems = frame[~blank_rows(frame)], []
     for name in frame:
         if name in COORDINATES:
             problems += number_problems(frame[name], f"{where} column {name}")
@@ -108,7 +133,7 @@ def target_rows(table: pd.DataFrame | str | Path) -> list[dict[str, float]]:
             problems.append(Problem(where, f"unknown column {name!r}{did_you_mean(str(name), COORDINATES)}"))
     if problems:
         raise SpecError(*problems)
-    columns = {name: numbers(frame[name]) for name in COORDINATES if name in frame}
+    columns = {name: numbers(frame[name]).to_numpy() for name in COORDINATES if name in frame}
     rows = [
         {name: float(column[k]) for name, column in columns.items() if np.isfinite(column[k])}
         for k in range(len(frame))

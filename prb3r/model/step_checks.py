@@ -28,6 +28,18 @@ REST_NOISE = 0.02
 
 TIME = "time_s"
 """Optional column of a table of steps: the time at which each was taken, by one clock."""
+LOAD_COLUMN = re.compile(r"(?:cable_.+_(?:n|kg)|slip_.+|tip_[xy]_n|disk[1-9]\d*_[xy]_n)")
+"""Names that load columns have, whatever the manipulator."""
+LOAD_COLUMN_FORMS = (
+    "cable_<name>_n",
+    "cable_<name>_kg",
+    "slip_<name>",
+    "tip_x_n",
+    "tip_y_n",
+    "disk<k>_x_n",
+    "disk<k>_y_n",
+)
+"""The same as messages write them."""
 
 
 def column_names(manipulator: Manipulator) -> list[str]:
@@ -51,12 +63,12 @@ def step_problems(
 
     Parameters
     ----------
-    manipulator : the manipulator on which the loads act; without it, names of columns and signs of tensions stay
-        unchecked.
+    manipulator : the manipulator on which the loads act; without it, which cables and disks there are and signs of
+        tensions stay unchecked.
     where : name of the table in messages.
     keys : columns that tell rows apart; empty for loads without sequences, which have no times either.
     """
-    valid = [*keys, *([TIME] if keys else []), *_columns(manipulator)] if manipulator else list(frame.columns)
+    valid = [*keys, *([TIME] if keys else []), *(_columns(manipulator) if manipulator else [])]
     if twice := frame.columns[frame.columns.duplicated()].unique().tolist():
         return [Problem(f"{where} column {name}", "stands there twice") for name in twice]
     problems = key_problems(frame, where, keys)
@@ -65,7 +77,7 @@ def step_problems(
         problems += _time_problems(with_keys(frame), f"{where} column {TIME}") if TIME in frame else []
     for name in frame.columns:
         place = f"{where} column {name}"
-        if name not in valid:
+        if name not in valid and (manipulator or not is_load_column(name)):
             problems.append(Problem(place, f"unknown column{_hint(manipulator, str(name), valid)}"))
         elif name not in (*keys, TIME):
             problems += _load_problems(frame[name], str(name), place)
@@ -79,11 +91,17 @@ def step_problems(
     return problems + (list(_pushing(manipulator, frame, where)) if manipulator else [])
 
 
-def ignored_slips(manipulator: Manipulator, columns: Iterable[str]) -> str:
+def is_load_column(name: object) -> bool:
+    """Whether a column of this name could hold loads of some manipulator."""
+    return LOAD_COLUMN.fullmatch(str(name)) is not None
+
+
+def ignored_slips(manipulator: Manipulator, columns: Iterable[str], table: str = "") -> str:
     """A sentence on columns of declared slip that are ignored, as slip of the manipulator follows from the load path;
-    empty if there are none."""
+    empty if there are none.  `table` names what the columns are of."""
     slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
-    return f"{', '.join(slips)} ignored: friction follows the cables' own travel (history)" if slips else ""
+    of = f" of {table}" if table else ""
+    return f"{', '.join(slips)}{of} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
 def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -134,7 +152,8 @@ def _hint(manipulator: Manipulator | None, name: str, valid: list[str]) -> str:
     if manipulator and (other := re.fullmatch(r"(?:cable_(.+)_(?:n|kg)|slip_(.+))", name)):
         names = ", ".join(manipulator.cable_names) or "no"
         return f": there is no cable {other[1] or other[2]}; the manipulator has the cables {names}"
-    return did_you_mean(name, [v for v in valid if not v.startswith("disk")])
+    options = [v for v in valid if not v.startswith("disk")] if manipulator else [*valid, *LOAD_COLUMN_FORMS]
+    return did_you_mean(name, options)
 
 
 def _repeated(frame: pd.DataFrame, where: str) -> Iterator[Problem]:

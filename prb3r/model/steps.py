@@ -10,10 +10,7 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.mechanics.chain import Chain, Loads
-from prb3r.model.files.cells import (
-    numbers,
-    with_keys,
-)
+from prb3r.model.files.cells import blank_rows, numbers, with_keys
 from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME, step_problems
@@ -195,6 +192,7 @@ def load_steps(
     elif isinstance(steps, Mapping):
         steps = _frame(steps, where)
     steps = steps.reset_index(drop=True)
+    steps = steps[~blank_rows(steps)]
     if problems := step_problems(manipulator, steps, where):
         raise SpecError(*problems)
     if steps.empty:

@@ -159,7 +159,8 @@ def run_proof(
     """
     known = SETTINGS.population.shares
     if unknown := [name for name in classes if name not in known]:
-        problems = (Problem(name, f"is no class of recordings{did_you_mean(name, known)}") for name in unknown)
+        all_of_them = f"; the classes are {', '.join(known)}"
+        problems = (Problem(n, f"is no class of recordings{did_you_mean(n, known) or all_of_them}") for n in unknown)
         raise SpecError(*problems)
     stages = stages_of(cases, seed, jobs, say, kept, classes)
     concealed = concealed_recordings(cases, seed, stages, classes)

@@ -49,12 +49,12 @@ def marker_problems(
         problems.append(Problem(f"{where} column bend_rad", what))
     if not keys and steps is not None:
         problems += _without_step(with_keys(frame), steps, where)
+    read = [name for name in MARKER_COLUMNS if name in frame and not number_problems(frame[name], "")]
+    readings = pd.DataFrame({name: numbers(frame[name]) for name in read}, frame.index).assign(disk=disk)
+    readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
     if manipulator:
-        read = [name for name in MARKER_COLUMNS if name in frame and not number_problems(frame[name], "")]
-        readings = pd.DataFrame({name: numbers(frame[name]) for name in read}, frame.index).assign(disk=disk)
-        readings = readings[~strange].replace([np.inf, -np.inf], np.nan)
-        problems += [*position_problems(readings, manipulator, measurement, where), *angle_problems(readings, where)]
-    return problems
+        problems += position_problems(readings, manipulator, measurement, where)
+    return [*problems, *angle_problems(readings, where)]
 
 
 def _column_problems(frame: pd.DataFrame, where: str) -> Iterator[Problem]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.model.files.cells import named
 from prb3r.model.steps import tension_changes
 from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
@@ -74,16 +75,17 @@ def _wrong_sides(recording: Recording) -> Iterator[str]:
     if len(wrong) > 1 and len(wrong) == len(judged):
         yield "every cable pulls the arm to the other side than its offset says; are the pictures mirrored?"
     elif wrong:
-        names = ", ".join(wrong)
-        yield f"cable {names} pulls the arm to the other side than its offset says; exchanged, or a wrong sign?"
+        says = "pulls the arm to the other side than its offset says"
+        if len(wrong) > 1:
+            says = "pull the arm to the other side than their offsets say"
+        yield f"{named('cable', wrong)} {says}; exchanged, or a wrong sign?"
 
 
 def slips_the_other_way(recording: Recording) -> Iterator[str]:
     """Doubts about cables declared as paid out where they alone are pulled harder, or as drawn in where let go."""
     for name, sequences in contradicted_slips(recording).items():
-        which = "sequences" if len(sequences) > 1 else "sequence"
         yield (
-            f"slip_{name} says in {which} {', '.join(sequences)} that cable {name} is paid out where it is pulled "
+            f"slip_{name} says in {named('sequence', sequences)} that cable {name} is paid out where it is pulled "
             "harder and drawn in where it is let go; is its sign wrong?"
         )
     change = _changes_alone(recording)
@@ -161,23 +163,22 @@ def _never_noted(recording: Recording) -> Iterator[str]:
     known = set(recording.steps.columns)
     absent = [c for c in recording.manipulator.cable_names if not {f"cable_{c}_n", f"cable_{c}_kg"} & known]
     if absent:
-        which = "cables" if len(absent) > 1 else "cable"
-        yield f"{which} {', '.join(absent)} without a column of tensions in the steps: taken as never pulled"
+        yield f"{named('cable', absent)} without a column of tensions in the steps: taken as never pulled"
     loads = recording.loads
     pulled = np.hstack([loads.tension, loads.tip, *loads.force.transpose(2, 0, 1)]) != 0
     idle = [n for k, n in enumerate(recording.sequences) if not pulled[recording.of_sequence == k].any()]
     if idle:
-        which = "sequences" if len(idle) > 1 else "sequence"
-        yield f"{which} {', '.join(idle)}: no load at any step; is a column missing?"
+        yield f"{named('sequence', idle)}: no load at any step; is a column missing?"
 
 
 def _too_little(recording: Recording) -> Iterator[str]:
     """Sentences on what a sure diagnosis lacks: a sequence to set aside, or steps at which cables are let go."""
-    count = len(recording.sequences)
-    if count < FEWEST_TO_SET_ASIDE:
+    read = len(np.unique(recording.of_sequence[recording.readings.step]))
+    if read < FEWEST_TO_SET_ASIDE:
+        which = "one sequence" if read == 1 else f"{read} sequences"
+        which += " with readings" * (read < len(recording.sequences))
         yield (
-            f"{'one sequence' if count == 1 else f'{count} sequences'} alone: none can be set aside, so a diagnosis "
-            f"is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
+            f"{which} alone: none can be set aside, so a diagnosis is not confirmed; {FEWEST_TO_SET_ASIDE} are needed"
         )
     tension = recording.loads.tension
     if len(tension) and tension.any() and not recording.lets_go:

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, RecordingError, SpecError, did_you_mean
-from prb3r.model.files.cells import is_empty, rows_of
+from prb3r.model.files.cells import blank_rows, is_empty, rows_of
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.manipulator import Manipulator, load_manipulator
@@ -114,8 +114,7 @@ def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFra
     frame = findings.tried(lambda: read_table(files[0]))
     if frame is None:
         return str(files[0]), None
-    blank = frame.apply(is_empty).all(axis=1) if len(frame.columns) else pd.Series(False, frame.index)
-    if blank.any():
+    if (blank := blank_rows(frame)).any():
         findings.remarks.append(
             f"{rows_of(blank)} of {files[0].name} hold{'s' if blank.sum() == 1 else ''} nothing at all"
         )

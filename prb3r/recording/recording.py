@@ -39,11 +39,11 @@ class Measurement(Strict):
 
     position_sd_m: Positive | None = None
     angle_sd_rad: Positive | None = None
-    """Of angles and of bends."""
+    """Standard deviation of an angle or a bend as read, rad."""
     tension_sd_relative: NonNegative = 0.0
-    """Scatter of each applied tension, per step."""
+    """Standard deviation of each applied tension at each step, over the tension."""
     frame_rotation_sd_rad: NonNegative = 0.0
-    """Of the one rotation of the whole recording; 0: the frame is known."""
+    """Standard deviation of the one rotation of the whole recording, rad; 0: known."""
     frame_position_sd_m: NonNegative = 0.0
 
 
@@ -58,13 +58,13 @@ class Tolerance(Strict):
     """How exactly the rig was made: standard deviations of its own geometry, the same through a recording."""
 
     offset_m: NonNegative | None = None
-    """Of each cable's place, as a whole and at each plate; absent: 0.5 % of its offset."""
+    """Standard deviation of each cable's place, as a whole and at each plate, m; absent: 0.5 % of its offset."""
     length_m: NonNegative | None = None
-    """Of each plate's length; absent: 0.5 % of it."""
+    """Standard deviation of each plate's length, m; absent: 0.5 % of it."""
     thickness_relative: NonNegative = 0.005
-    """Of the thickness of plates, by segment and each."""
+    """Standard deviation of the thickness of plates, by segment and each, over the thickness."""
     marker_m: NonNegative | None = None
-    """Of a marker's place in its disk's own frame; absent: 1 % of the longest plate."""
+    """Standard deviation of a marker's place in its disk's own frame, m; absent: 1 % of the longest plate."""
 
     def offset(self, arm: float) -> float:
         """Standard deviation of the place of a cable with an offset of `arm`, m; by itself a share of `arm`."""
@@ -100,6 +100,7 @@ class RecordingFile(Strict):
     """What the file `recording.toml` says, which describes a recording and names its manipulator."""
 
     name: Annotated[str, Field(min_length=1)]
+    """Any text, for reports."""
     manipulator: Annotated[str, Field(min_length=1)]
     """File of the nominal manipulator, seen from the recording's folder."""
     image_centre_m: tuple[float, float] = (0.0, 0.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem
-from prb3r.model.files.cells import count, key_problems, numbers, rows_of, with_keys
+from prb3r.model.files.cells import count, key_problems, named, numbers, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.step_checks import cable_columns, step_problems
+from prb3r.model.step_checks import cable_columns, ignored_slips, step_problems
 from prb3r.recording.findings import Findings
 
 
@@ -33,7 +33,8 @@ def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, find
         )
     frame = _in_order(with_keys(frame), name, findings)
     if manipulator and not problems:
-        _say_ignored_slips(manipulator, frame, name, findings)
+        if ignored := ignored_slips(manipulator, frame.columns, name):
+            findings.remarks.append(ignored)
         frame = _without_negative_tensions(manipulator, frame, name, findings)
     return frame.reset_index(drop=True)
 
@@ -44,26 +45,15 @@ def _in_order(frame: pd.DataFrame, name: str, findings: Findings) -> pd.DataFram
     order = np.lexsort((frame["step"], place))
     if (np.diff(place) < 0).any():
         apart = names[np.unique(place[1:][np.diff(place) < 0])]
-        findings.remarks.append(f"{name}: the rows of {_sequences(apart)} did not stand together; each is one sequence")
+        which = named("sequence", apart)
+        findings.remarks.append(f"{name}: the rows of {which} did not stand together; each is one sequence")
     together = frame.iloc[np.argsort(place, kind="stable")]
     backward = together["sequence"].eq(together["sequence"].shift()) & together["step"].diff().lt(0)
     if backward.any():
         late = together.loc[backward, "sequence"].unique()
-        findings.remarks.append(f"{name}: the steps of {_sequences(late)} were out of order and are sorted by number")
+        which = named("sequence", late)
+        findings.remarks.append(f"{name}: the steps of {which} were out of order and are sorted by number")
     return frame.iloc[order]
-
-
-def _sequences(names) -> str:
-    return f"sequence{'s' * (len(names) > 1)} {', '.join(names)}"
-
-
-def _say_ignored_slips(manipulator: Manipulator, frame: pd.DataFrame, name: str, findings: Findings) -> None:
-    """Add a remark if slips are declared but friction follows the cables' travel."""
-    slips = [f"slip_{cable}" for cable in manipulator.cable_names if f"slip_{cable}" in frame]
-    if slips and manipulator.chain().presliding:
-        findings.remarks.append(
-            f"{', '.join(slips)} of {name} ignored: friction follows the cables' own travel (history)"
-        )
 
 
 def _without_negative_tensions(

@@ -28,14 +28,18 @@ class Range(Strict):
     """A number of values from one end to the other, both included."""
 
     start: float = Field(alias="from")
+    """First value."""
     stop: float = Field(alias="to")
+    """Last value."""
     count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+    """Number of values, both ends among them."""
 
 
 class Level(Strict):
     """One named alternative of a structural factor: whatever it sets replaces that part of the case."""
 
     label: Annotated[str, Field(min_length=1)]
+    """Value of the factor in tables and legends."""
     set: dict[str, Any] = {}
     """Parameter paths and their values."""
     broken: list[str] | None = None
@@ -51,6 +55,7 @@ class Factor(Strict):
     """One axis of a study: a parameter path, a ratio of two, an error of some, or named alternatives."""
 
     name: Name
+    """Name of the factor and of its column, with the unit as ending."""
     path: str | None = None
     """Such as `segment.1.thickness_m`, `cable.2.offset_m`, `friction.coefficient`, `step.1.cable_1_n`, `model`."""
     ratio: Annotated[list[str], Field(min_length=2, max_length=2)] | None = None
@@ -153,8 +158,10 @@ class Sampling(Strict):
     """How the factors that are drawn are sampled together; all others form a grid around them."""
 
     method: Literal["sobol", "latin-hypercube", "saltelli"]
-    """`saltelli`: a Sobol sequence so arranged that it tells which factor matters, `count` (factors + 2) cases."""
+    """`sobol` and `latin-hypercube` fill the ranges evenly; `saltelli` is a Sobol sequence so arranged that it tells
+    which factor matters, `count` (factors + 2) cases."""
     count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+    """Number of points."""
 
     @model_validator(mode="after")
     def _power_of_two(self) -> "Sampling":

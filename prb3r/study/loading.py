@@ -14,11 +14,14 @@ class Cloud(Strict):
     """Many independent loads on one case: tensions drawn by a Sobol sequence, each ramped from rest."""
 
     count: Annotated[int, Field(ge=16, le=4_194_304)]
+    """Number of loads."""
     tension_n: dict[str, Positive]
-    """Largest tension of each cable that is driven."""
+    """Largest tension of each cable that is driven, N."""
     limit: Literal["tension", "bend"] = "tension"
-    """`bend`: instead, each cable is driven up to where it alone bends its segment by `bend_rad`."""
+    """`bend`: instead, each cable is driven up to where it alone bends the last segment that it drives by `bend_rad`,
+    which is sought up to 20 times `tension_n`."""
     bend_rad: Positive | None = None
+    """With `limit = "bend"`: that bend, rad."""
     safety: Annotated[float, Field(ge=0)] = 1.0
     """Loads that bring a plate nearer to yield than this factor are left out, where `yield_stress_pa` is given; 0: all
     loads count."""

@@ -2,12 +2,13 @@
 
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.inverse.target import target_rows
+from prb3r.inverse.target import beyond, target_rows
 from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.validation import validate
@@ -153,7 +154,8 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
         rows = np.zeros(1, int)
     for row in rows[:MAX_TOLD].tolist():
         frame = steps_frame(family.settings_of(row))
-        yield from ((row, (), problem.what) for problem in step_problems(manipulator, frame, "", keys=()))
+        for problem in step_problems(manipulator, frame, "", keys=()):
+            yield row, (), str(replace(problem, where=problem.where.strip()))
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
@@ -219,8 +221,8 @@ def _reach_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
         yield "reach: no cable is left to pull"
     if settings["reach"]["least"] == "stress" and np.isnan(manipulator.outer_fibre).all():
         yield "reach: least = 'stress' needs thickness_m or outer_fibre_m of a segment"
-    if settings["reach"]["least"] == "stress" and np.isnan(manipulator.outer_fibre).all():
-        yield "reach: least = 'stress' needs thickness_m or outer_fibre_m of a segment"
+    if reach and not wrong:
+        yield from (f"reach: {what}" for what in beyond(manipulator.chain(), settings["reach"]["target"]))
 
 
 def _plain_numbers(settings: Tree) -> bool:

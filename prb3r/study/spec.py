@@ -22,10 +22,12 @@ class CaseComparison(Strict):
     """A metric that compares each case with another one that differs in the factors `to` alone."""
 
     name: Name
+    """Name of its column, with the unit as ending."""
     kind: Literal["distance", "difference", "ratio"]
     of: str
     """A column of the cases; for `distance` the stem of `<of>_x_m` and `<of>_y_m`."""
     to: dict[str, Scalar]
+    """Factor values of the case to compare with; all other factors have those of the case itself."""
     relative_to_length: bool = False
     """Distances are divided by the straight length."""
 
@@ -34,15 +36,19 @@ class LineFit(Strict):
     """A straight line through a column, reported with its largest deviation."""
 
     x: str
+    """Column along which the line runs."""
     y: str
+    """Column that the line is fitted to."""
     through_origin: bool = False
     where: dict[str, Scalar] = {}
+    """Only cases with these values of columns count."""
 
 
 class Study(Strict):
     """A whole study file: question, factors, loads, metrics, comparisons and plots."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+    """Name of the study and of its folder of results."""
     title: str
     question: str = ""
     manipulator: str
@@ -51,6 +57,7 @@ class Study(Strict):
     set: dict[str, Any] = {}
     """Parameter paths of the manipulator and their values, for all cases."""
     seed: int = 1
+    """Seed of what [sampling] draws and [search] tries; clouds of loads are the same for all seeds."""
     states: Literal["none", "final", "path"] = "final"
     state_disks: list[Annotated[int, Field(ge=0)]] | None = None
     """Only these disks are kept in the table of states."""
@@ -67,18 +74,21 @@ class Study(Strict):
     reach: TargetPath | None = None
     """Instead of loads: the targets that they bring a disk to."""
     factor: list[Factor] = []
+    """What changes from case to case, one axis each."""
     sampling: Sampling | None = None
     search: DesignSearch | None = None
     """Instead of sampling: the factors with a range are searched for the best design."""
     metric: list[AnyMetric] = []
+    """What is told of every case, as columns."""
     comparison: list[CaseComparison] = []
     fit: list[LineFit] = []
+    """Straight lines through columns."""
     plot: list[AnyPlot] = []
     designs: Designs | None = None
     requirement: list[Requirement] = []
     """What a design must keep."""
     preference: list[Preference] = []
-    """By what the designs that do are ranked."""
+    """By what the designs that keep every requirement are ranked."""
     timing: bool = False
     """Also measure the time per equilibrium of each model; it goes into manifest and summary, never into tables."""
 

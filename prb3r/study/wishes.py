@@ -26,7 +26,7 @@ class Criterion(Strict, ABC):
     quantile: Annotated[float, Field(ge=0, le=1)] | None = None
     """With `over = "quantile"`: the share of the cases that lie below."""
     where: dict[str, Scalar | list[Scalar]] = {}
-    """Cases that count, such as `{ broken_cables = "" }`."""
+    """Cases that count, such as `{ broken_cables = "" }`; of a list, any of its values."""
     words: str = ""
     """The number in words, as the subject of a sentence: `coupling of Segment 2 into Segment 1`."""
 

@@ -1,6 +1,7 @@
 """Scopes of rigs on which every kind is suspected somewhere, and all hypotheses about them; a rig with a weak plate."""
 
 import pytest
+from diagnosis.learnt import write_learnt
 from diagnosis.simulated import NITINOL, recorded
 from diagnosis.suspected import MU, scope, sections
 
@@ -54,3 +55,9 @@ def library(rubbing, frictionless, limp, nitinol):
     return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau)] + [
         (each, 0.0) for each in hypotheses(frictionless)
     ]
+
+
+@pytest.fixture(scope="module")
+def weak_rig(tmp_path_factory):
+    """The record of the diagnosis of the rig with a weak plate, with designs and steps to predict."""
+    return write_learnt(tmp_path_factory.mktemp("learnt"))

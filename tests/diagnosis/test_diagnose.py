@@ -200,6 +200,25 @@ def test_no_sequence_is_set_aside_that_alone_has_a_weight_hung_on(hung):
     assert {k for some in aside for k in some} == {0, 1, 3, 4, 5}
 
 
+def test_sequences_without_readings_are_not_set_aside_and_show_nothing():
+    """Six sequences that pull alike, but cable 2 only in the first and the last."""
+    tension, slip = np.tile([[5.0, 0], [10, 0], [5, 0]], (6, 1)), np.tile([[-1.0], [-1], [1]], (6, 2))
+    of_sequence = np.repeat(np.arange(6), 3)
+    tension[np.isin(of_sequence, [0, 5]), 1] = 5.0
+
+    def aside(*read):
+        rows = np.flatnonzero(np.isin(of_sequence, read))
+        found = [
+            set_aside(of_sequence, pulled(tension, slip), seed, Settings(), of_sequence[rows]) for seed in range(20)
+        ]
+        return {k for some in found for k in some}
+
+    assert aside(0) == aside(0, 1) == set()
+    assert aside(0, 1, 2) == {1, 2}
+    assert 0 not in aside(0, 1, 2, 3, 4)
+    assert aside(*range(6)) == {1, 2, 3, 4}
+
+
 def pulled(tension, slip):
     nothing, steps = np.zeros(len(tension)), len(tension)
     return Loads(tension, slip, np.zeros((steps, 2, 2)), np.zeros((steps, 2)), nothing, nothing, nothing, nothing)

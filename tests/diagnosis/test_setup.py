@@ -202,3 +202,10 @@ def test_some_blunders_show_without_a_fit(blunder, said):
 def test_a_right_recording_is_plausible():
     assert not list(implausible(example()))
     assert not any(list(implausible(recorded(Case(hidden=(), seed=seed)))) for seed in range(3))
+
+
+@pytest.mark.filterwarnings("error")
+def test_remedies_that_leave_no_reading_are_not_fitted():
+    """One marker read at one step: noted a step later, it is of no step at all."""
+    lone = example().readings.where(np.arange(example().readings.count) == 0)
+    assert blunders_of(replace(example(), readings=lone), Settings()) == ()

@@ -92,3 +92,10 @@ def test_the_stress_of_a_gently_pulled_plate_is_that_of_a_beam_under_tension_tim
     expected = 6 * pull * lever / (segment.width_m * segment.thickness_m**2)
     assert frame["stress_pa"].iloc[1:].to_numpy() == pytest.approx(np.full(14, expected), rel=1e-3)
     assert np.isnan(frame["stress_pa"].iloc[0])
+
+
+def test_tensions_are_as_applied_at_the_base_and_those_of_the_plate_that_ends_there_at_other_disks():
+    rig = with_(friction={"coefficient": 0.0}, effect=[{"kind": "pulley_friction", "efficiency": 0.5}])
+    tension = prb3r.solve(rig, {"sequence": ["a"], "step": [1], "cable_1_n": [30.0]})["cable_1_n"].to_numpy()
+    assert tension[0] == 30.0
+    assert tension[1:] == pytest.approx(np.full(14, 15.0))

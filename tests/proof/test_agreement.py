@@ -9,8 +9,9 @@ from prb3r.errors import SpecError
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
+from prb3r.model.solve import solve
 from prb3r.model.steps import loads_of
-from prb3r.proof.rig.simulate import simulate
+from prb3r.proof.rig.simulate import simulate, steps_passed
 
 
 @pytest.mark.parametrize(("seed", "rigs", "effects"), [(1, 20, 0), (2, 20, 2), (3, 10, 4)])
@@ -149,6 +150,33 @@ def test_engine_and_rig_agree_on_friction_that_goes_by_rates():
     assert max(away) < 1e-4
     with pytest.raises(SpecError, match="every step needs a later time_s"):
         simulate(data, steps)
+
+
+def test_engine_and_rig_agree_on_drifts_that_go_with_the_time():
+    """Steps after seconds and after hours; one sequence, and two of one table of which the later stands first."""
+    rng, away, moved = np.random.default_rng(12), [], []
+    for _ in range(6):
+        data = random_manipulator(rng, 0, False)
+        drift = {"kind": "tension_drift", "offset_n_per_step": rng.uniform(0.5, 2)}
+        data["effect"] = [drift, {"kind": "plate_softening", "share_per_step": rng.uniform(-0.05, 0.05)}]
+        steps = random_steps(rng, data, False, count=6)
+        times = np.cumsum(10 ** rng.uniform(0, 4, len(steps)))
+        timed = [step | {"time_s": time} for step, time in zip(steps, times, strict=True)]
+        away += disagreement(data, timed)
+        even, uneven = simulate(data, steps), simulate(data, timed)
+        moved.append(np.nanmax(np.abs(even.x - uneven.x)))
+        table = [{"sequence": "b"} | step for step in timed[3:]] + [{"sequence": "a"} | step for step in timed[:3]]
+        manipulator = Manipulator.model_validate(data)
+        engine = solve(manipulator, pd.DataFrame(table).assign(step=[1, 2, 3] * 2))
+        passed = steps_passed(table)
+        for name, part in (("b", slice(0, 3)), ("a", slice(3, 6))):
+            rig = simulate(data, table[part], before=passed[part])
+            rows = engine[engine["sequence"] == name]
+            if rig.converged.all() and (rows["outcome"] == "converged").all():
+                away.append(np.abs(rows["x_m"].to_numpy() - rig.x.ravel()).max() / manipulator.chain().length)
+    assert len(away) > 18
+    assert max(away) < 1e-4
+    assert max(moved) > 1e-2
 
 
 def test_engine_and_rig_agree_on_static_friction():

@@ -9,7 +9,8 @@ import pytest
 
 import prb3r
 from prb3r.errors import EngineError, SpecError
-from prb3r.model.files.table import csv_text, read_table, write_table
+from prb3r.model.files.comma_separated import csv_text
+from prb3r.model.files.table import read_table, write_table
 from prb3r.present.study.publish import publish
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, solve_study

@@ -136,5 +136,7 @@ def test_a_bad_case_among_many_is_told_with_its_factors(run, tmp_path):
     (tmp_path / "trial.toml").write_text(SPEC.replace("values = [5, 20, 60, 1e6]", grid))
     with pytest.raises(SpecError) as caught:
         plan_study(tmp_path / "trial.toml")
-    assert "(cable_1_n = -1.0, mu = 0.0, order = 1 then 3): row 2 is -1: a cable cannot push" in str(caught.value)
+    assert "(cable_1_n = -1.0, mu = 0.0, order = 1 then 3): column cable_1_n: row 2 is -1: a cable cannot push" in str(
+        caught.value
+    )
     assert len(caught.value.problems) == 1

@@ -10,7 +10,7 @@ def set_aside(
     of_sequence: np.ndarray, loads: Loads, seed: int, settings: Settings, read: np.ndarray | None = None
 ) -> tuple[int, ...]:
     """Numbers of the sequences that are set aside, drawn at random: at most `Settings.held_out_share` of them, but one
-    at least; none of fewer than `Settings.fewest_sequences`.
+    at least; none of fewer than `Settings.fewest_sequences`.  Sequences without readings show nothing and do not count.
 
     What the recording shows twice the others must show twice, and what it shows once, once: every cable drawn in, paid
     out and pulled hard, every pair of cables pulled together, every load on the tip or on a disk.  Where none can be
@@ -19,10 +19,11 @@ def set_aside(
     Parameters
     ----------
     of_sequence : (s,) number of the sequence of each step.
-    read : numbers of the sequences with readings, of which alone one can be set aside; absent: all.
+    read : numbers of the sequences with readings; absent: all.
     """
     count = int(of_sequence.max()) + 1
-    if count < settings.fewest_sequences:
+    known = np.isin(np.arange(count), np.arange(count) if read is None else read)
+    if known.sum() < settings.fewest_sequences:
         return ()
     pulled = loads.tension > 0
     hard = pulled & (loads.tension >= settings.hard_pull * loads.tension.max(0))
@@ -30,10 +31,11 @@ def set_aside(
     pairs = (pulled[:, :, None] & pulled[:, None, :]).reshape(len(pulled), -1)
     hung = np.concatenate([loads.tip != 0, (loads.force != 0).any(2)], 1)
     used = np.stack([np.concatenate([way, pairs, hung], 1)[of_sequence == k].any(0) for k in range(count)])
-    order, most = np.random.default_rng(seed).permutation(count), max(int(count * settings.held_out_share), 1)
+    used &= known[:, None]
+    order, most = np.random.default_rng(seed).permutation(count), max(int(known.sum() * settings.held_out_share), 1)
     for least in (2, 1, 0):
         chosen: list[int] = []
-        for k in order if read is None else order[np.isin(order, read)]:
+        for k in order[known[order]]:
             rest = np.delete(used, [*chosen, k], axis=0)
             if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
                 chosen.append(int(k))

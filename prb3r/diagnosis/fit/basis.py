@@ -3,9 +3,23 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 
 INDEPENDENT = 1e-8
 """Singular value, of columns scaled to length 1, up to which a direction is nothing but rounding."""
+
+
+def singular(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left singular vectors (r, min(r, k)) and singular values of `columns` (r, k), largest first.
+
+    By divide and conquer; where that does not converge, as it may for columns of low rank, by QR iterations, which take
+    twice the time.
+    """
+    try:
+        axes, size, _ = np.linalg.svd(columns, full_matrices=False)
+    except np.linalg.LinAlgError:
+        axes, size, _ = scipy.linalg.svd(columns, full_matrices=False, lapack_driver="gesvd")
+    return axes, size
 
 
 def basis_of(jacobian: np.ndarray) -> np.ndarray:
@@ -14,7 +28,7 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     columns = jacobian[:, size > 0] / size[size > 0]
     if not columns.size:
         return np.zeros((len(jacobian), 0))
-    basis, length, _ = np.linalg.svd(columns, full_matrices=False)
+    basis, length = singular(columns)
     return basis[:, length > INDEPENDENT]
 
 

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
+from prb3r.diagnosis.fit.basis import singular
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -78,7 +79,7 @@ class Block:
 def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
     """The block of the readings numbered `rows` (b,); each of the `columns` (b, k) is their change by one standard
     deviation of one common cause, in units whitened so far."""
-    basis, size, _ = np.linalg.svd(columns, full_matrices=False)
+    basis, size = singular(columns)
     kept = size > FELT
     return Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2))
 

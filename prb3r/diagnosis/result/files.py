@@ -11,7 +11,7 @@ import pandas as pd
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import MENDED, as_json, proposed
 from prb3r.diagnosis.result.tables import QUANTITIES
-from prb3r.model.files.table import csv_text
+from prb3r.model.files.comma_separated import csv_text
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.writing import WRITTEN_AGAIN, write_again

@@ -5,6 +5,8 @@ therefore not seen, and the linearised model never proposes to exchange them.  W
 around the model that is fitted without it.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from prb3r.diagnosis.fit.least_squares import fit
@@ -12,6 +14,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
+from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.search.search import Search
 
 
@@ -31,18 +34,25 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     return added(base, search, least, barred=chosen.model.hypotheses[number])
 
 
-def added(base: Fit, search: Search, least: float = 0.0, barred: Hypothesis | None = None) -> list[Fit]:
+def added(
+    base: Fit,
+    search: Search,
+    least: float = 0.0,
+    barred: Hypothesis | None = None,
+    worth: Callable[[LinearModel, frozenset[int]], np.ndarray] = LinearModel.additions,
+) -> list[Fit]:
     """Full fits of a model with one more effect each, of those that promise most in the linearised model; the best fit
     of each effect.
 
     Parameters
     ----------
-    least : rise of ln evidence that an effect must promise.
+    least : what an effect must promise, such as a rise of ln evidence.
     barred : a hypothesis that is not considered.
+    worth : what every column promises (columns,) beside those of the model: by itself the rise of ln evidence.
     """
     settings, library = base.model.settings, [hypothesis for hypothesis in search.library if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
-    rise = linear.additions(present)
+    rise = worth(linear, present)
     most = settings.costly_shortlist if base.costly else settings.shortlist
     tasks: list[tuple[Fit, tuple[Hypothesis, ...], np.ndarray]] = []
     tried = dict[Hypothesis, int]()

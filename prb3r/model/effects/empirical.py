@@ -22,7 +22,7 @@ class MomentTerm(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     of: Literal["constant", "position", "bend", "bend_cubed", "tension", "wrap", "direction", "time"]
-    coefficient: float
+    coefficient: Annotated[float, Field(description="Multiple of what the law depends on, in the unit that makes N m.")]
     plates: Annotated[list[Number], Field(min_length=1)] | None = None
 
 

@@ -115,7 +115,9 @@ class WrapSaturation(Effect):
 
     kind: Literal["wrap_saturation"]
     once: ClassVar[bool] = True
-    saturation_per_rad: NonNegative
+    saturation_per_rad: Annotated[
+        NonNegative, Field(description="By how much less each radian of a turn counts, 1/rad.")
+    ]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(wrap_saturation=self.saturation_per_rad)
@@ -152,7 +154,7 @@ class WornHole(Effect):
 
     kind: Literal["worn_hole"]
     late: ClassVar[int] = 1
-    disk: Annotated[int, Field(ge=0)]
+    disk: Annotated[int, Field(ge=0, description="Number of the disk, 0 at the base.")]
     coefficient: NonNegative
     cables: list[str] | None = None
 

@@ -62,7 +62,7 @@ class WeightFriction(Effect):
 
     kind: Literal["weight_friction"]
     efficiency: Efficiency
-    disk: Number | None = None
+    disk: Annotated[Number | None, Field(description="Number of the disk, from 1; absent: all.")] = None
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         share = np.broadcast_to(chain.disk_efficiency, (chain.plates, 1)).copy()

@@ -178,7 +178,7 @@ class NotchClosing(Effect):
     kind: Literal["notch_closing"]
     once: ClassVar[bool] = True
     late: ClassVar[int] = 1
-    factor: Positive
+    factor: Annotated[Positive, Field(description="What the angle at which edges meet by geometry is multiplied by.")]
     stiffness_n_m_per_rad: Positive
     side: Side | None = None
 

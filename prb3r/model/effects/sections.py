@@ -36,7 +36,9 @@ class SuperelasticPlate(Effect):
     kind: Literal["superelastic_plate"]
     once: ClassVar[bool] = True
     instead_of: ClassVar[frozenset[str]] = frozenset({"nonlinear_plate"})
-    plateau_stress_pa: Positive | None = None
+    plateau_stress_pa: Annotated[
+        Positive | None, Field(description="Stress in tension at which the plateau begins, Pa.")
+    ] = None
     plateau_strain: Annotated[Positive | None, Field(description="Strain in tension at which the plateau begins.")] = (
         None
     )
@@ -46,9 +48,9 @@ class SuperelasticPlate(Effect):
     plateau_slope: Annotated[
         float | None, Field(ge=0, le=0.5, description="Slope of the plateau over Young's modulus.")
     ] = None
-    tube_outer_m: Positive | None = None
-    tube_inner_m: NonNegative | None = None
-    notch_depth_m: NonNegative | None = None
+    tube_outer_m: Annotated[Positive | None, Field(description="Outer diameter of the tube, m.")] = None
+    tube_inner_m: Annotated[NonNegative | None, Field(description="Inner diameter of the tube, m.")] = None
+    notch_depth_m: Annotated[NonNegative | None, Field(description="Depth of the notches, across the tube, m.")] = None
     notch_side: Annotated[Side | None, Field(description="From which side the notches are cut.")] = None
 
     @model_validator(mode="after")

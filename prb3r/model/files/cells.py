@@ -3,7 +3,8 @@
 The index of a table has to count its rows from 0; messages count them from 1.
 """
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Collection, Iterable, Sequence
 from decimal import Decimal
 from numbers import Real
 from typing import Any
@@ -46,21 +47,41 @@ def is_empty(values: pd.Series) -> pd.Series:
     return values.isna() | values.map(lambda cell: isinstance(cell, str) and not cell.strip()).astype(bool)
 
 
+def blank_rows(frame: pd.DataFrame) -> pd.Series:
+    """Whether each row of a table holds nothing at all."""
+    blank = pd.Series(True, frame.index)
+    for k in range(frame.shape[1]):
+        blank &= is_empty(frame.iloc[:, k])
+    return blank
+
+
 def number_problems(values: pd.Series, place: str) -> list[Problem]:
     """Problems with the cells of a column that are neither empty nor finite numbers up to `LARGEST`."""
     read, problems = numbers(values), []
     strange = read.isna() & ~is_empty(values)
     if strange.any():
         first = values[strange].iloc[0]
-        comma = isinstance(first, str) and pd.notna(pd.to_numeric(first.replace(",", "."), errors="coerce"))
-        remedy = "; write a decimal point" if comma else ""
-        problems.append(
-            Problem(place, f"row {strange.idxmax() + 1} holds {_shown(first)}, not a number{remedy}{others(strange)}")
-        )
+        what = f"row {strange.idxmax() + 1} holds {_shown(first)}, not a number{_remedy(first)}{others(strange)}"
+        problems.append(Problem(place, what))
     for wrong, what in ((read.abs() == np.inf, "infinite"), (too_large(read) & (read.abs() < np.inf), "too large")):
         if wrong.any():
             problems.append(Problem(place, f"row {wrong.idxmax() + 1} is {what}{others(wrong)}"))
     return problems
+
+
+def _remedy(cell: object) -> str:
+    """How a text that people read as a number is written, as the ending of a message; empty for all else."""
+    if not isinstance(cell, str):
+        return ""
+    for sought, remedy in (
+        (r"[,.'\s]", "write a decimal point, and nothing between thousands"),
+        ("[\u2212\u2013]", "write a hyphen for minus"),
+        (r"[^\d.,eE+-]+$", "write the number alone, in the unit that the name of the column ends with"),
+    ):
+        bare = re.sub(sought, "-" if "\u2212" in sought else "", cell)
+        if bare != cell and pd.notna(pd.to_numeric(bare, errors="coerce")):
+            return f"; {remedy}"
+    return ""
 
 
 def too_large(values: Any) -> Any:
@@ -118,9 +139,14 @@ def count(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
+def named(what: str, names: Collection[str]) -> str:
+    """Names after their noun, in the plural where it needs one: `cable 3`, `cables 3, 4`."""
+    return f"{what}{'s' * (len(names) > 1)} {', '.join(names)}"
+
+
 def _shown(cell: object) -> str:
     """A cell as it is shown in a message, cut to 60 characters."""
-    text = repr(cell)
+    text = repr(cell) if isinstance(cell, str) else str(cell)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

@@ -160,6 +160,14 @@ _MUST_BE = {
 }
 
 
+_PATTERNS = {
+    r"^[a-z0-9-]+$": "lower-case letters, digits and hyphens",
+    r"^[a-z0-9][a-z0-9-]*$": "lower-case letters, digits and hyphens, no hyphen first",
+    r"^[A-Za-z][A-Za-z0-9_]*$": "letters, digits and underscores, a letter first",
+}
+"""Patterns of names in words."""
+
+
 def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tuple[Keys, str]:
     """The keys at which to look, and a pydantic error in an engineer's words."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
@@ -181,7 +189,8 @@ def _explain(keys: Keys, error: dict, model: type[BaseModel], data: dict) -> tup
     for pattern, words in _MUST_BE.items():
         if re.fullmatch(pattern, kind):
             numbers = {name: f"{number:g}" for name, number in context.items() if isinstance(number, float)}
-            return keys, f"must be {words.format(**context | numbers)}, not {_shown(value)}"
+            must_be = _PATTERNS.get(context.get("pattern", ""), words.format(**context | numbers))
+            return keys, f"must be {must_be}, not {_shown(value)}"
     return keys, f"{error['msg'][:1].lower()}{error['msg'][1:]}, not {_shown(value)}"
 
 

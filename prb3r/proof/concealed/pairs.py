@@ -1,6 +1,6 @@
 """Draws labels of two effects at once, on request such that they cancel in part."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def pair_label(request: Request, responses: Responses, rng: np.random.Generator)
     these that cancels most.
     """
     chosen, cancelling = SETTINGS.labels, request.kind == "cancelling"
-    best: tuple[float, list[SizedEffect], dict[str, float]] | None = None
+    best: tuple[tuple[bool, float], list[SizedEffect], dict[str, float]] | None = None
     for _ in range(chosen.pair_tries):
         pair = _drawn_pair(request, responses, rng)
         if pair is None:
@@ -29,10 +29,10 @@ def pair_label(request: Request, responses: Responses, rng: np.random.Generator)
         if alone < least or responses.readings([effect.effect for effect in pair]) is None:
             continue
         nearest = _nearest_thirds(responses, pair)
-        rank = (min(nearest.values()) >= SETTINGS.sizes.apart) * (-cos if cancelling else 1.0)
+        rank = pair_rank(cos, nearest, cancelling)
         if best is None or rank > best[0]:
             best = rank, pair, nearest
-        if best[0] >= (chosen.cancelling if cancelling else 1.0):
+        if best[0] >= (True, chosen.cancelling if cancelling else 0.0):
             break
     if best is None:
         return None
@@ -50,6 +50,19 @@ def pair_label(request: Request, responses: Responses, rng: np.random.Generator)
         nearest=nearest,
         note=request.kind,
     )
+
+
+def pair_rank(cos: float, nearest: Mapping[str, float], cancelling: bool) -> tuple[bool, float]:
+    """Which pair is preferred, the greater rank: whether no third kind imitates an effect of it and, where one that
+    cancels is asked for, how much it does.
+
+    Parameters
+    ----------
+    cos : cosine between what calibration leaves of the two changes; negative where they cancel.
+    nearest : squared distance to the nearest rival of each third kind.
+    """
+    apart = min(nearest.values(), default=np.inf) >= SETTINGS.sizes.apart
+    return bool(apart), -cos if cancelling else 0.0
 
 
 def _drawn_pair(request: Request, responses: Responses, rng: np.random.Generator) -> list[SizedEffect] | None:

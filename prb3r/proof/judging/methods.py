@@ -24,6 +24,7 @@ from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.exchange import added
+from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt
 from prb3r.proof.judging.forecast import forecasts
@@ -81,18 +82,18 @@ def calibration_alone(task: MethodTask) -> Verdict:
 
 
 def lowest_error(task: MethodTask) -> Verdict:
-    """The verdict that always names the one effect with the lowest chi-square, if any effect is promising."""
+    """The verdict that always names the one effect with which chi-square is lowest."""
     return _single(task, task.recording, names=lambda best, calibrated: True)
 
 
 def plain_bic(task: MethodTask) -> Verdict:
-    """The verdict that names the one effect with the lowest chi-square if its BIC is below that of calibration, every
-    reading counted and tensions taken as exact."""
+    """The verdict that names the one effect with which chi-square is lowest if its BIC is below that of calibration,
+    every reading counted and tensions taken as exact."""
 
     def names(best: Fit, calibrated: Fit) -> bool:
         """Whether the BIC with the effect is below that of calibration."""
         count = calibrated.model.predict.recording.readings.count
-        return calibrated.chi2 - best.chi2 > (len(best.p) - len(calibrated.p)) * np.log(count)
+        return _misfit(calibrated) - _misfit(best) > (len(best.p) - len(calibrated.p)) * np.log(count)
 
     return _single(task, _exact_tensions(task.recording), names)
 
@@ -115,15 +116,18 @@ def _exact_tensions(recording: Recording) -> Recording:
 
 
 def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], bool]) -> Verdict:
-    """The verdict of calibration and fits of each promising effect alone, the best one named if `names` says so.
+    """The verdict of calibration and fits of single effects, the one with the lowest chi-square of the readings named
+    if `names` says so.
 
-    Promising are those whose ln evidence rises in the linear model.  `names` gets the best fit and that of calibration.
+    Weights of readings are those of the diagnosis; its evidence, which rests on how likely effects and their sizes are,
+    has no say.  Fitted are the effects that lower chi-square most in the linear model.  `names` gets the best fit and
+    that of calibration.
     """
     asked = Task(recording, task.seed, task.without, settings=task.settings)
     begun = doubt(calibrate(asked), serially)
     calibrated = explained = begun.fitted
-    single = added(calibrated, begun.search) if task.method != "E and mu alone" else []
-    best = min(single, key=lambda fitted: fitted.chi2, default=None)
+    single = added(calibrated, begun.search, worth=_falls) if task.method != "E and mu alone" else []
+    best = min(single, key=_misfit, default=None)
     claims: tuple[Claim, ...] = ()
     if best is not None and names(best, calibrated):
         explained = best
@@ -140,6 +144,24 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
         calibrated=_constants(calibrated),
         explained=_constants(explained),
     )
+
+
+def _falls(linear: LinearModel, _present: frozenset[int]) -> np.ndarray:
+    """(columns,) by how much each column alone lowers chi-square in a linear model without effects; 0 where that takes
+    the wrong sign."""
+    falls = np.zeros(len(linear.columns))
+    for k, column in enumerate(linear.columns):
+        sizes = np.linalg.lstsq(column.moved, linear.target)[0]
+        if not (column.sign and sizes[0] < 0):
+            left = linear.target - column.moved @ sizes
+            falls[k] = linear.target @ linear.target - left @ left
+    return falls
+
+
+def _misfit(fitted: Fit) -> float:
+    """Chi-square of the readings alone, without that of priors."""
+    residual = fitted.residual[: fitted.model.predict.recording.readings.count]
+    return float(residual @ residual)
 
 
 def _claim(hypothesis: Hypothesis, fitted: Fit) -> Claim:

@@ -92,7 +92,7 @@ def _asked_elsewhere(case: OpenedCase) -> bool:
 
 def does_no_harm(case: OpenedCase) -> bool:
     """Whether the verdict is `unexplained`, or another design is predicted no worse than by calibration alone or within
-    the noise.  A failed verdict does no harm either."""
+    the noise.  A failed verdict counts as harm."""
     there = [missed for missed in case.missed if missed.name == OTHER_DESIGN]
     within = SETTINGS.real.excess**2
     if case.verdict.verdict in ("unexplained", "failed"):

@@ -38,12 +38,23 @@ class RigStates:
     """(s, n, m) slip state at the hole before each plate: -1 drawn in, 1 paid out."""
 
 
-def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -> list[AppliedLoads]:
+def steps_passed(steps: Sequence[Mapping[str, float]]) -> np.ndarray:
+    """(s,) number of steps that had passed before each step of a table, by which drifts go.
+
+    Where every step has its `time_s`, it is the time since the first one, in mean times per step.
+    """
+    times = np.array([step.get("time_s", np.nan) for step in steps], float)
+    if len(times) < 2 or not np.isfinite(times).all() or not np.ptp(times):
+        return np.arange(float(len(times)))
+    return (times - times.min()) / (np.ptp(times) / (len(times) - 1))
+
+
+def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], passed: np.ndarray) -> list[AppliedLoads]:
     """The loads of every step as load cells and play let them act, with the factors on friction.
 
-    `before` is the number of steps taken before the sequence.  Absent and empty loads are zero, absent and empty slips
-    -1.  Raises SpecError for unknown columns, negative tensions, and times that do not increase where friction needs
-    them.
+    `passed` (s,) is the number of steps that had passed before each.  Absent and empty loads are zero, absent and empty
+    slips -1.  Raises SpecError for unknown columns, negative tensions, and times that do not increase where friction
+    needs them.
     """
     n, m = built.rig.offset.shape
     weight = built.gravity
@@ -58,8 +69,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
     loads, problems, noted = [], [], np.zeros(m)
     slid, way, behind = np.zeros(m), np.zeros(m), np.zeros(m)
     for k, step in enumerate(steps):
-        passed = np.array([before + k], float)
-        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed, np.ones(m))
+        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed[k : k + 1], np.ones(m))
         for name, value in step.items():
             if name not in place:
                 problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
@@ -72,7 +82,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], before: int) -
             problems += _rub_by_rate(built, load, noted, step, steps[k - 1])
         slid, way = _slide_on(load, noted, slid, way)
         load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
-        load.rubbing[:] *= max(1 + built.friction_growth * float(passed[0]), LEAST_RUBBING)
+        load.rubbing[:] *= max(1 + built.friction_growth * float(passed[k]), LEAST_RUBBING)
         noted = load.tension.copy()
         load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
         ahead = load.tension - behind  # the true tension is dragged along once the play is taken up
@@ -136,7 +146,7 @@ def simulate(
     elements: int = 24,
     substeps: int | None = None,
     tolerance: float = 1e-6,
-    before: int = 0,
+    before: float | np.ndarray = 0.0,
 ) -> RigStates:
     """Equilibria along one sequence of load steps, from rest.
 
@@ -147,7 +157,8 @@ def simulate(
     elements : integration steps along the arc of each plate
     substeps : fixed number of equal sub-steps per step; without it they adapt
     tolerance : of one adaptive sub-step: see :class:`prb3r.proof.rig.path.RigPath`
-    before : number of steps that were taken before the sequence, for drifting tensions and softening plates
+    before : number of steps that were taken before the sequence, for drifting tensions and softening plates; or
+        :func:`steps_passed` (s,) of its steps, where it is a part of a table with times
 
     Raises
     ------
@@ -155,7 +166,8 @@ def simulate(
         Invalid effects or load columns.
     """
     built = build_rig(manipulator)
-    loads, (n, m) = _loads(built, steps, before), built.rig.offset.shape
+    passed = before + steps_passed(steps) if np.ndim(before) == 0 else np.asarray(before, float)
+    loads, (n, m) = _loads(built, steps, passed), built.rig.offset.shape
     path = RigPath(built, elements, tolerance)
     last = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2), np.zeros(1), np.ones(m))
     state = rest(built, last, elements)
@@ -176,7 +188,7 @@ def observe(
     *,
     image_centre: Sequence[float] = (0.0, 0.0),
     frame: Sequence[float] = (0.0, 0.0, 0.0),
-    before: int = 0,
+    before: float | np.ndarray = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y (m) and angle (rad), (s, n + 1) each, as the camera reads them without noise.
 
@@ -188,10 +200,11 @@ def observe(
     ----------
     image_centre : c, m
     frame : rotation in rad, and shift d in m
-    before : number of steps taken before the sequence, for the drift R' and d', which grow in proportion to it
+    before : number of steps taken before the sequence, for the drift R' and d', which grow in proportion to it; or
+        :func:`steps_passed` (s,) of its steps, where they have times
     """
     built, (rotation, shift_x, shift_y) = build_rig(manipulator), frame
-    passed = before + np.arange(len(states.x))[:, None]
+    passed = (before + np.arange(len(states.x)) if np.ndim(before) == 0 else np.asarray(before))[:, None]
     plane = np.exp(1j * rotation) * (states.x + 1j * states.y) + complex(shift_x, shift_y)
     plane = np.exp(1j * passed * built.camera_turn) * plane + passed * complex(*built.camera_shift)
     away = built.scale * plane - complex(*image_centre)

@@ -25,6 +25,7 @@ class DriveTension(Metric):
     cable: str
     segment: Annotated[int, Field(ge=1)]
     bend_rad: Positive
+    """Bend of the segment, rad."""
     up_to_n: Positive = 2000.0
 
     def quantities(self) -> list[Quantity]:

@@ -69,7 +69,12 @@ class CurvatureError(Metric):
     def quantities(self) -> list[Quantity]:
         return [
             Quantity("curvature_error", "e", "1", "largest distance of a disk from constant curvature, of the length"),
-            Quantity("curvature_error_y", "e_y", "1", "the largest distance across the manipulator, of the length"),
+            Quantity(
+                "curvature_error_y",
+                "e_y",
+                "1",
+                "largest distance of a disk from constant curvature across the manipulator, of the length",
+            ),
             Quantity("total_angle_rad", "Σθ", "rad", "angle of the tip disk"),
         ]
 

@@ -17,16 +17,18 @@ from prb3r.study.workspace import area, outline, tips_reached
 class Workspace(Metric):
     """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
 
-    Without `tension_n` the loads are the study's own cloud.  Loads that bring a plate nearer to yield than the factor
+    Loads that bring a plate nearer to yield than the factor
     `safety` do not count, where the manipulator gives a yield stress.
     """
 
     kind: Literal["workspace"]
     of_clouds: ClassVar[bool] = True
     cell: Annotated[float, Field(ge=0.0005)] = 0.01
-    """Side of a cell, of the straight length."""
+    """Side of a cell over the straight length."""
     count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
+    """With `tension_n`: number of loads."""
     tension_n: dict[str, Positive] | None = None
+    """Largest tension of each cable that is driven, N; absent: the loads are the study's own cloud."""
     safety: Annotated[float, Field(ge=0)] | None = None
     """Safety factor against yield of what counts; 0: all do.  Absent: 1, or that of the study's cloud."""
 
@@ -35,7 +37,10 @@ class Workspace(Metric):
         return [
             Quantity("workspace_area_m2", "A", "m^2", f"area reached by the tip disk's centre, {cell}"),
             Quantity(
-                "workspace_half_share", "", "1", "share of it that the first half of the loads reaches: convergence"
+                "workspace_half_share",
+                "",
+                "1",
+                "share of that area that the first half of the loads reaches: convergence",
             ),
             Quantity("workspace_hull_m2", "", "m^2", "area inside the outline (convex hull) of all points reached"),
             Quantity("workspace_width_m", "", "m", "extent of all points reached across the manipulator"),

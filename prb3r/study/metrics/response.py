@@ -20,9 +20,11 @@ class Coupling(Metric):
     from_rest: ClassVar[bool] = True
     cable: str
     disk: DiskNumber | None = None
+    """Number of the disk that moves, 0 at the base, or tip."""
     segment: Annotated[int, Field(ge=1)] | None = None
     """Instead of a disk: the last one of this segment, whatever its number."""
     load_n: Positive = 1.0
+    """Tension that is added to see it, N; results are per newton."""
 
     @model_validator(mode="after")
     def _one_place(self) -> "Coupling":
@@ -53,6 +55,7 @@ class TipCompliance(Metric):
     together: ClassVar[bool] = True
     from_rest: ClassVar[bool] = True
     load_n: Positive = 0.05
+    """Size of that force, N."""
 
     def quantities(self) -> list[Quantity]:
         return [Quantity("tip_compliance_m_per_n", "", "m/N", "largest shift of the tip disk per newton of tip force")]

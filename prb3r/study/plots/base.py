@@ -45,10 +45,11 @@ class Plot(Strict, ABC):
     """A figure made from the tables of a study, written as PNG and SVG; `kind` names what it is."""
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
+    """Name of the files of the figure."""
     kind: str
     caption: str = ""
     where: dict[str, Scalar | list[Scalar]] = {}
-    """Only cases with these factor values."""
+    """Only what has these values of columns is drawn; of a list, any of them."""
     by: str | None = None
     """Colour and mark: one line, shape or region for each value of this column."""
 
@@ -123,7 +124,9 @@ class Charted(Plot):
     """A plot of columns over a column."""
 
     x: str
+    """Column along the x axis."""
     y: Annotated[list[str], Field(min_length=1)]
+    """Columns along the y axis."""
     x_unit: str | None = None
     y_unit: str | None = None
     y_from_zero: bool = False

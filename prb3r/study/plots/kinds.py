@@ -15,8 +15,11 @@ class PublishedPoint(Strict):
     """A published value laid over a plot, in SI units as the columns are."""
 
     x: float
+    """Its value along the x axis, in the SI unit of the column."""
     y: float
+    """Its value along the y axis, in the SI unit of the column."""
     label: str
+    """Its name in the legend."""
 
 
 class LinesPlot(Charted, Styled, Panelled):

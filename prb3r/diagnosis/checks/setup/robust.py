@@ -126,10 +126,13 @@ class Trier:
         return self.standings(predict, rows, framed, readings.value - left)
 
     def fitted(self, recording: Recording, rows: np.ndarray, start: Constants) -> Standing | None:
-        """The standing of a recording with the constants of least robust misfit near `start`; None where the fit fails.
+        """The standing of a recording with the constants of least robust misfit near `start`; None where the fit fails,
+        as it does without readings.
 
         `rows`: as of :meth:`standings`.
         """
+        if not len(rows):
+            return None
         predict, settings = predictor(recording, self.settings), self.settings
         model = Model(predict, independent(self.sd[rows]), settings=settings)
         p = np.array([getattr(start, name) for name in model.varied])

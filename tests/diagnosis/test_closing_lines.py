@@ -1,0 +1,55 @@
+"""What a diagnosis says at the end: constants, errors on what was set aside, what remains."""
+
+import re
+from dataclasses import replace
+
+from diagnosis.simulated import (
+    Case,
+    diagnosed,
+    investigated,
+)
+
+from prb3r.diagnosis.checks.verdict import why_unexplained
+from prb3r.diagnosis.result.design_prediction import read_posterior
+from prb3r.diagnosis.result.mismatch import mismatch_of
+from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.present.diagnosis.belief import carry_over
+
+
+def test_the_closing_lines_tell_the_constants_and_what_is_not_predicted():
+    found = diagnosed()
+    (line,) = [line for line in summary_lines(found) if line.startswith("constants: ")]
+    modulus, low, high = map(float, re.match(r"constants: Young's modulus (\S+) \((\S+) to (\S+)\) GPa", line).groups())
+    assert low < 1.05 * found.nominal.youngs_modulus_pa / 1e9 < high
+    assert low < modulus < high
+    assert ", friction coefficient 0." in line
+    lines = summary_lines(replace(found, heldout=replace(found.heldout, lost=8)))
+    held = [line for line in lines if line.startswith("held out")]
+    assert held
+    assert all(line.endswith("; 8 readings not predicted") for line in held)
+
+
+def test_what_is_left_once_a_blunder_is_mended_is_said(tmp_path):
+    left = replace(diagnosed(), verdict="set-up", why="a real mismatch remains")
+    assert any("unexplained, since a real mismatch remains" in line for line in summary_lines(left))
+    assert read_posterior(left)[1] == "unexplained"
+    assert "while a mismatch remains" in " ".join(carry_over(left))
+
+
+def test_where_nothing_is_named_the_error_on_what_was_set_aside_is_said():
+    clean = diagnosed(Case(hidden=()))
+    assert clean.verdict == "adequate"
+    (line, *_) = [line for line in summary_lines(clean) if line.startswith("held out")]
+    assert "->" not in line
+    assert f"error {1e3 * clean.heldout.rmse_explained_m:.3g} mm" in line
+
+
+def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
+    found = investigated()
+    rate = found.choice.fitted.model.settings.naming_rate
+    assert found.verdict == "explained"
+    assert found.choice.smooth_moments > rate
+    smooth = replace(found, choice=replace(found.choice, smooth_moments=rate / 2))
+    assert why_unexplained(found.choice, (), (), ()) == ""
+    assert why_unexplained(smooth.choice, (), (), ()).startswith("a real mismatch remains")
+    assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")
