@@ -12,8 +12,10 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
 from prb3r.model.files.toml_lines import lines_of_keys
+from prb3r.model.files.validation import validated
 from prb3r.model.manipulator import Manipulator, load_manipulator
-from prb3r.study.spec import load_study
+from prb3r.study.resolve import base_settings
+from prb3r.study.spec import Study, load_study
 
 LEARNT = "learnt"
 """Name of the factor that is added."""
@@ -43,7 +45,7 @@ def learnt_study(
         raise SpecError(Problem(f"{path} search", reason))
     if any(factor.name == LEARNT for factor in spec.factor):
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
-    design = load_manipulator(path.parent / spec.manipulator)
+    design = _design(spec, path)
     posterior, _ = read_posterior(diagnosis)
     carried = [on_design(draw, posterior.manipulator, design) for draw in posterior.draws(count, seed)]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
@@ -65,6 +67,17 @@ def learnt_study(
     expected = whole | {"manipulator": there} | {k: v for k, v in more.items() if k != "factor"}
     expected["factor"] = [*more["factor"], *whole.get("factor", [])]
     return _checked(text, expected, path)
+
+
+def _design(study: Study, path: Path) -> Manipulator:
+    """The manipulator that the cases of the study file `path` begin with: that of its file, with `model` and `set`."""
+    manipulator = load_manipulator(path.parent / study.manipulator)
+    try:
+        return validated(base_settings(study, manipulator)["manipulator"], Manipulator)
+    except KeyError as error:
+        raise SpecError(Problem(f"{path} set", str(error.args[0]))) from None
+    except SpecError as error:
+        raise SpecError(*(Problem(f"{path} set", str(problem)) for problem in error.problems)) from None
 
 
 def _stands_alone(line: str) -> bool:

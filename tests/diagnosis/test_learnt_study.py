@@ -1,0 +1,63 @@
+"""A study that starts from a diagnosis keeps what the study says of its manipulator."""
+
+import pytest
+from diagnosis.simulated import diagnosed, manipulator
+
+from prb3r import SpecError
+from prb3r.diagnosis.result.files import write_record
+from prb3r.diagnosis.result.learnt_study import learnt_study
+from prb3r.model.files.toml import toml_text
+from prb3r.study.plan import plan_study
+
+STUDY = {
+    "name": "next",
+    "title": "next",
+    "manipulator": "same.toml",
+    "step": [{"cable_1_n": 20}],
+    "metric": [{"kind": "position"}],
+}
+GRAVITY = {"kind": "gravity", "x_m_s2": 9.81, "y_m_s2": 0.0}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("learnt")
+    write_record(diagnosed(), folder)
+    (folder / "same.toml").write_text(toml_text(manipulator()))
+    return folder
+
+
+def learnt(folder, **more):
+    """The manipulators of all cases of the study, with what was learnt."""
+    study, into = folder / "study.toml", folder / "learnt.toml"
+    study.write_text(toml_text(STUDY | more))
+    into.write_text(learnt_study(folder, study, into, count=8))
+    return [case.manipulator() for case in plan_study(into).cases]
+
+
+def test_effects_that_the_study_sets_act_beside_what_was_learnt(folder):
+    for rig in learnt(folder, set={"effect": [GRAVITY]}):
+        assert rig.effect[0].model_dump() == GRAVITY
+        assert "weakened_plate" in {effect.kind for effect in rig.effect}
+
+
+def test_of_another_geometry_that_the_study_sets_faults_of_single_parts_stay_behind(folder):
+    for rig in learnt(folder, set={"segment.1.length_m": 0.04}):
+        assert rig.segment[0].length_m == 0.04
+        assert "weakened_plate" not in {effect.kind for effect in rig.effect}
+    assert "# left behind: weakened plate" in (folder / "learnt.toml").read_text()
+
+
+def test_the_modulus_that_is_learnt_is_that_of_the_rig_whatever_the_study_sets(folder):
+    """The factor on E is one on the nominal modulus of the recorded rig."""
+    plain, other = learnt(folder), learnt(folder, set={"youngs_modulus_pa": 1e11})
+    assert [rig.youngs_modulus_pa for rig in other] == pytest.approx([rig.youngs_modulus_pa for rig in plain])
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [("segment.9.length_m", 0.04, "'9' is not a number from 1 to 2"), ("segment.1.clamp_m", 0.02, "leave nothing")],
+)
+def test_what_the_study_sets_wrongly_is_refused_with_its_place(folder, path, value, said):
+    with pytest.raises(SpecError, match=r"study\.toml set.*" + said):
+        learnt(folder, set={path: value})
