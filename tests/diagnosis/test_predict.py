@@ -201,7 +201,8 @@ def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_toge
 
 
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_path):
-    """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle."""
+    """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle, of two
+    segments as wholes and of six plates."""
     record = json.loads((folder / "diagnosis.json").read_text())
     record["posterior"]["tolerance"] = dict.fromkeys(record["posterior"]["tolerance"], 0.0)
     widths = []
@@ -213,7 +214,9 @@ def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(folder, tmp_p
         ).positions.iloc[-1]
         widths.append((tip["angle_high_rad"] - tip["angle_low_rad"]) / abs(tip["angle_rad"]))
     assert widths[0] < 0.04
-    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(2 * 1.96 * 3 * 0.03 / np.sqrt(2), rel=0.3)
+    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(
+        2 * 1.96 * 3 * 0.03 * np.sqrt(1 / 2 + 1 / 6), rel=0.3
+    )
 
 
 def test_what_a_diagnosis_returned_tells_the_same_as_its_folder(folder):

@@ -18,21 +18,29 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
-from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
+from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
+from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry, supposed
+from prb3r.diagnosis.result.transfer import (
+    carried_constants,
+    carried_effects,
+    nominal_left_behind,
+    supposed,
+    without_found,
+)
+from prb3r.diagnosis.result.workshop import sd_taken_for_modulus, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
+from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
-from prb3r.model.manipulator import Cable, Manipulator, Segment
+from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve, solve_in_blocks
-from prb3r.recording.recording import Tolerance
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
@@ -78,9 +86,10 @@ def predict_design(
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     posterior, verdict = read_posterior(diagnosis)
-    design = manipulator_of(manipulator)
+    given = manipulator_of(manipulator)
+    design = without_learnt(posterior, given)
     central, left = on_design(posterior.named, posterior.manipulator, design)
-    remarks = supposed(central.effect)
+    remarks = [*again_found(given, design), *supposed(central.effect)]
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if verdict == "unexplained":
@@ -88,13 +97,15 @@ def predict_design(
     if left:
         remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
     recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])
+    common = sd_taken_for_modulus(posterior.manipulator, design, posterior.tolerance)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
         known = on_design(rig, posterior.manipulator, design)[0]
         if recorded and rig.parts:
-            solved = replace(solve_in_blocks(known, steps), chain=as_made(known, rig.parts)).whole()
+            chain = as_made(known, rig.parts)
         else:
-            solved = solve(within_tolerances(known, posterior.tolerance, rng) if made else known, steps)
+            chain = within_tolerances(known, posterior.tolerance, rng, common) if made else known.chain()
+        solved = replace(solve_in_blocks(known, steps), chain=chain).whole()
         return solved[list(PREDICTED)].where(solved["outcome"].isin(STANDING)).to_numpy(float)
 
     positions = solve(central, steps)
@@ -152,31 +163,23 @@ def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Mani
     """The manipulator `there` with the constants and effects that carry over to it from `here`, and the reasons for
     what does not."""
     effects, left = carried_effects(drawn.effects, here, there)
+    left = (*left, *nominal_left_behind(here, there))
     if here.friction.coefficient > 0 and there.friction.coefficient == 0:
         left = (*left, "friction, of which the design states none")
     return adjusted(there, carried_constants(drawn.constants, here, there, drawn.effects), effects), left
 
 
-def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
-    """A random manipulator of the workshop: the length and the thickness (or bending stiffness) of each segment and the
-    place of each cable, as a whole, are off by a draw from their tolerances."""
+def without_learnt(posterior: Posterior, design: Manipulator) -> Manipulator:
+    """The design, on the elastica plate model, without effects that stand in its file from this diagnosis."""
+    elastica = design.model_copy(update={"model": "elastica"})
+    bare = elastica.model_copy(update={"effect": []})
+    return without_found(carried_effects(posterior.named.effects, posterior.manipulator, bare)[0], elastica)
 
-    def made(segment: Segment) -> Segment:
-        thicker = 1 + tolerance.thickness_relative * rng.standard_normal()
-        off = {"length_m": segment.length_m + tolerance.length(segment) * rng.standard_normal()}
-        if segment.thickness_m is not None:
-            off["thickness_m"] = segment.thickness_m * thicker
-        elif segment.bending_stiffness_n_m2 is not None:
-            off["bending_stiffness_n_m2"] = segment.bending_stiffness_n_m2 * thicker**THICKNESS_TO_STIFFNESS
-        return segment.model_copy(update=off)
 
-    def routed(cable: Cable) -> Cable:
-        arms = np.array(cable.offset_m)
-        off = arms + tolerance.offset(float(np.abs(arms).max())) * rng.standard_normal()
-        return cable.model_copy(update={"offset_m": off.tolist()})
-
-    parts = {"segment": list(map(made, manipulator.segment)), "cable": list(map(routed, manipulator.cable))}
-    return manipulator.model_copy(update=parts)
+def again_found(given: Manipulator, design: Manipulator) -> list[str]:
+    """A sentence on the effects that the file `given` has from the diagnosis already; none where `design` has all."""
+    kinds = [effect_in_words(effect) for effect in given.effect if effect not in design.effect]
+    return [f"the design's file has {listed(kinds)} from this diagnosis already, which counts once"] if kinds else []
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from prb3r.diagnosis.result.design_prediction import on_design, read_posterior
+from prb3r.diagnosis.result.design_prediction import on_design, read_posterior, without_learnt
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
@@ -47,7 +47,8 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
     posterior, _ = read_posterior(diagnosis)
-    carried = [on_design(draw, posterior.manipulator, design) for draw in posterior.draws(count, seed)]
+    bare = without_learnt(posterior, design)
+    carried = [on_design(draw, posterior.manipulator, bare) for draw in posterior.draws(count, seed)]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
