@@ -56,8 +56,8 @@ def tell(investigation: Investigation) -> Diagnosis:
         structured=investigation.choice.beyond_stated,
         share_of_stated=investigation.choice.share_of_stated,
         nominal=nominal,
-        calibrated=FittedModel(calibrated.constants, tuple(calibrated.effects)),
-        explained=FittedModel(explained.constants, tuple(explained.effects)),
+        calibrated=_plain_model(calibrated),
+        explained=_plain_model(explained),
         manipulators={name: adjusted(nominal, fitted.constants, fitted.effects) for name, fitted in fits.items()},
         chi2=ChiSquare(
             nominal=_nominal_chi2(calibrated),
@@ -107,6 +107,10 @@ def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effec
     plain["friction"]["coefficient"] *= float(np.exp(constants.log_friction))
     plain["effect"] = [*plain.get("effect", []), *(effect.model_dump(exclude_none=True) for effect in effects)]
     return Manipulator.model_validate(plain)
+
+
+def _plain_model(fitted: Fit) -> FittedModel:
+    return FittedModel(fitted.constants, tuple(fitted.effects))
 
 
 def _nominal_chi2(calibrated: Fit) -> float | None:
@@ -190,6 +194,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,
+        without=None if named.without is None else _plain_model(named.without),
     )
 
 

@@ -22,6 +22,8 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect
+from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.result.posterior import Drawn, averaged
 from prb3r.diagnosis.result.same_rig import ROUNDED_APART, modulus_ratio, same_geometry
 from prb3r.diagnosis.settings import Settings
@@ -37,6 +39,9 @@ class Carried:
 
     heldout: HeldOut
     """Errors of the calibrated and of the explained model on it."""
+    without: tuple[HeldOut | None, ...]
+    """For each named effect the errors of the model without it, in the place of the calibrated one, and of the chosen
+    model; None where there is no fit without it."""
     same_geometry: bool
     """Whether it is of the same manipulator but for constants and names."""
     effects: tuple[Effect, ...]
@@ -59,13 +64,23 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, nominal, other), [])
 
-    def seen(centre: Drawn) -> np.ndarray:
-        constants = carried_constants(centre.constants, nominal, other, centre.effects, most)
-        return _in_frame(predict, noise, constants, carried_effects(centre.effects, nominal, other, most)[0])
+    def seen(model: Drawn | FittedModel) -> np.ndarray:
+        constants = carried_constants(model.constants, nominal, other, model.effects, most)
+        return _in_frame(predict, noise, constants, carried_effects(model.effects, nominal, other, most)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
-    left = (*left, *nominal_left_behind(nominal, other))
-    return Carried(compared(predict, noise, calibrated, explained), same_geometry(nominal, other), carried, left)
+    chosen = seen(named)
+
+    def errors_without(effect: NamedEffect) -> HeldOut | None:
+        return None if effect.without is None else compared(predict, noise, seen(effect.without), chosen)
+
+    return Carried(
+        heldout=compared(predict, noise, calibrated, explained),
+        without=tuple(map(errors_without, diagnosis.effects)),
+        same_geometry=same_geometry(nominal, other),
+        effects=carried,
+        left_behind=(*left, *nominal_left_behind(nominal, other)),
+    )
 
 
 def carried_effects(
