@@ -200,13 +200,15 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
         reach = NORMAL_REACH * told.sd if np.isfinite(told.sd) else 0.0
         ends = [told.u, told.u - reach, told.u + reach]
         if compared.free is None:
-            nominal = together.fitted.model.rigs[compared.rigs[0]].predict.recording.manipulator
+            rig = together.fitted.model.rigs[compared.rigs[0]]
+            nominal, bounds = rig.predict.recording.manipulator, rig.widest[compared.name]
             value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
-            values = [float(value * np.exp(end)) for end in ends]
+            values = [float(value * np.exp(end)) for end in np.clip(ends, *bounds)]
+            open_ends = ends[1] <= bounds[0], ends[2] >= bounds[1]
         else:
             values = [compared.free.value(end) for end in ends]
+            open_ends = compared.free.open_ends(*sorted(values[1:]))
         low, high = sorted(values[1:])
-        open_ends = compared.free.open_ends(low, high) if compared.free else (False, False)
         return Estimate(values[0], low, high, open_ends) if reach else Estimate(values[0])
 
     return SharedParameter(

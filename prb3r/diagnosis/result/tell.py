@@ -132,7 +132,7 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
     """A constant, given its `nominal` value and the `name` of its logarithm, with a linearised 95 % interval where the
     fit deserves one.
 
-    The interval is widened to what the other surviving models say of the constant.
+    The interval is widened to what the other surviving models say of the constant, and ends at the bounds of the fit.
     """
     calibrated, explained = investigation.calibrated, investigation.explained
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
@@ -142,7 +142,10 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
         number = explained.model.varied.index(name)
         reach, u = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number])), float(explained.p[number])
         ends = ends_over_models(investigation.choice, number, number_of_constant(name), (u - reach, u + reach))
-    return CalibratedConstant(nominal, alone, best, *(nominal * float(np.exp(end)) for end in ends))
+    bounds = explained.model.widest[name]
+    low, high = np.clip(ends, *bounds)
+    low, high = (nominal * float(np.exp(end)) for end in (low, high))
+    return CalibratedConstant(nominal, alone, best, low, high, (ends[0] <= bounds[0], ends[1] >= bounds[1]))
 
 
 def _noise(investigation: Investigation) -> NoiseFound:
