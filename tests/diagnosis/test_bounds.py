@@ -4,10 +4,17 @@ import re
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.projection import as_json, summary_lines
+from prb3r.diagnosis.result.rig_remarks import at_bounds
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.present.diagnosis.sentences import bias_of_calibration
@@ -48,3 +55,18 @@ def test_a_constant_that_is_told_keeps_both_ends():
     modulus = found().constants["youngs_modulus_pa"]
     assert modulus.open == (False, False)
     assert modulus.low < 1.05 * modulus.nominal < modulus.high
+
+
+def test_a_size_that_ends_on_a_bound_of_the_search_is_told():
+    """A hole 16 mm off its place, where half of the cable's arm, 12.75 mm, is the most that is sought."""
+    known = recorded(Case(hidden=((("kind", "hole_offset"), ("cable", "1"), ("offset_m", 0.016)),)))
+    calibrated = fit_constants(predictor(known))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    offset = next(each for each in library if each.name == "hole_offset (cable 1)")
+    found = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.0))
+    (said,) = at_bounds(found)
+    assert said.startswith("offset_m of hole_offset (cable 1) ends at 0.0127, as far as was sought: it may be larger")
+    inside = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.1), fixed=(len(calibrated.p),))
+    assert at_bounds(inside) == []
+    assert at_bounds(calibrated) == []
