@@ -39,12 +39,14 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
 
     Effects that the `nominal` manipulator has too are not assumed: they stay as they are there.
     """
-    stated = list(nominal.effect)
+    stated, factor = list(nominal.effect), 1.0
     values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
     for effect in known.effect:
         if effect in stated:
             stated.remove(effect)
             continue
+        effect, share = _referred(effect, library)
+        factor *= share
         hypothesis = hypothesis_at(effect, library)
         rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)
         if hypothesis is None:
@@ -55,8 +57,19 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
             values[hypothesis] = {free.name: getattr(effect, free.name) for free in hypothesis.free}
     constants = {"log_stiffness": float(np.log(known.youngs_modulus_pa / nominal.youngs_modulus_pa))}
     if known.friction.coefficient > 0 and nominal.friction.coefficient > 0:
-        constants["log_friction"] = float(np.log(known.friction.coefficient / nominal.friction.coefficient))
+        coefficient = factor * known.friction.coefficient
+        constants["log_friction"] = float(np.log(coefficient / nominal.friction.coefficient))
     return Assumed(values, constants, tuple(unknown))
+
+
+def _referred(effect: Effect, library: Iterable[Hypothesis]) -> tuple[Effect, float]:
+    """An effect as a law with the reference that the library has for its kind, and the factor on the friction
+    coefficient that goes with it; as it is, and 1, where its place is no reference."""
+    suspect = SUSPECTS.get(effect.kind)
+    other = next((hypothesis for hypothesis in library if hypothesis.kind == effect.kind), None)
+    if suspect is None or suspect.referred is None or other is None:
+        return effect, 1.0
+    return suspect.referred(effect, dict(other.place))
 
 
 def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
