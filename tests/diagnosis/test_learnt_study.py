@@ -1,9 +1,12 @@
 """A study that starts from a diagnosis keeps what the study says of its manipulator."""
 
+import json
+
+import numpy as np
 import pytest
 from diagnosis.simulated import diagnosed, manipulator
 
-from prb3r import SpecError
+from prb3r import SpecError, predict
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.learnt_study import learnt_study
 from prb3r.model.files.toml import toml_text
@@ -61,3 +64,27 @@ def test_the_modulus_that_is_learnt_is_that_of_the_rig_whatever_the_study_sets(f
 def test_what_the_study_sets_wrongly_is_refused_with_its_place(folder, path, value, said):
     with pytest.raises(SpecError, match=r"study\.toml set.*" + said):
         learnt(folder, set={path: value})
+
+
+def test_friction_that_goes_by_the_rate_is_taken_at_its_reference_where_loads_have_no_times(folder, tmp_path):
+    """Of steps without times and of studies; with times it acts."""
+    record = json.loads((folder / "diagnosis.json").read_text())
+    (plain, *_), rate = record["posterior"]["models"], {"kind": "rate_dependent_friction", "rate": 0.2}
+    rare = plain | {
+        "probability": 0.3,
+        "named": False,
+        "effects": [*plain["effects"], rate | {"reference_n_per_s": 1.0}],
+    }
+    record["posterior"]["models"] = [plain | {"probability": 0.7}, rare]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    (tmp_path / "same.toml").write_text((folder / "same.toml").read_text())
+    steps = {"sequence": ["a", "a"], "step": [1, 2], "cable_1_n": [5.0, 40.0]}
+    said = "loads have no time_s here: friction that goes by the rate is taken as it is at its reference rate"
+    timeless = predict(tmp_path, tmp_path / "same.toml", steps)
+    timed = predict(tmp_path, tmp_path / "same.toml", steps | {"time_s": [0.0, 1.0]})
+    assert said in timeless.remarks
+    assert said not in timed.remarks
+    widths = [np.ptp(found.positions.iloc[-1][["y_low_m", "y_high_m"]]) for found in (timeless, timed)]
+    assert widths[1] > 2 * widths[0]
+    assert "rate_dependent_friction" not in {effect.kind for rig in learnt(tmp_path) for effect in rig.effect}
+    assert f"# {said}\n" in (tmp_path / "learnt.toml").read_text()

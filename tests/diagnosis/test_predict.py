@@ -12,9 +12,9 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.cli import main
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.result.carried_constants import carried_constants
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.posterior import FreeParameter, ModelPosterior, Posterior, averaged
-from prb3r.diagnosis.result.transfer import carried_constants
 from prb3r.model.files.toml import toml_text
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate

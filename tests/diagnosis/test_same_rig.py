@@ -8,9 +8,10 @@ from diagnosis.simulated import E, diagnosed, manipulator
 
 from prb3r import load_manipulator, predict
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.result.carried_constants import carried_constants
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.same_rig import same_geometry
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects
+from prb3r.diagnosis.result.transfer import carried_effects
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.manipulator import Manipulator
 

@@ -18,29 +18,21 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
-from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
+from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
-from prb3r.diagnosis.result.same_rig import same_geometry
-from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import (
-    carried_constants,
-    carried_effects,
-    nominal_left_behind,
-    supposed,
-    without_found,
-)
 from prb3r.diagnosis.result.workshop import sd_taken_for_modulus, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
-from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
+from prb3r.model.files.table import read_table
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve, solve_in_blocks
+from prb3r.model.step_checks import TIME
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
@@ -86,21 +78,20 @@ def predict_design(
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     posterior, verdict = read_posterior(diagnosis)
-    given = manipulator_of(manipulator)
-    design = without_learnt(posterior, given)
-    central, left = on_design(posterior.named, posterior.manipulator, design)
-    remarks = [*again_found(given, design), *supposed(central.effect)]
+    columns = read_table(steps) if isinstance(steps, str | Path) else steps
+    design = LearntDesign(posterior, manipulator_of(manipulator), timed=columns is None or TIME in columns)
+    (central, left), remarks = design.of(posterior.named), design.remarks
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     if left:
         remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
-    recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])
-    common = sd_taken_for_modulus(posterior.manipulator, design, posterior.tolerance)
+    recorded, rng = design.recorded, np.random.default_rng([seed, 1])
+    common = sd_taken_for_modulus(posterior.manipulator, design.given, posterior.tolerance)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
-        known = on_design(rig, posterior.manipulator, design)[0]
+        known = design.of(rig).manipulator
         if recorded and rig.parts:
             chain = as_made(known, rig.parts)
         else:
@@ -111,7 +102,7 @@ def predict_design(
     positions = solve(central, steps)
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
     if posterior.bending is not None:
-        bending = bending_of(design, centre[:, PREDICTED.index("angle_rad")].reshape(-1, design.plates + 1))
+        bending = bending_of(central, centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1))
         remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True) for rig in rigs])
@@ -157,29 +148,6 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         first = error.errors()[0]
         reason = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
     raise SpecError(Problem(str(path), reason))
-
-
-def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
-    """The manipulator `there` with the constants and effects that carry over to it from `here`, and the reasons for
-    what does not."""
-    effects, left = carried_effects(drawn.effects, here, there)
-    left = (*left, *nominal_left_behind(here, there))
-    if here.friction.coefficient > 0 and there.friction.coefficient == 0:
-        left = (*left, "friction, of which the design states none")
-    return adjusted(there, carried_constants(drawn.constants, here, there, drawn.effects), effects), left
-
-
-def without_learnt(posterior: Posterior, design: Manipulator) -> Manipulator:
-    """The design, on the elastica plate model, without effects that stand in its file from this diagnosis."""
-    elastica = design.model_copy(update={"model": "elastica"})
-    bare = elastica.model_copy(update={"effect": []})
-    return without_found(carried_effects(posterior.named.effects, posterior.manipulator, bare)[0], elastica)
-
-
-def again_found(given: Manipulator, design: Manipulator) -> list[str]:
-    """A sentence on the effects that the file `given` has from the diagnosis already; none where `design` has all."""
-    kinds = [effect_in_words(effect) for effect in given.effect if effect not in design.effect]
-    return [f"the design's file has {listed(kinds)} from this diagnosis already, which counts once"] if kinds else []
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:

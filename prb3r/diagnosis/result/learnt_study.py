@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from prb3r.diagnosis.result.design_prediction import on_design, read_posterior, without_learnt
+from prb3r.diagnosis.result.design_prediction import read_posterior
+from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import toml_text
@@ -47,8 +48,8 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
     posterior, _ = read_posterior(diagnosis)
-    bare = without_learnt(posterior, design)
-    carried = [on_design(draw, posterior.manipulator, bare) for draw in posterior.draws(count, seed)]
+    known = LearntDesign(posterior, design, timed=False)
+    carried = [known.of(draw) for draw in posterior.draws(count, seed)]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
@@ -56,6 +57,7 @@ def learnt_study(
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     comment = f"# prb3r predict, of {count} draws (seed {seed}): what a diagnosis leaves possible\n"
     comment += "".join(f"# left behind: {reason}\n" for reason in left)
+    comment += "".join(f"# {remark}\n" for remark in known.remarks)
     text = path.read_text("utf-8-sig")
     there = Path(os.path.relpath((path.parent / spec.manipulator).resolve(), Path(into).parent.resolve())).as_posix()
     lines, at, whole = text.splitlines(keepends=True), lines_of_keys(text), tomllib.loads(text)

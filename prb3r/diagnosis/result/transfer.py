@@ -21,11 +21,17 @@ from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.suspect import effect_in_words
+from prb3r.diagnosis.result.carried_constants import (
+    carried_constants,
+    constants_left_behind,
+    mean_stiffness,
+    plate_scatter,
+)
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.result.posterior import Drawn, averaged
-from prb3r.diagnosis.result.same_rig import ROUNDED_APART, modulus_ratio, same_geometry
+from prb3r.diagnosis.result.same_rig import ROUNDED_APART, same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
@@ -79,7 +85,11 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
         without=tuple(map(errors_without, diagnosis.effects)),
         same_geometry=same_geometry(nominal, other),
         effects=carried,
-        left_behind=(*left, *nominal_left_behind(nominal, other)),
+        left_behind=(
+            *left,
+            *nominal_left_behind(nominal, other),
+            *constants_left_behind(nominal, other, named.effects),
+        ),
     )
 
 
@@ -183,47 +193,6 @@ _SCATTERED = (
     "that they are all in all {:.3g} times as stiff goes with Young's modulus"
 )
 """Why scattered stiffnesses of plates are left behind, with their number and their mean."""
-
-
-def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates, if more than `most_faults` of them are not nominal; else None."""
-    factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
-    if len(factors) <= most_faults:
-        return None
-    return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
-
-
-def mean_stiffness(scatter: np.ndarray) -> float:
-    """The one factor with which all plates together would give way as much as with the factors `scatter` (n,): their
-    harmonic mean."""
-    return float(1 / np.mean(1 / scatter))
-
-
-def carried_constants(
-    constants: Constants,
-    here: Manipulator,
-    there: Manipulator,
-    effects: Iterable[Effect] = (),
-    most_faults: int = Settings.most_faults,
-) -> Constants:
-    """Constants found on the manipulator `here`, beside `effects`, as factors on the nominal ones of `there`; the frame
-    is left at zero.
-
-    Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
-    factor on stiffness.  `most_faults` as of :func:`carried_effects`.
-    """
-    stiffness, one_rig = constants.log_stiffness, same_geometry(here, there)
-    if one_rig:
-        stiffness += np.log(modulus_ratio(here, there))  # it is as stiff as it was, whatever its file states
-    elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
-        stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
-    scatter = None if one_rig else plate_scatter(effects, here, most_faults)
-    if scatter is not None:
-        stiffness += np.log(mean_stiffness(scatter))
-    friction = 0.0
-    if here.friction.coefficient > 0 and there.friction.coefficient > 0:
-        friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)
-    return Constants(log_stiffness=float(stiffness), log_friction=float(friction))
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
