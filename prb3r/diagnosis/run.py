@@ -57,6 +57,7 @@ def diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     (whole,), others = _read([recording]), _read(holdout)
+    _refuse_known(others, [whole])
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         diagnosis = run_stages(Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
     return _judged_on(diagnosis, others, whole.manipulator)
@@ -80,6 +81,7 @@ def joint_diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     read, others = _read(recordings), _read(holdout)
+    _refuse_known(others, read)
     names = [recording.name for recording in read]
     if len(read) < 2:
         raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
@@ -98,6 +100,17 @@ def joint_diagnosis_of(
 
 def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
     return [place if isinstance(place, Recording) else load_recording(place) for place in given]
+
+
+def _refuse_known(others: Sequence[Recording], diagnosed: Sequence[Recording]) -> None:
+    """Raise a SpecError for each of the `others` that has the readings of a diagnosed recording."""
+
+    def known(other: Recording) -> bool:
+        return any(np.array_equal(other.readings.value, own.readings.value) for own in diagnosed)
+
+    what = "has the readings that are diagnosed, which confirm nothing; give another recording"
+    if again := [Problem("holdout", f"{other.name} {what}") for other in others if known(other)]:
+        raise SpecError(*again)
 
 
 def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipulator) -> Diagnosis:

@@ -6,7 +6,8 @@ import pytest
 from diagnosis.planted import in_kilograms, other_cables
 from diagnosis.simulated import WEAK, Case, recorded
 
-from prb3r.diagnosis.run import diagnosis_of
+from prb3r import SpecError
+from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
 
 LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
 HIDDEN = tuple(tuple(effect.items()) for effect in (LOSSY, WEAK))
@@ -52,3 +53,12 @@ def test_a_blunder_in_the_steps_may_not_be_in_another_recording():
     assert found.heldout.rmse_explained_m < 1.1 * found.heldout.noise_m
     said = "the other is judged as it was recorded: whether the same blunder was made there was not looked for"
     assert said in found.remarks
+
+
+def test_no_recording_is_judged_on_itself():
+    """By whatever name."""
+    known, copy, third = (replace(other(), name=name) for name in ("known", "copy", "third"))
+    with pytest.raises(SpecError, match=r"holdout: copy has the readings that are diagnosed"):
+        diagnosis_of(known, holdout=[other(5), copy])
+    with pytest.raises(SpecError, match=r"holdout: copy has the readings that are diagnosed"):
+        joint_diagnosis_of([replace(other(5), name="b"), third], holdout=[copy])

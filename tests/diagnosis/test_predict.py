@@ -244,6 +244,9 @@ def test_what_cannot_be_used_is_refused(folder, tmp_path):
     assert "diagnose the recording again" in (result := run(tmp_path, folder / "same.toml")).output
     assert result.exit_code == 2
     assert "no such file" in (result := run(tmp_path / "nowhere", folder / "same.toml")).output
+    (tmp_path / "both/short").mkdir(parents=True)
+    (tmp_path / "both/short/diagnosis.json").write_text("{}")
+    assert "give that of one, short" in (result := run(tmp_path / "both", folder / "same.toml")).output
     assert result.exit_code == 2
     assert run(folder, folder / "same.toml", "-o", tmp_path / "learnt.csv").exit_code == 2
     with pytest.raises(SpecError, match="at least 40"):

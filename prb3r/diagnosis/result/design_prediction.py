@@ -135,6 +135,10 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         record = json.loads(path.read_text(encoding="utf-8"))
         return Posterior.model_validate(record["posterior"]), record["verdict"]
     except FileNotFoundError:
+        several = sorted(each.parent.name for each in path.parent.glob("*/diagnosis.json"))
+        if several:
+            reason = f"no such file, but folders of several diagnoses: give that of one, {' or '.join(several)}"
+            raise SpecError(Problem(str(path), reason)) from None
         reason = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
     except OSError as error:
         reason = f"cannot be read: {str(error.strerror).lower()}"
