@@ -34,7 +34,7 @@ def learnt(folder, **more):
     """The manipulators of all cases of the study, with what was learnt."""
     study, into = folder / "study.toml", folder / "learnt.toml"
     study.write_text(toml_text(STUDY | more))
-    into.write_text(learnt_study(folder, study, into, count=8))
+    into.write_text(learnt_study(folder, study, into, count=8).text)
     return [case.manipulator() for case in plan_study(into).cases]
 
 
@@ -88,3 +88,21 @@ def test_friction_that_goes_by_the_rate_is_taken_at_its_reference_where_loads_ha
     assert widths[1] > 2 * widths[0]
     assert "rate_dependent_friction" not in {effect.kind for rig in learnt(tmp_path) for effect in rig.effect}
     assert f"# {said}\n" in (tmp_path / "learnt.toml").read_text()
+
+
+def remarks(folder, *factors):
+    study = folder / "factors.toml"
+    study.write_text(toml_text(STUDY | {"factor": list(factors)}))
+    return learnt_study(folder, study, folder / "with-factors.toml", count=4).remarks
+
+
+def test_factors_that_make_other_rigs_of_the_recorded_one_or_set_what_was_learnt_are_told(folder):
+    thick = {"name": "thick_m", "path": "segment.1.thickness_m", "values": [8e-4, 1e-3]}
+    sheet = {"name": "sheet_m", "added_to": "segment.1.thickness_m", "values": [0.0, 8e-6]}
+    stiff = {"name": "stiff", "level": [{"label": "a", "set": {"youngs_modulus_pa": 2e11}}, {"label": "b"}]}
+    rough = {"name": "rough", "times": "friction.coefficient", "values": [0.5, 1.0]}
+    (said,) = remarks(folder, thick)
+    assert said.startswith("with every design of thick_m goes weakened plate, which is a fault of one part of this rig")
+    assert remarks(folder, stiff) == ("factor stiff sets youngs_modulus_pa, in the place of what was learnt",)
+    assert remarks(folder, rough) == ()
+    assert remarks(folder, sheet) == ()

@@ -313,10 +313,10 @@ def test_words_that_look_like_toml_stay_words(folder):
     study.write_text(asked + plain)
     result = run(folder, study)
     assert result.exit_code == 0, result.output
-    spec = tomllib.loads(result.output)
+    spec = tomllib.loads(result.stdout)
     assert spec["question"] == tomllib.loads(asked)["question"]
     assert spec["factor"][0]["name"] == "learnt"
-    (folder / "asking-learnt.toml").write_text(result.output)
+    (folder / "asking-learnt.toml").write_text(result.stdout)
     assert len(plan_study(folder / "asking-learnt.toml").cases) == 2 * 64
 
 
@@ -338,7 +338,7 @@ def test_a_study_without_sampling_gets_it(folder):
     result = run(folder, study)
     assert result.exit_code == 0, result.output
     assert "left behind" not in result.output
-    (folder / "plain-learnt.toml").write_text(result.output)
+    (folder / "plain-learnt.toml").write_text(result.stdout)
     assert len(plan_study(folder / "plain-learnt.toml").cases) == 2 * 64
 
 
