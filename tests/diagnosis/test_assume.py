@@ -119,3 +119,19 @@ def test_a_law_with_another_reference_is_the_same_law_here(law, coefficient):
     for at in (1.0, 20.0, 90.0):
         now = coefficient({**law, **dict(hypothesis.place), **sizes}, there, at)
         assert now == pytest.approx(coefficient(law, mu, at))
+
+
+def test_friction_is_assumed_where_the_nominal_file_has_it():
+    """As the coefficient or, where that is 0, as an effect; found before as the other one."""
+    rubbing, without = scope(), scope(friction={"coefficient": 0.0})
+    effect = {"kind": "cable_friction", "coefficient": 0.2}
+    as_effect, as_constant = (manipulator_of(manipulator(E, mu, known)) for mu, known in ((0.0, [effect]), (0.2, [])))
+    for known in (as_effect, as_constant):
+        assumed = assumed_of(known, rubbing.manipulator, hypotheses(rubbing))
+        assert not assumed.values
+        assert not assumed.unknown
+        mu = rubbing.manipulator.friction.coefficient
+        assert mu * np.exp(assumed.constants["log_friction"]) == pytest.approx(0.2)
+        assumed = assumed_of(known, without.manipulator, hypotheses(without))
+        assert {each.name: sizes for each, sizes in assumed.values.items()} == {"cable_friction": {"coefficient": 0.2}}
+        assert not assumed.unknown

@@ -17,6 +17,7 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
@@ -39,7 +40,7 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
 
     Effects that the `nominal` manipulator has too are not assumed: they stay as they are there.
     """
-    stated, factor = list(nominal.effect), 1.0
+    stated, factor, known = list(nominal.effect), 1.0, _rubbing_as(nominal, known)
     values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
     for effect in known.effect:
         if effect in stated:
@@ -60,6 +61,25 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
         coefficient = factor * known.friction.coefficient
         constants["log_friction"] = float(np.log(coefficient / nominal.friction.coefficient))
     return Assumed(values, constants, tuple(unknown))
+
+
+def _rubbing_as(nominal: Manipulator, known: Manipulator) -> Manipulator:
+    """The manipulator `known` with the friction of all cables where the `nominal` one has it: in the coefficient or,
+    where that is 0, as an effect."""
+
+    def of_all(effect: Effect) -> bool:
+        return effect.kind == RUBBING and not getattr(effect, "cables", None)
+
+    found = [effect for effect in known.effect if of_all(effect) and effect not in nominal.effect]
+    coefficient = known.friction.coefficient
+    if nominal.friction.coefficient > 0 and found:
+        others = [effect for effect in known.effect if effect not in found]
+        friction = known.friction.model_copy(update={"coefficient": found[-1].model_dump()["coefficient"]})
+        return known.model_copy(update={"friction": friction, "effect": others})
+    if nominal.friction.coefficient == 0 < coefficient and not any(map(of_all, known.effect)):
+        rubbing = EFFECT_KINDS[RUBBING].model_validate({"kind": RUBBING, "coefficient": coefficient})
+        return known.model_copy(update={"effect": [rubbing, *known.effect]})
+    return known
 
 
 def _referred(effect: Effect, library: Iterable[Hypothesis]) -> tuple[Effect, float]:
