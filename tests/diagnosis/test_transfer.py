@@ -164,7 +164,7 @@ def test_a_coefficient_goes_with_the_turns_that_it_was_found_with():
     edges = other_design().replace("friction.wrap", "edges")
     assert carried_constants(found, here, edges).log_friction == 0.0
     (said,) = constants_left_behind(here, edges, [])
-    assert said == 'the friction coefficient, which goes with wrap = "net", and the design has another'
+    assert said == 'the friction coefficient found, which goes with wrap = "net": the design keeps its own'
     at_edges = [EFFECT_KINDS["edge_wrap"]()]
     for there in (other_design(), edges):
         assert carried_constants(found, here, there, at_edges).log_friction == pytest.approx(0.2)

@@ -63,5 +63,7 @@ def constants_left_behind(here: Manipulator, there: Manipulator, effects: Iterab
         return ("friction, of which the design states none",)
     at_edges = any(isinstance(effect, EdgeWrap) for effect in effects)
     if (here.friction.wrap == "edges" or at_edges) != (there.friction.wrap == "edges" or at_edges):
-        return (f'the friction coefficient, which goes with wrap = "{here.friction.wrap}", and the design has another',)
+        return (
+            f'the friction coefficient found, which goes with wrap = "{here.friction.wrap}": the design keeps its own',
+        )
     return ()
