@@ -137,6 +137,7 @@ def test_what_a_design_states_itself_stays_as_it_states_it():
 def test_effects_of_the_recorded_rigs_own_file_that_a_design_lacks_are_told(folder, tmp_path):
     record = json.loads((folder / "diagnosis.json").read_text())
     known = [{"kind": "pulley_friction", "efficiency": 0.9}, {"kind": "worn_hole", "disk": 2, "coefficient": 1.0}]
+    law = {"kind": "empirical_moment", "terms": [{"of": "bend", "coefficient": 0.1}]}
     record["posterior"]["manipulator"]["effect"] = known
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
     told = "{}, which the file of the recorded rig states and this design's does not"
@@ -144,6 +145,12 @@ def test_effects_of_the_recorded_rigs_own_file_that_a_design_lacks_are_told(fold
     assert told.format("pulley friction") in predict(tmp_path, other).left_behind
     assert told.format("worn hole") not in predict(tmp_path, other).left_behind  # a fault of that rig
     assert predict(tmp_path, rig()).left_behind == tuple(map(told.format, ("pulley friction", "worn hole")))
+    record["posterior"]["manipulator"]["effect"] = [law]  # an empirical law of that rig
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    assert not [reason for reason in predict(tmp_path, other).left_behind if "empirical" in reason]
+    assert predict(tmp_path, rig()).left_behind == (told.format("empirical moment"),)
+    record["posterior"]["manipulator"]["effect"] = known
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
     assert predict(tmp_path, rig(effect=known)).left_behind == ()
 
 

@@ -159,6 +159,8 @@ def nominal_left_behind(here: Manipulator, there: Manipulator) -> tuple[str, ...
     """Reasons for the effects that the file of the manipulator `here` states, and that `there` would have too but for
     its file."""
     stated = [effect for effect in here.effect if not any(_in_place_of_one(effect, other) for other in there.effect)]
+    if not same_geometry(here, there):
+        stated = [effect for effect in stated if effect.kind in SUSPECTS]  # an empirical law is one of its rig alone
     carried, _ = carried_effects(stated, here, there)
     reason = "{}, which the file of the recorded rig states and this design's does not"
     return tuple(reason.format(effect_in_words(effect)) for effect in carried)
