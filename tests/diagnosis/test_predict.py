@@ -127,6 +127,17 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(folder, tmp_path)
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
 
 
+def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(folder, tmp_path):
+    """The verdict on it is `set-up`."""
+    record = json.loads((folder / "diagnosis.json").read_text()) | {"verdict": "set-up"}
+    said = "the diagnosis leaves part of its recording unexplained, and the bands leave that out"
+    for partial in (False, True):
+        record["effects"] = [effect | {"partial": partial} for effect in record["effects"]]
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        remarks = predict(tmp_path, folder / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}).remarks
+        assert (said in remarks) == partial
+
+
 def test_what_alone_makes_bands_wide_is_said(folder, tmp_path):
     """A survivor that is hardly probable and moves far."""
     record = json.loads((folder / "diagnosis.json").read_text())

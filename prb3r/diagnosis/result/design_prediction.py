@@ -133,7 +133,8 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
     path = path / "diagnosis.json" if path.is_dir() else path
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        return Posterior.model_validate(record["posterior"]), record["verdict"]
+        partial = any(effect.get("partial") for effect in record["effects"])  # of a recording with a blunder mended too
+        return Posterior.model_validate(record["posterior"]), "unexplained" if partial else record["verdict"]
     except FileNotFoundError:
         several = sorted(each.parent.name for each in path.parent.glob("*/diagnosis.json"))
         if several:
