@@ -21,6 +21,11 @@ def listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
+def quoted(names: Sequence[str]) -> list[str]:
+    """The names, all in quotation marks if one of them has a comma, which would look like the end of the name."""
+    return [f'"{name}"' for name in names] if any("," in name for name in names) else list(names)
+
+
 def few(names: Sequence[str], most: int = 3) -> str:
     """Names separated by commas; of more than `most` only the first, with the number of the others.
 

@@ -84,7 +84,7 @@ def test_classes_of_recordings_are_listed_where_none_is_close(tmp_path):
 
 def test_a_recording_is_not_held_out_from_itself():
     recording = load_recording(EXAMPLE)
-    with pytest.raises(SpecError, match="'bench example' is what is diagnosed, and confirms nothing"):
+    with pytest.raises(SpecError, match="bench example has the readings that are diagnosed, which confirm nothing"):
         diagnosis_of(recording, holdout=[EXAMPLE])
 
 

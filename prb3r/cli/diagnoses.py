@@ -119,12 +119,14 @@ def predict_command(diagnosis, design, steps, output, seed) -> None:
     if is_study(Path(design)):
         if steps is not None:
             raise SpecError(Problem(steps, "a study has its own loads; give the table with a manipulator"))
-        text = learnt_study(diagnosis, design, output or design, seed=seed)
+        study = learnt_study(diagnosis, design, output or design, seed=seed)
         if output:
             ensure_writable(Path(output).parent)
-            write_whole(Path(output), text.encode())
+            write_whole(Path(output), study.text.encode())
         else:
-            click.echo(text, nl=False)
+            click.echo(study.text, nl=False)
+        for remark in study.remarks:
+            click.echo(f"prb3r: {remark}", err=True)
         return
     if output and steps is not None:
         ensure_table_place(output)

@@ -8,16 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.checks.setup.remedy import with_manipulator
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.files import default_folder
-from prb3r.diagnosis.result.transfer import Carried, on_other, supposed
+from prb3r.diagnosis.result.same_rig import same_geometry
+from prb3r.diagnosis.result.transfer import on_other, supposed
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.stages import Report
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
+from prb3r.model.manipulator import Manipulator
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind, Recording
 from prb3r.runs.backends.process_map import process_map
@@ -53,10 +57,10 @@ def diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     (whole,), others = _read([recording]), _read(holdout)
-    _ensure_unseen([whole], others)
+    _refuse_known(others, [whole])
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         diagnosis = run_stages(Task(whole, seed, hold_out=not others, assumed=assumed), report, apply)
-    return _judged_on(diagnosis, others)
+    return _judged_on(diagnosis, others, whole.manipulator)
 
 
 def joint_diagnosis_of(
@@ -77,7 +81,7 @@ def joint_diagnosis_of(
     """
     assumed = None if assume is None else manipulator_of(assume)
     read, others = _read(recordings), _read(holdout)
-    _ensure_unseen(read, others)
+    _refuse_known(others, read)
     names = [recording.name for recording in read]
     if len(read) < 2:
         raise SpecError(Problem("together", f"takes two recordings or more, not {len(read)}"))
@@ -90,45 +94,74 @@ def joint_diagnosis_of(
     tasks = [Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         joint = diagnose_together(tasks, report, apply)
-    return replace(joint, diagnoses=tuple(_judged_on(diagnosis, others) for diagnosis in joint.diagnoses))
+    pairs = zip(joint.diagnoses, read, strict=True)
+    return replace(joint, diagnoses=tuple(_judged_on(single, others, own.manipulator) for single, own in pairs))
 
 
 def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
     return [place if isinstance(place, Recording) else load_recording(place) for place in given]
 
 
-def _ensure_unseen(diagnosed: Sequence[Recording], others: Sequence[Recording]) -> None:
-    """Check that no recording is to be judged on its own readings; raises SpecError if one is."""
-    for other in others:
-        for recording in diagnosed:
-            same = recording.steps.equals(other.steps) and np.array_equal(
-                recording.readings.value, other.readings.value
-            )
-            if same:
-                what = f"{other.name!r} is what is diagnosed, and confirms nothing; give another recording"
-                raise SpecError(Problem("holdout", what))
+def _refuse_known(others: Sequence[Recording], diagnosed: Sequence[Recording]) -> None:
+    """Raise a SpecError for each of the `others` that has the readings of a diagnosed recording."""
+
+    def known(other: Recording) -> bool:
+        return any(np.array_equal(other.readings.value, own.readings.value) for own in diagnosed)
+
+    what = "has the readings that are diagnosed, which confirm nothing; give another recording"
+    if again := [Problem("holdout", f"{other.name} {what}") for other in others if known(other)]:
+        raise SpecError(*again)
 
 
-def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording]) -> Diagnosis:
-    """The diagnosis with its held-out errors replaced by those on other recordings; as it is without any."""
+def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipulator) -> Diagnosis:
+    """The diagnosis with its held-out errors and gains replaced by those on other recordings; as it is without any.
+
+    Where a blunder was mended in the manipulator file `filed`, other recordings of that file are judged with it mended.
+    """
     if not others:
         return diagnosis
-    carried = [(other, on_other(diagnosis, other)) for other in others]
-    remarks = [
-        f"{other.name} does without {reason}" for other, prediction in carried for reason in prediction.left_behind
-    ]
-    remarks += [f"{other.name}: {text}" for other, prediction in carried for text in supposed(prediction.effects)]
-    return replace(diagnosis, heldout=pooled(carried), remarks=(*diagnosis.remarks, *remarks))
+    mended = [_mended_too(other, diagnosis, filed) for other in others]
+    remarks = [text for _, text in mended if text]
+    carried = [(other, on_other(diagnosis, other)) for other, _ in mended]
+    for other, prediction in carried:
+        remarks += [f"{other.name} does without {reason}" for reason in prediction.left_behind]
+        remarks += [f"{other.name}: {text}" for text in supposed(prediction.effects)]
+
+    def judged(effect: NamedEffect, number: int) -> NamedEffect:
+        errors = [(other, error) for other, prediction in carried if (error := prediction.without[number])]
+        return replace(effect, heldout_gain=pooled(errors).gain if errors else None)
+
+    return replace(
+        diagnosis,
+        heldout=pooled([(other, prediction.heldout) for other, prediction in carried]),
+        effects=tuple(judged(effect, number) for number, effect in enumerate(diagnosis.effects)),
+        remarks=(*diagnosis.remarks, *remarks),
+    )
 
 
-def pooled(carried: Sequence[tuple[Recording, Carried]]) -> HeldOut:
+def _mended_too(other: Recording, diagnosis: Diagnosis, filed: Manipulator) -> tuple[Recording, str]:
+    """Another recording with what `diagnosis` mends in the manipulator file `filed`, if it has the same file; and what
+    is to be said of it, empty if nothing."""
+    files, remark = {blunder.file for blunder in diagnosis.setup}, ""
+    if "manipulator" in files and same_geometry(other.manipulator, filed):
+        mended = other.manipulator.model_copy(update={"cable": diagnosis.nominal.cable})
+        other, remark = with_manipulator(other, mended).recording, "is judged with its manipulator file mended too"
+        files.discard("manipulator")
+    elif same_geometry(other.manipulator, diagnosis.nominal):
+        files.discard("manipulator")
+    if files:
+        remark = "is judged as it was recorded: whether the same blunder was made there was not looked for"
+    return other, remark and f"{other.name} {remark}"
+
+
+def pooled(judged: Sequence[tuple[Recording, HeldOut]]) -> HeldOut:
     """The held-out errors of several recordings as one.
 
     Sequences are named after their recording; mean squares are averaged by the number of readings of each.
     """
-    positions = np.array([int((recording.readings.kind <= Kind.Y).sum()) for recording, _ in carried])
-    readings = np.array([recording.readings.count for recording, _ in carried])
-    errors = [prediction.heldout for _, prediction in carried]
+    positions = np.array([int((recording.readings.kind <= Kind.Y).sum()) for recording, _ in judged])
+    readings = np.array([recording.readings.count for recording, _ in judged])
+    errors = [error for _, error in judged]
 
     def rms(name: str) -> float | None:
         """Root mean square, over all recordings, of the error of this name; None where no recording has it."""
@@ -138,7 +171,7 @@ def pooled(carried: Sequence[tuple[Recording, Carried]]) -> HeldOut:
         return float(np.sqrt(counts[known] @ values[known] ** 2 / counts[known].sum())) if known.any() else None
 
     return HeldOut(
-        sequences=tuple(f"{recording.name}: {name}" for recording, _ in carried for name in recording.sequences),
+        sequences=tuple(f"{recording.name}: {name}" for recording, _ in judged for name in recording.sequences),
         rmse_calibrated_m=rms("rmse_calibrated_m"),
         rmse_explained_m=rms("rmse_explained_m"),
         noise_m=rms("noise_m"),

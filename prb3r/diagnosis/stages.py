@@ -36,6 +36,7 @@ from prb3r.diagnosis.result.remarks import (
     refuted_sets,
 )
 from prb3r.diagnosis.result.rig_remarks import (
+    at_bounds,
     below_stated,
     beyond_tolerance,
     misplaced_marker,
@@ -204,6 +205,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *slips_the_other_way(doubted.recording),
             *or_a_blunder(blunder),
             *strained(choice.fitted),
+            *at_bounds(choice.fitted),
             *found_before(doubted.search.assumed, choice),
             *as_many_as_sought(choice),
             *(misplaced_marker(choice.calibrated, choice.doubts) if why else likely_too(choice)),

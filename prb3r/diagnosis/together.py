@@ -18,6 +18,7 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
 from prb3r.diagnosis.stages import Report, check, coarsened_if_unexplained
 from prb3r.errors import Problem, RecordingError
+from prb3r.markdown import listed, quoted
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,17 +66,20 @@ def diagnose_together(
     ]
     together = choose_together(alone, groups)
     names = [searched.tested.doubted.recording.name for searched, *_ in searches]
-    investigations = []
+    common, investigations = common_of(together, names), []
     for (searched, blunders, rival, _), joined, name in zip(searches, together.joined, names, strict=True):
         report(f"check of {name}")
         doubted = replace(searched.tested.doubted, search=joined.search)
         checked = check(Searched(replace(searched.tested, doubted=doubted), joined.choice), rival)
-        others = " and ".join(other for other in names if other != name)
-        said = f"diagnosed together with {others}: what they share is fitted to all of them"
+        said = f"diagnosed together with {listed(quoted([other for other in names if other != name]))}"
+        shares = any(name in parameter.recordings for parameter in common.shared)
+        said += (
+            ": what they share is fitted to all of them" if shares else ", with which it shares nothing that was found"
+        )
         checked = replace(checked, remarks=(*checked.remarks, said))
         investigations.append(replace(checked, verdict="set-up", blunders=blunders) if blunders else checked)
     report("tell")
-    return JointDiagnosis(tuple(map(tell, investigations)), common_of(together, names))
+    return JointDiagnosis(tuple(map(tell, investigations)), common)
 
 
 def _alone(task: Task, report: Report, apply: Apply) -> SetUp:

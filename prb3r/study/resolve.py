@@ -57,7 +57,7 @@ def resolve(
     first: dict[tuple[Keys, str], int] = {}
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
-        base = _base(study, manipulator) | {"reach": _reach(path, study)}
+        base = base_settings(study, manipulator) | {"reach": _reach(path, study)}
         grid = axes(study, designs)
         for family, wrong in unchecked_cases(base, study, grid):
             families.append(family)
@@ -80,7 +80,7 @@ def resolve(
     return Cases(labels, tuple(families))
 
 
-def _base(study: Study, manipulator: Manipulator) -> Tree:
+def base_settings(study: Study, manipulator: Manipulator) -> Tree:
     """The settings that all cases begin with, before any factor is set.
 
     Raises

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis.simulated import MU, Case, E, diagnosed, manipulator, recorded
+from diagnosis.suspected import scope
 
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import run_stages
@@ -86,3 +87,51 @@ def test_effects_have_their_scales_by_the_bends_of_what_is_known():
     ]
     assert bends[0] / bends[1] == pytest.approx(3, rel=0.1)
     assert known_states(manipulator_of(manipulator() | {"youngs_modulus_pa": E / 1e3}), predict) is None
+
+
+@pytest.mark.parametrize(
+    ("law", "coefficient"),
+    [
+        (
+            {"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 40.0},
+            lambda law, mu, t: mu * (t / law["tension_n"]) ** -law["exponent"],
+        ),
+        (
+            {"kind": "rate_dependent_friction", "rate": 0.06, "reference_n_per_s": 3.0},
+            lambda law, mu, v: mu * (1 + law["rate"] * np.log(v / law["reference_n_per_s"])),
+        ),
+    ],
+    ids=["load", "rate"],
+)
+def test_a_law_with_another_reference_is_the_same_law_here(law, coefficient):
+    """The recording refers to its own largest tension and its own median rate; friction is as it was at any of both."""
+    here = scope()
+    nominal, library = here.manipulator, hypotheses(here)
+    own = next(dict(each.place) for each in library if each.kind == law["kind"])
+    (name,) = own
+    assert own[name] != law[name]
+    known = manipulator_of(nominal.model_dump(exclude_none=True) | {"effect": [law]})
+    assumed = assumed_of(known, nominal, library)
+    ((hypothesis, sizes),) = assumed.values.items()
+    assert not assumed.unknown
+    mu = nominal.friction.coefficient
+    there = mu * np.exp(assumed.constants["log_friction"])
+    for at in (1.0, 20.0, 90.0):
+        now = coefficient({**law, **dict(hypothesis.place), **sizes}, there, at)
+        assert now == pytest.approx(coefficient(law, mu, at))
+
+
+def test_friction_is_assumed_where_the_nominal_file_has_it():
+    """As the coefficient or, where that is 0, as an effect; found before as the other one."""
+    rubbing, without = scope(), scope(friction={"coefficient": 0.0})
+    effect = {"kind": "cable_friction", "coefficient": 0.2}
+    as_effect, as_constant = (manipulator_of(manipulator(E, mu, known)) for mu, known in ((0.0, [effect]), (0.2, [])))
+    for known in (as_effect, as_constant):
+        assumed = assumed_of(known, rubbing.manipulator, hypotheses(rubbing))
+        assert not assumed.values
+        assert not assumed.unknown
+        mu = rubbing.manipulator.friction.coefficient
+        assert mu * np.exp(assumed.constants["log_friction"]) == pytest.approx(0.2)
+        assumed = assumed_of(known, without.manipulator, hypotheses(without))
+        assert {each.name: sizes for each, sizes in assumed.values.items()} == {"cable_friction": {"coefficient": 0.2}}
+        assert not assumed.unknown

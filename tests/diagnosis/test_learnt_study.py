@@ -57,10 +57,10 @@ def test_words_that_look_like_toml_stay_words(weak_rig):
     study.write_text(asked + plain)
     result = run(weak_rig, study)
     assert result.exit_code == 0, result.output
-    spec = tomllib.loads(result.output)
+    spec = tomllib.loads(result.stdout)
     assert spec["question"] == tomllib.loads(asked)["question"]
     assert spec["factor"][0]["name"] == "learnt"
-    (weak_rig / "asking-learnt.toml").write_text(result.output)
+    (weak_rig / "asking-learnt.toml").write_text(result.stdout)
     assert len(plan_study(weak_rig / "asking-learnt.toml").cases) == 2 * 64
 
 
@@ -72,7 +72,7 @@ def test_a_study_without_sampling_gets_it(weak_rig):
     result = run(weak_rig, study)
     assert result.exit_code == 0, result.output
     assert "left behind" not in result.output
-    (weak_rig / "plain-learnt.toml").write_text(result.output)
+    (weak_rig / "plain-learnt.toml").write_text(result.stdout)
     assert len(plan_study(weak_rig / "plain-learnt.toml").cases) == 2 * 64
 
 

@@ -10,7 +10,7 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.result.transfer import carried_constants
+from prb3r.diagnosis.result.carried_constants import carried_constants
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
 
@@ -91,6 +91,9 @@ def test_what_cannot_be_used_is_refused(weak_rig, tmp_path):
     assert "diagnose the recording again" in (result := run(tmp_path, weak_rig / "same.toml")).output
     assert result.exit_code == 2
     assert "no such file" in (result := run(tmp_path / "nowhere", weak_rig / "same.toml")).output
+    (tmp_path / "both/short").mkdir(parents=True)
+    (tmp_path / "both/short/diagnosis.json").write_text("{}")
+    assert "give that of one, short" in (result := run(tmp_path / "both", weak_rig / "same.toml")).output
     assert result.exit_code == 2
     assert run(weak_rig, weak_rig / "same.toml", "-o", tmp_path / "learnt.csv").exit_code == 2
     with pytest.raises(SpecError, match="at least 40"):

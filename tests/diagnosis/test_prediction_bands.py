@@ -51,6 +51,19 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(weak_rig, tmp_pat
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
 
 
+def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(weak_rig, tmp_path):
+    """The verdict on it is `set-up`."""
+    record = json.loads((weak_rig / "diagnosis.json").read_text()) | {"verdict": "set-up"}
+    said = "the diagnosis leaves part of its recording unexplained, and the bands leave that out"
+    for partial in (False, True):
+        record["effects"] = [effect | {"partial": partial} for effect in record["effects"]]
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        remarks = predict(
+            tmp_path, weak_rig / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}
+        ).remarks
+        assert (said in remarks) == partial
+
+
 def test_what_alone_makes_bands_wide_is_said(weak_rig, tmp_path):
     """A survivor that is hardly probable and moves far."""
     record = json.loads((weak_rig / "diagnosis.json").read_text())
@@ -125,7 +138,8 @@ def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_toge
 
 
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(weak_rig, tmp_path):
-    """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle."""
+    """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle, of two
+    segments as wholes and of six plates."""
     record = json.loads((weak_rig / "diagnosis.json").read_text())
     record["posterior"]["tolerance"] = dict.fromkeys(record["posterior"]["tolerance"], 0.0)
     widths = []
@@ -137,7 +151,9 @@ def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(weak_rig, tmp
         ).positions.iloc[-1]
         widths.append((tip["angle_high_rad"] - tip["angle_low_rad"]) / abs(tip["angle_rad"]))
     assert widths[0] < 0.04
-    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(2 * 1.96 * 3 * 0.03 / np.sqrt(2), rel=0.3)
+    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(
+        2 * 1.96 * 3 * 0.03 * np.sqrt(1 / 2 + 1 / 6), rel=0.3
+    )
 
 
 def test_an_arm_that_would_buckle_is_not_predicted(weak_rig):

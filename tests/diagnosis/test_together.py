@@ -235,16 +235,45 @@ def test_what_is_not_shared_is_said_in_words():
         "", "friction_coefficient", ("a", "b"), estimate, (estimate, Estimate(0.5)), 1.0, True, 1.0, ()
     )
     common = Common(
-        ("a", "b"), (strain,), {"a": (), "b": ("edge_wrap", "gravity")}, {"edge_wrap": ("b",)}, -5.0, ("x",)
+        ("a", "b"),
+        (strain,),
+        {"a": ("hole_offset (cable 1)",), "b": ("edge_wrap", "gravity", "hole_offset (cable 1)")},
+        {"edge_wrap": ("b",)},
+        -5.0,
+        ("x",),
     )
     assert list(common.sentences) == [
         "ln of the evidence of what is shared against each recording by itself: -5.0, which speaks against sharing.",
         "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
         "not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
-        "Of b alone: edge wrap, gravity.",
+        "Of a and b, each with its own values, as rigs do not share such effects: hole offset (cable 1).",
+        "Of b alone: gravity.",
         "note: x",
     ]
+    assert (
+        '0.3 (0.2 to 0.4) on "a, left", not told by "b" alone' in replace(strain, recordings=("a, left", "b")).statement
+    )
+
+
+def test_where_nothing_is_shared_no_evidence_of_sharing_is_told():
+    common = Common(("a", "b"), (), {"a": ("gravity",), "b": ()}, {}, -0.04, ("friction is not shared by a: x",))
+    assert list(common.sentences) == [
+        "The rigs share nothing of what was found: each recording tells its values alone.",
+        "Of a alone: gravity.",
+        "note: friction is not shared by a: x",
+    ]
+
+
+def test_recordings_that_share_nothing_are_told_so():
+    own = Sharing(material=False, friction=False)
+    found = joint_diagnosis_of([replace(recorded_sister(name), sharing=own) for name in ("short", "thick")])
+    assert next(iter(found.common.sentences)).startswith("The rigs share nothing")
+    assert (
+        found.common.remarks[0] == "material is not shared by short and thick: under [sharing] stands material = false"
+    )
+    for single, other in zip(found.diagnoses, ("thick", "short"), strict=True):
+        assert f"diagnosed together with {other}, with which it shares nothing that was found" in single.remarks
 
 
 def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):

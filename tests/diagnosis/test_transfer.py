@@ -8,8 +8,9 @@ from diagnosis.suspected import bare_sections
 import prb3r
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.result.carried_constants import carried_constants, constants_left_behind
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, supposed
+from prb3r.diagnosis.result.transfer import carried_effects, supposed
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.plates import DiskContact, NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
@@ -157,12 +158,40 @@ def test_disks_with_twice_the_gap_touch_at_twice_the_bend():
         assert "gaps between disks, and these differ" in transfer(touching, first, other)
 
 
+def test_clamps_of_plates_that_are_known_by_their_stiffness_alone_are_told_by_their_length():
+    here, effect = recorded(Case(hidden=())).manipulator, EFFECT_KINDS["clamp_compliance"](compliance_rad_per_n_m=0.01)
+    plain = here.model_dump(exclude_none=True)
+    same, shorter = (
+        Manipulator.model_validate(plain | {"segment": bare_sections(plates=2, clamp_m=clamp)})
+        for clamp in (0.008, 0.007)
+    )
+    transfer = SUSPECTS["clamp_compliance"].transfer
+    assert transfer(effect, here, same) == effect
+    assert "clamps, and these differ" in transfer(effect, here, shorter)
+    assert "clamps, and these differ" in transfer(effect, here, other_design(width_m=0.02))
+
+
+def test_a_coefficient_goes_with_the_turns_that_it_was_found_with():
+    """Counted at both edges of a hole a cable turns more, so that the same friction is a smaller coefficient."""
+    here, found = recorded(Case(hidden=())).manipulator, Constants(log_friction=0.2)
+    edges = other_design().replace("friction.wrap", "edges")
+    assert carried_constants(found, here, edges).log_friction == 0.0
+    (said,) = constants_left_behind(here, edges, [])
+    assert said == 'the friction coefficient found, which goes with wrap = "net": the design keeps its own'
+    at_edges = [EFFECT_KINDS["edge_wrap"]()]
+    for there in (other_design(), edges):
+        assert carried_constants(found, here, there, at_edges).log_friction == pytest.approx(0.2)
+        assert constants_left_behind(here, there, at_edges) == ()
+
+
 def test_an_umbilical_carries_over_to_a_rig_as_long():
     """Whatever its plates are; a tube of another length has another stiffness."""
     here = recorded(Case(hidden=())).manipulator
     tube = EFFECT_KINDS["umbilical"](kind="umbilical", stiffness_n_m_per_rad=1.0)
     transfer = SUSPECTS["umbilical"].transfer
     assert transfer(tube, here, other_design(2.0, plates=3)) == tube
+    rounded = here.segment[0].length_m + 1e-12  # as sums of other numbers come out
+    assert transfer(tube, here, other_design(2.0, plates=3, length_m=rounded)) == tube
     assert "lengths, and these differ" in transfer(tube, here, other_design(1.0, plates=4))
 
 

@@ -10,8 +10,9 @@ from prb3r import load_manipulator
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.result.numbers import NoiseFound, SurvivingModel, ToleranceFound
+from prb3r.model.effects.cables import HoleClearance
 from prb3r.model.effects.friction import PulleyFriction
-from prb3r.model.effects.plates import WeakenedPlate
+from prb3r.model.effects.plates import ClampCompliance, WeakenedPlate
 from prb3r.present.diagnosis import belief
 from prb3r.present.diagnosis.sentences import confirmation, percent
 
@@ -122,6 +123,11 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
     assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[worn, everywhere])))) == [
         "Carries over to other designs of the same material and cables: E, μ, pulley friction.",
         "Stays with this rig: weakened plate, which is a fault of one part of this rig.",
+    ]
+    clamps, play = ClampCompliance(compliance_rad_per_n_m=0.01), HoleClearance(clearance_m=1e-4)
+    assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[clamps, play])))) == [
+        "Carries over to other designs of the same material, cables, clamps and disks: E, μ, clamp compliance, "
+        "hole clearance."
     ]
     assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[])))) == [
         "To other designs of the same material and cables E and μ carry over, no effect does."

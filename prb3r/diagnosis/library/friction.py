@@ -3,8 +3,6 @@ and wrap angle, slip along the load path, and pulleys before the base."""
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from prb3r.diagnosis.library.breakaway import (
     breakaway,
     breakaway_probes,
@@ -12,6 +10,16 @@ from prb3r.diagnosis.library.breakaway import (
     static_friction_shows,
 )
 from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.references import (
+    at_rate,
+    at_tension,
+    exponent_free,
+    load_shows,
+    rate_free,
+    rate_shows,
+    said_of_load,
+    said_of_rate,
+)
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import (
     OF_A_PART,
@@ -89,59 +97,6 @@ def _presliding_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], .
         return tuple((travel,) for travel in scope.settings.presliding_tried_m)
     others = (friction.presliding_m * factor for factor in (0.1, 10.0, 100.0))
     return tuple((travel,) for travel in others if free.low <= travel <= free.high)
-
-
-def _loaded(scope: Scope) -> list[Place]:
-    """The place of `load_dependent_friction` where the nominal model has friction, else none: its reference tension, at
-    which the coefficient is the calibrated one, is the largest of the recording."""
-    pull = float(f"{scope.pull:.3g}")
-    return [{"tension_n": pull}] if scope.manipulator.friction.coefficient > 0 else []
-
-
-def _exponent(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameter of `load_dependent_friction`: at most 1, where the friction force does not depend on the load,
-    prior sd 0.3, as one elastic contact has a third (Hertz); as far the other way, where cables plough through what is
-    softer."""
-    return (Free("exponent", 0.0, -1.0, 1.0, sd=0.3),)
-
-
-def _load_sentence(fitted: Occurrence) -> str:
-    tension, falls = fitted.place["tension_n"], fitted.size.value > 0
-    how = "falls with the load, as of polymers on metal" if falls else "grows with the load"
-    return (
-        f"Friction {how}: its coefficient is the calibrated one at {tension} N and goes with the tension as "
-        f"(T / {tension} N)^-n, n = {fitted.size}."
-    )
-
-
-def _timed(scope: Scope) -> list[Place]:
-    """The place of `rate_dependent_friction`, else none: its reference rate, at which friction is the calibrated one,
-    is the median of the recording, N/s.
-
-    That takes friction and declared slip in the nominal model, and steps whose times show tensions to change at rates
-    `Settings.rates_apart` times apart.
-    """
-    manipulator, loads = scope.manipulator, scope.recording.loads
-    felt = loads.rate[(loads.rate > 0) & (loads.tension > 0)]
-    differ = felt.size > 0 and felt.max() > scope.settings.rates_apart * felt.min()
-    if not differ or manipulator.friction.coefficient == 0 or manipulator.follows_history:
-        return []
-    return [{"reference_n_per_s": float(f"{np.median(felt):.3g}")}]
-
-
-def _rate(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameter of `rate_dependent_friction`: prior sd 0.05, a few times what rocks and metals show (0.02:
-    Dieterich 1972), as polymers creep more."""
-    return (Free("rate", 0.0, -0.5, 0.5, sd=0.05),)
-
-
-def _rate_sentence(fitted: Occurrence) -> str:
-    by = "how fast cables are pulled" if fitted.size.value > 0 else "how long cables are held"
-    return (
-        f"Friction grows with {by}: its coefficient is the calibrated one where the tension changes by "
-        f"{fitted.place['reference_n_per_s']} N/s, and differs by {fitted.size.times(100 * np.log(10))} % where it "
-        "changes ten times as fast."
-    )
 
 
 def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -240,18 +195,20 @@ FRICTION_SUSPECTS = (
     ),
     Suspect(
         "load_dependent_friction",
-        sentence=_load_sentence,
+        sentence=said_of_load,
         transfer=as_it_is,
-        places=_loaded,
-        free=_exponent,
+        places=load_shows,
+        free=exponent_free,
+        referred=at_tension,
         presence=rare,
     ),
     Suspect(
         "rate_dependent_friction",
-        sentence=_rate_sentence,
+        sentence=said_of_rate,
         transfer=as_it_is,
-        places=_timed,
-        free=_rate,
+        places=rate_shows,
+        free=rate_free,
+        referred=at_rate,
         presence=rare,
     ),
     Suspect(

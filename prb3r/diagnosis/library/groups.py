@@ -1,12 +1,13 @@
 """Which parameters several rigs share: those that their recordings declare as shared, unless their manipulator files
 contradict it."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from prb3r.diagnosis.library.suspect import Group
+from prb3r.markdown import listed, quoted
 from prb3r.recording.recording import Recording
 
 GIGA = 1e9
@@ -34,7 +35,7 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
     """
     material = tuple(k for k, recording in enumerate(recordings) if recording.sharing.material)
     friction = tuple(k for k, recording in enumerate(recordings) if recording.sharing.friction)
-    remarks = []
+    remarks = [*_withheld(recordings)]
     stated = [recordings[k].manipulator for k in material]
     if len({manipulator.youngs_modulus_pa for manipulator in stated}) > 1:
         values = " and ".join(
@@ -64,3 +65,11 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
             remarks.append("of bending laws those in strain are shared, and none in curvature, as sections differ")
     groups: dict[Group, tuple[int, ...]] = {"material": material, "friction": friction}
     return Groups({name: rigs for name, rigs in groups.items() if len(rigs) > 1}, len(sections) == 1, tuple(remarks))
+
+
+def _withheld(recordings: Sequence[Recording]) -> Iterator[str]:
+    """A sentence for each group on the recordings that declare under `[sharing]` not to be in it."""
+    for group in get_args(Group):
+        names = quoted([recording.name for recording in recordings if not getattr(recording.sharing, group)])
+        if names:
+            yield f"{group} is not shared by {listed(names)}: under [sharing] stands {group} = false"

@@ -9,6 +9,9 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is, rare, with_the_same
 
+LENGTH_DIGITS = 6
+"""Decimals of metres to which two arms are as long: a micrometre is beyond any workshop and above rounding."""
+
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `gravity`: up to twice that of the earth along either axis, as the mass of disks is seldom
@@ -76,7 +79,7 @@ LOAD_SUSPECTS = (
         sentence=lambda fitted: (
             f"A tube or bundle of wires through the middle turns the tip back with {fitted.size} N m/rad."
         ),
-        transfer=with_the_same("lengths", lambda manipulator: manipulator.chain().length),
+        transfer=with_the_same("lengths", lambda manipulator: round(manipulator.chain().length, LENGTH_DIGITS)),
         free=_tube,
         presence=rare,
     ),

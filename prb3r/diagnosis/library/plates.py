@@ -36,10 +36,11 @@ from prb3r.diagnosis.library.suspect import (
     Shared,
     Suspect,
     as_it_is,
+    effect_in_words,
     left_behind,
     rare,
-    with_the_same,
 )
+from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
 OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
@@ -89,10 +90,14 @@ def _rest_sentence(fitted: Occurrence) -> str:
     return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m."
 
 
-def _clamps(manipulator: Manipulator) -> object:
-    """The clamps of all segments, length and width, m: on two designs they are the same if the returned values are
-    equal."""
-    return {(segment.clamp_m, segment.width_m) for segment in manipulator.segment}
+def _with_the_same_clamps(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """The effect, where clamps are as long on both manipulators and, as far as both files tell it, as wide; else the
+    reason why it is left behind."""
+    wide = all(segment.width_m is not None for rig in (here, there) for segment in rig.segment)
+    known, other = (
+        {(segment.clamp_m, segment.width_m if wide else None) for segment in rig.segment} for rig in (here, there)
+    )
+    return effect if known == other else f"{effect_in_words(effect)}, which belongs to the clamps, and these differ"
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -192,7 +197,7 @@ PLATE_SUSPECTS = (
     Suspect(
         "clamp_compliance",
         sentence=lambda fitted: f"The clamps give way: a hinge of {fitted.size} rad/(N m) at each end of every plate.",
-        transfer=with_the_same("clamps", _clamps),
+        transfer=_with_the_same_clamps,
         free=_hinge,
     ),
     Suspect(

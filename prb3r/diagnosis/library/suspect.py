@@ -177,6 +177,9 @@ class Suspect:
     """See `Hypothesis.kinked`."""
     shared: Shared | None = None
     """What several rigs may share of the effect; None: each rig has its own."""
+    referred: Callable[[Effect, Place], tuple[Effect, float]] | None = None
+    """The same law with the reference of another place, and the factor on the friction coefficient, which holds at the
+    reference, that goes with it; None: the place is no reference."""
     presence: Callable[[Settings], float] = usual
     """Prior probability that a rig has the effect at any place: above the usual one where nearly every rig has it,
     below where somebody would have had to overlook what is seen without a model."""

@@ -14,6 +14,7 @@ from prb3r.diagnosis.result.statements import IN_WORDS, Estimate
 from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
 from prb3r.diagnosis.search.together import Together
 from prb3r.diagnosis.settings.sharing import SharingSettings
+from prb3r.markdown import listed, quoted
 from prb3r.quantities import describe, name_in_words
 from prb3r.runs.files import ensure_writable, write_json
 
@@ -58,7 +59,7 @@ class SharedParameter:
             quantity += f" of {self.effect.replace('_', ' ')}"
         said = [
             f"{estimate.times(factor)}{unit} on {name}" if estimate.low is not None else f"not told by {name} alone"
-            for name, estimate in zip(self.recordings, self.alone, strict=True)
+            for name, estimate in zip(quoted(self.recordings), self.alone, strict=True)
         ]
         if not self.agrees:
             told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
@@ -97,19 +98,39 @@ class Common:
     def sentences(self) -> Iterator[str]:
         """The result in sentences: whether the evidence favours sharing, each shared parameter, effects that are not
         shared, each rig's own effects, and remarks."""
-        factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
-        ruled = "bears sharing out" if factor > least else "speaks against sharing" if factor < -least else "is open"
-        yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
+        if not self.shared:
+            yield "The rigs share nothing of what was found: each recording tells its values alone."
+        else:
+            factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
+            ruled = "speaks against sharing" if factor < -least else "leaves it open whether they share that"
+            ruled = "bears sharing out" if factor > least else ruled
+            yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
         yield from (parameter.statement for parameter in self.shared)
-        for effect, owners in self.unshared.items():
-            others = [name for name in self.recordings if name not in owners]
-            rest = f", {' and '.join(others)} none" if others else ""
-            said = f"{' and '.join(owners)} {'has its' if len(owners) == 1 else 'have their'} own{rest}"
+        shown = dict(zip(self.recordings, quoted(self.recordings), strict=True))
+        for effect, known in self.unshared.items():
+            owners = [shown[name] for name in known]
+            others = [shown[name] for name in self.recordings if name not in known]
+            rest = f", {listed(others)} none" if others else ""
+            said = f"{listed(owners)} {'has its' if len(owners) == 1 else 'have their'} own{rest}"
             yield f"The recordings do not share {effect.replace('_', ' ')}: {said}."
-        for name, effects in self.own.items():
-            if effects:
-                yield f"Of {name} alone: {', '.join(effects).replace('_', ' ')}."
+        for known, effects in self._by_owners().items():
+            which = f"{shown[known[0]]} alone"
+            if len(known) > 1:
+                names = listed([shown[name] for name in known])
+                which = f"{names}, each with its own values, as rigs do not share such effects"
+            yield f"Of {which}: {', '.join(effects).replace('_', ' ')}."
         yield from (f"note: {remark}" for remark in self.remarks)
+
+    def _by_owners(self) -> dict[tuple[str, ...], list[str]]:
+        """Names of the effects that rigs could not share, by the recordings whose rigs have them."""
+        owners, together = dict[str, list[str]](), dict[tuple[str, ...], list[str]]()
+        for name, effects in self.own.items():
+            for effect in effects:
+                if effect not in self.unshared and name not in owners.setdefault(effect, []):
+                    owners[effect].append(name)
+        for effect, names in owners.items():
+            together.setdefault(tuple(names), []).append(effect)
+        return together
 
     def as_json(self) -> dict[str, Any]:
         """The content of `together.json`: plain numbers, texts, lists and mappings."""
@@ -179,13 +200,15 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
         reach = NORMAL_REACH * told.sd if np.isfinite(told.sd) else 0.0
         ends = [told.u, told.u - reach, told.u + reach]
         if compared.free is None:
-            nominal = together.fitted.model.rigs[compared.rigs[0]].predict.recording.manipulator
+            rig = together.fitted.model.rigs[compared.rigs[0]]
+            nominal, bounds = rig.predict.recording.manipulator, rig.widest[compared.name]
             value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
-            values = [float(value * np.exp(end)) for end in ends]
+            values = [float(value * np.exp(end)) for end in np.clip(ends, *bounds)]
+            open_ends = ends[1] <= bounds[0], ends[2] >= bounds[1]
         else:
             values = [compared.free.value(end) for end in ends]
+            open_ends = compared.free.open_ends(*sorted(values[1:]))
         low, high = sorted(values[1:])
-        open_ends = compared.free.open_ends(low, high) if compared.free else (False, False)
         return Estimate(values[0], low, high, open_ends) if reach else Estimate(values[0])
 
     return SharedParameter(

@@ -18,21 +18,21 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
-from prb3r.diagnosis.fit.tolerance import THICKNESS_TO_STIFFNESS
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
+from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
-from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants, carried_effects, same_geometry, supposed
+from prb3r.diagnosis.result.workshop import sd_taken_for_modulus, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.effects.base import Effect
+from prb3r.model.files.table import read_table
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
-from prb3r.model.manipulator import Cable, Manipulator, Segment
+from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import solve, solve_in_blocks
-from prb3r.recording.recording import Tolerance
+from prb3r.model.step_checks import TIME
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
@@ -78,29 +78,31 @@ def predict_design(
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     posterior, verdict = read_posterior(diagnosis)
-    design = manipulator_of(manipulator)
-    central, left = on_design(posterior.named, posterior.manipulator, design)
-    remarks = supposed(central.effect)
+    columns = read_table(steps) if isinstance(steps, str | Path) else steps
+    design = LearntDesign(posterior, manipulator_of(manipulator), timed=columns is None or TIME in columns)
+    (central, left), remarks = design.of(posterior.named), design.remarks
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     if left:
         remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
-    recorded, rng = same_geometry(posterior.manipulator, design), np.random.default_rng([seed, 1])
+    recorded, rng = design.recorded, np.random.default_rng([seed, 1])
+    common = sd_taken_for_modulus(posterior.manipulator, design.given, posterior.tolerance)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
-        known = on_design(rig, posterior.manipulator, design)[0]
+        known = design.of(rig).manipulator
         if recorded and rig.parts:
-            solved = replace(solve_in_blocks(known, steps), chain=as_made(known, rig.parts)).whole()
+            chain = as_made(known, rig.parts)
         else:
-            solved = solve(within_tolerances(known, posterior.tolerance, rng) if made else known, steps)
+            chain = within_tolerances(known, posterior.tolerance, rng, common) if made else known.chain()
+        solved = replace(solve_in_blocks(known, steps), chain=chain).whole()
         return solved[list(PREDICTED)].where(solved["outcome"].isin(STANDING)).to_numpy(float)
 
     positions = solve(central, steps)
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
     if posterior.bending is not None:
-        bending = bending_of(design, centre[:, PREDICTED.index("angle_rad")].reshape(-1, design.plates + 1))
+        bending = bending_of(central, centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1))
         remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True) for rig in rigs])
@@ -131,8 +133,13 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
     path = path / "diagnosis.json" if path.is_dir() else path
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        return Posterior.model_validate(record["posterior"]), record["verdict"]
+        partial = any(effect.get("partial") for effect in record["effects"])  # of a recording with a blunder mended too
+        return Posterior.model_validate(record["posterior"]), "unexplained" if partial else record["verdict"]
     except FileNotFoundError:
+        several = sorted(each.parent.name for each in path.parent.glob("*/diagnosis.json"))
+        if several:
+            reason = f"no such file, but folders of several diagnoses: give that of one, {' or '.join(several)}"
+            raise SpecError(Problem(str(path), reason)) from None
         reason = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
     except OSError as error:
         reason = f"cannot be read: {str(error.strerror).lower()}"
@@ -146,37 +153,6 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         first = error.errors()[0]
         reason = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
     raise SpecError(Problem(str(path), reason))
-
-
-def on_design(drawn: Drawn, here: Manipulator, there: Manipulator) -> tuple[Manipulator, tuple[str, ...]]:
-    """The manipulator `there` with the constants and effects that carry over to it from `here`, and the reasons for
-    what does not."""
-    effects, left = carried_effects(drawn.effects, here, there)
-    if here.friction.coefficient > 0 and there.friction.coefficient == 0:
-        left = (*left, "friction, of which the design states none")
-    return adjusted(there, carried_constants(drawn.constants, here, there, drawn.effects), effects), left
-
-
-def within_tolerances(manipulator: Manipulator, tolerance: Tolerance, rng: np.random.Generator) -> Manipulator:
-    """A random manipulator of the workshop: the length and the thickness (or bending stiffness) of each segment and the
-    place of each cable, as a whole, are off by a draw from their tolerances."""
-
-    def made(segment: Segment) -> Segment:
-        thicker = 1 + tolerance.thickness_relative * rng.standard_normal()
-        off = {"length_m": segment.length_m + tolerance.length(segment) * rng.standard_normal()}
-        if segment.thickness_m is not None:
-            off["thickness_m"] = segment.thickness_m * thicker
-        elif segment.bending_stiffness_n_m2 is not None:
-            off["bending_stiffness_n_m2"] = segment.bending_stiffness_n_m2 * thicker**THICKNESS_TO_STIFFNESS
-        return segment.model_copy(update=off)
-
-    def routed(cable: Cable) -> Cable:
-        arms = np.array(cable.offset_m)
-        off = arms + tolerance.offset(float(np.abs(arms).max())) * rng.standard_normal()
-        return cable.model_copy(update={"offset_m": off.tolist()})
-
-    parts = {"segment": list(map(made, manipulator.segment)), "cable": list(map(routed, manipulator.cable))}
-    return manipulator.model_copy(update=parts)
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:

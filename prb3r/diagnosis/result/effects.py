@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.model.effects.empirical import EmpiricalMoment
@@ -74,6 +75,8 @@ class NamedEffect:
     or there is no fit without the effect."""
     partial: bool
     """Whether the effect helps without the model explaining all."""
+    without: FittedModel | None = field(repr=False)
+    """The chosen model without the effect, refitted; None if the fit fails."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any
 
 from prb3r.diagnosis.checks.heldout import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, linear_interval, profile
 from prb3r.diagnosis.library.hypothesis import Hypothesis, place_text
 from prb3r.diagnosis.result.effects import Separation
@@ -42,6 +43,8 @@ class Named:
     """Whether the effect helps without the model explaining all."""
     profiles: Mapping[str, Profile]
     """Profiles of the parameters that have one, by name."""
+    without: Fit | None
+    """The model without the effect, refitted; None if the fit fails."""
 
 
 def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | None, *, partial: bool) -> Named:
@@ -75,6 +78,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
         heldout_gain=fresh.judge(simpler, fitted).gain if fresh and simpler else None,
         partial=partial,
         profiles=profiles,
+        without=simpler,
     )
 
 

@@ -3,7 +3,10 @@ were found."""
 
 from typing import NamedTuple
 
+import numpy as np
+
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.library.suspect import Estimate
 from prb3r.model.effects.base import Effect
 
 
@@ -109,6 +112,19 @@ class CalibratedConstant(NamedTuple):
     low: float
     """Ends of the 95 % interval of `explained`; NaN where the fit does not deserve one."""
     high: float
+    open: tuple[bool, bool] = (False, False)
+    """Whether the ends are bounds of the search, beyond which nothing was tried."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """`explained` with its interval, if it has one."""
+        low, high = (end if np.isfinite(end) else None for end in (self.low, self.high))
+        return Estimate(self.explained, low, high, self.open)
+
+    @property
+    def record(self) -> dict[str, float]:
+        """All values by name, as files have them."""
+        return {name: value for name, value in self._asdict().items() if name != "open"}
 
 
 class CameraFrame(NamedTuple):

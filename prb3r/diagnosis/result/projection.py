@@ -7,7 +7,6 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
-from prb3r.diagnosis.library.suspect import Estimate
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect, Separation
 from prb3r.diagnosis.result.statements import IN_WORDS
@@ -103,8 +102,7 @@ def _constants_line(diagnosis: Diagnosis) -> list[str]:
     for name, constant in diagnosis.constants.items():
         if constant.nominal and constant.explained:
             words, factor, unit = IN_WORDS[name]
-            low, high = (end if np.isfinite(end) else None for end in (constant.low, constant.high))
-            said.append(f"{words.removeprefix('the ')} {Estimate(constant.explained, low, high).times(factor)}{unit}")
+            said.append(f"{words.removeprefix('the ')} {constant.estimate.times(factor)}{unit}")
     return [f"constants: {', '.join(said)}"] if said else []
 
 
@@ -156,7 +154,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "reduced_chi2_explained": chi2.explained,
             **diagnosis.noise._asdict(),
         },
-        "calibration": {name: constant._asdict() for name, constant in diagnosis.constants.items()}
+        "calibration": {name: constant.record for name, constant in diagnosis.constants.items()}
         | {"frame": diagnosis.frame._asdict()},
         "effects": [_effect(effect) for effect in diagnosis.effects],
         "models": [model._asdict() for model in diagnosis.models],

@@ -101,6 +101,23 @@ def strained(fitted: Fit) -> list[str]:
     return remarks
 
 
+def at_bounds(fitted: Fit) -> list[str]:
+    """Parameters of effects that end on a bound of the search, where the effect is still there."""
+    remarks, (low, high) = [], fitted.model.bounds(fitted.p)
+    friction = fitted.model.friction(fitted.p)
+    for hypothesis, span in zip(fitted.model.hypotheses, fitted.model.spans, strict=True):
+        for number, free in enumerate(hypothesis.free, span.start):
+            below = fitted.p[number] < low[number] + AT_BOUND and free.low != free.null and not free.limit
+            above = fitted.p[number] > high[number] - AT_BOUND and free.high != free.null
+            if below or above:
+                way = "larger" if above else "smaller"
+                remarks.append(
+                    f"{free.name} of {hypothesis.name} ends at {free.value(fitted.p[number], friction):.3g}, as far as "
+                    f"was sought: it may be {way}, or something else is wrong"
+                )
+    return remarks
+
+
 def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
     """A remark on a single marker that would be far beyond its tolerance, and much farther than all others, if
     constants alone were right."""

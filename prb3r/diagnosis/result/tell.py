@@ -56,8 +56,8 @@ def tell(investigation: Investigation) -> Diagnosis:
         structured=investigation.choice.beyond_stated,
         share_of_stated=investigation.choice.share_of_stated,
         nominal=nominal,
-        calibrated=FittedModel(calibrated.constants, tuple(calibrated.effects)),
-        explained=FittedModel(explained.constants, tuple(explained.effects)),
+        calibrated=_plain_model(calibrated),
+        explained=_plain_model(explained),
         manipulators={name: adjusted(nominal, fitted.constants, fitted.effects) for name, fitted in fits.items()},
         chi2=ChiSquare(
             nominal=_nominal_chi2(calibrated),
@@ -109,6 +109,10 @@ def adjusted(nominal: Manipulator, constants: Constants, effects: Sequence[Effec
     return Manipulator.model_validate(plain)
 
 
+def _plain_model(fitted: Fit) -> FittedModel:
+    return FittedModel(fitted.constants, tuple(fitted.effects))
+
+
 def _nominal_chi2(calibrated: Fit) -> float | None:
     """Chi-square per reading, without priors, of the nominal constants in the calibrated frame; None where some step
     has no equilibrium."""
@@ -128,7 +132,7 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
     """A constant, given its `nominal` value and the `name` of its logarithm, with a linearised 95 % interval where the
     fit deserves one.
 
-    The interval is widened to what the other surviving models say of the constant.
+    The interval is widened to what the other surviving models say of the constant, and ends at the bounds of the fit.
     """
     calibrated, explained = investigation.calibrated, investigation.explained
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (calibrated, explained))
@@ -138,7 +142,10 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
         number = explained.model.varied.index(name)
         reach, u = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number])), float(explained.p[number])
         ends = ends_over_models(investigation.choice, number, number_of_constant(name), (u - reach, u + reach))
-    return CalibratedConstant(nominal, alone, best, *(nominal * float(np.exp(end)) for end in ends))
+    bounds = explained.model.widest[name]
+    low, high = np.clip(ends, *bounds)
+    low, high = (nominal * float(np.exp(end)) for end in (low, high))
+    return CalibratedConstant(nominal, alone, best, low, high, (ends[0] <= bounds[0], ends[1] >= bounds[1]))
 
 
 def _noise(investigation: Investigation) -> NoiseFound:
@@ -190,6 +197,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,
+        without=None if named.without is None else _plain_model(named.without),
     )
 
 

@@ -8,6 +8,7 @@ its reason.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,18 @@ from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.suspect import effect_in_words
+from prb3r.diagnosis.result.carried_constants import (
+    carried_constants,
+    constants_left_behind,
+    mean_stiffness,
+    plate_scatter,
+)
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect
+from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.result.posterior import Drawn, averaged
+from prb3r.diagnosis.result.same_rig import ROUNDED_APART, same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
@@ -34,17 +45,15 @@ class Carried:
 
     heldout: HeldOut
     """Errors of the calibrated and of the explained model on it."""
+    without: tuple[HeldOut | None, ...]
+    """For each named effect the errors of the model without it, in the place of the calibrated one, and of the chosen
+    model; None where there is no fit without it."""
     same_geometry: bool
     """Whether it is of the same manipulator but for constants and names."""
     effects: tuple[Effect, ...]
     """Effects that were carried over, as they act there."""
     left_behind: tuple[str, ...]
     """Effects that could not be carried over, each with the reason."""
-
-
-def same_geometry(first: Manipulator, other: Manipulator) -> bool:
-    """Whether two nominal manipulators have equal segments, cables and disks; constants and names may differ."""
-    return first.segment == other.segment and first.cable == other.cable and first.disk == other.disk
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
@@ -61,12 +70,27 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     noise = noise_under(predict, after, settings)
     calibrated = _in_frame(predict, noise, carried_constants(diagnosis.calibrated.constants, nominal, other), [])
 
-    def seen(centre: Drawn) -> np.ndarray:
-        constants = carried_constants(centre.constants, nominal, other, centre.effects, most)
-        return _in_frame(predict, noise, constants, carried_effects(centre.effects, nominal, other, most)[0])
+    def seen(model: Drawn | FittedModel) -> np.ndarray:
+        constants = carried_constants(model.constants, nominal, other, model.effects, most)
+        return _in_frame(predict, noise, constants, carried_effects(model.effects, nominal, other, most)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
-    return Carried(compared(predict, noise, calibrated, explained), same_geometry(nominal, other), carried, left)
+    chosen = seen(named)
+
+    def errors_without(effect: NamedEffect) -> HeldOut | None:
+        return None if effect.without is None else compared(predict, noise, seen(effect.without), chosen)
+
+    return Carried(
+        heldout=compared(predict, noise, calibrated, explained),
+        without=tuple(map(errors_without, diagnosis.effects)),
+        same_geometry=same_geometry(nominal, other),
+        effects=carried,
+        left_behind=(
+            *left,
+            *nominal_left_behind(nominal, other),
+            *constants_left_behind(nominal, other, named.effects),
+        ),
+    )
 
 
 def carried_effects(
@@ -76,9 +100,10 @@ def carried_effects(
 
     `most_faults`: number of plates of another stiffness up to which they count as faults of single parts.
     """
-    if same_geometry(here, there):
-        return tuple(effects), ()
-    return other_geometry(effects, here, there, most_faults)
+    effects = tuple(effects)
+    if not same_geometry(here, there):
+        return other_geometry(effects, here, there, most_faults)
+    return _possible(zip(effects, effects, strict=True), here, there)
 
 
 def other_geometry(
@@ -89,21 +114,73 @@ def other_geometry(
 
     If more than `most_faults` plates have another stiffness, these faults are left behind together, for one reason.
     """
-    effects = tuple(effects)
-    carried, left = list[Effect](), list[str]()
+    effects, together = tuple(effects), tuple[str, ...]()
     scatter = plate_scatter(effects, here, most_faults)
     if scatter is not None:
-        left.append(_SCATTERED.format(np.count_nonzero(scatter != 1), mean_stiffness(scatter)))
-    for effect in effects:
-        if scatter is not None and isinstance(effect, WeakenedPlate):
-            continue
-        moved = SUSPECTS[effect.kind].transfer(effect, here, there)
-        problems = () if isinstance(moved, str) else tuple(moved.problems(there))
-        if isinstance(moved, str) or problems:
-            left.append(moved if isinstance(moved, str) else "; ".join(problems))
+        effects = tuple(effect for effect in effects if not isinstance(effect, WeakenedPlate))
+        together = (_SCATTERED.format(np.count_nonzero(scatter != 1), mean_stiffness(scatter)),)
+    moved = ((effect, SUSPECTS[effect.kind].transfer(effect, here, there)) for effect in effects)
+    carried, left = _possible(moved, here, there)
+    return carried, (*together, *left)
+
+
+def _possible(
+    moved: Iterable[tuple[Effect, Effect | str]], here: Manipulator, there: Manipulator
+) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+    """The effects that the manipulator `there` can have beside its own, and the reasons for those left behind.
+
+    `moved`: effects found on the manipulator `here`, each as it acts there, or with the reason why it stays behind.
+    """
+    carried, left = list[Effect](), list[str]()
+    stated = [effect for effect in there.effect if effect not in here.effect]
+    for found, moves in moved:
+        if isinstance(moves, str):
+            left.append(moves)
+        elif any(_in_place_of_one(moves, effect) for effect in stated):
+            left.append(f"{effect_in_words(found)}, of which this design's file states its own")
+        elif problems := tuple(moves.problems(there)):
+            left.append("; ".join(problems))
         else:
-            carried.append(moved)
+            carried.append(moves)
     return tuple(carried), tuple(left)
+
+
+def _in_place_of_one(effect: Effect, other: Effect) -> bool:
+    """Whether two effects are of one kind and sit at one place, so that each says of the same thing what it is."""
+    return effect.kind == other.kind and (type(effect).once or _place(effect) == _place(other))
+
+
+def _place(effect: Effect) -> dict[str, Any]:
+    """Where an effect sits: its fields that are no sizes."""
+    return {name: value for name, value in effect.model_dump(exclude_none=True).items() if not isinstance(value, float)}
+
+
+def nominal_left_behind(here: Manipulator, there: Manipulator) -> tuple[str, ...]:
+    """Reasons for the effects that the file of the manipulator `here` states, and that `there` would have too but for
+    its file."""
+    stated = [effect for effect in here.effect if not any(_in_place_of_one(effect, other) for other in there.effect)]
+    if not same_geometry(here, there):
+        stated = [effect for effect in stated if effect.kind in SUSPECTS]  # an empirical law is one of its rig alone
+    carried, _ = carried_effects(stated, here, there)
+    reason = "{}, which the file of the recorded rig states and this design's does not"
+    return tuple(reason.format(effect_in_words(effect)) for effect in carried)
+
+
+def without_found(found: Iterable[Effect], design: Manipulator) -> Manipulator:
+    """The design without those of its effects that are `found` ones with the same sizes: a file that was written from
+    the diagnosis itself has them already."""
+    found = list(found)
+    own = [effect for effect in design.effect if not any(_equal(effect, other) for other in found)]
+    return design if len(own) == len(design.effect) else design.model_copy(update={"effect": own})
+
+
+def _equal(first: Effect, other: Effect) -> bool:
+    """Whether two effects are the same but for rounding."""
+    one, two = (effect.model_dump(exclude_none=True) for effect in (first, other))
+    return one.keys() == two.keys() and all(
+        np.isclose(value, two[name], rtol=ROUNDED_APART, atol=0.0) if isinstance(value, float) else value == two[name]
+        for name, value in one.items()
+    )
 
 
 def supposed(effects: Iterable[Effect]) -> list[str]:
@@ -118,45 +195,6 @@ _SCATTERED = (
     "that they are all in all {:.3g} times as stiff goes with Young's modulus"
 )
 """Why scattered stiffnesses of plates are left behind, with their number and their mean."""
-
-
-def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates, if more than `most_faults` of them are not nominal; else None."""
-    factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
-    if len(factors) <= most_faults:
-        return None
-    return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
-
-
-def mean_stiffness(scatter: np.ndarray) -> float:
-    """The one factor with which all plates together would give way as much as with the factors `scatter` (n,): their
-    harmonic mean."""
-    return float(1 / np.mean(1 / scatter))
-
-
-def carried_constants(
-    constants: Constants,
-    here: Manipulator,
-    there: Manipulator,
-    effects: Iterable[Effect] = (),
-    most_faults: int = Settings.most_faults,
-) -> Constants:
-    """Constants found on the manipulator `here`, beside `effects`, as factors on the nominal ones of `there`; the frame
-    is left at zero.
-
-    Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
-    factor on stiffness.  `most_faults` as of :func:`carried_effects`.
-    """
-    stiffness = constants.log_stiffness
-    if any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
-        stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
-    scatter = None if same_geometry(here, there) else plate_scatter(effects, here, most_faults)
-    if scatter is not None:
-        stiffness += np.log(mean_stiffness(scatter))
-    friction = 0.0
-    if here.friction.coefficient > 0 and there.friction.coefficient > 0:
-        friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)
-    return Constants(log_stiffness=float(stiffness), log_friction=float(friction))
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:

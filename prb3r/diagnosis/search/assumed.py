@@ -17,6 +17,7 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.mechanics.equilibrium import Equilibria
+from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.base import Effect
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
@@ -39,12 +40,14 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
 
     Effects that the `nominal` manipulator has too are not assumed: they stay as they are there.
     """
-    stated = list(nominal.effect)
+    stated, factor, known = list(nominal.effect), 1.0, _rubbing_as(nominal, known)
     values, unknown = dict[Hypothesis, Mapping[str, float]](), list[str]()
     for effect in known.effect:
         if effect in stated:
             stated.remove(effect)
             continue
+        effect, share = _referred(effect, library)
+        factor *= share
         hypothesis = hypothesis_at(effect, library)
         rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)
         if hypothesis is None:
@@ -55,8 +58,38 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
             values[hypothesis] = {free.name: getattr(effect, free.name) for free in hypothesis.free}
     constants = {"log_stiffness": float(np.log(known.youngs_modulus_pa / nominal.youngs_modulus_pa))}
     if known.friction.coefficient > 0 and nominal.friction.coefficient > 0:
-        constants["log_friction"] = float(np.log(known.friction.coefficient / nominal.friction.coefficient))
+        coefficient = factor * known.friction.coefficient
+        constants["log_friction"] = float(np.log(coefficient / nominal.friction.coefficient))
     return Assumed(values, constants, tuple(unknown))
+
+
+def _rubbing_as(nominal: Manipulator, known: Manipulator) -> Manipulator:
+    """The manipulator `known` with the friction of all cables where the `nominal` one has it: in the coefficient or,
+    where that is 0, as an effect."""
+
+    def of_all(effect: Effect) -> bool:
+        return effect.kind == RUBBING and not getattr(effect, "cables", None)
+
+    found = [effect for effect in known.effect if of_all(effect) and effect not in nominal.effect]
+    coefficient = known.friction.coefficient
+    if nominal.friction.coefficient > 0 and found:
+        others = [effect for effect in known.effect if effect not in found]
+        friction = known.friction.model_copy(update={"coefficient": found[-1].model_dump()["coefficient"]})
+        return known.model_copy(update={"friction": friction, "effect": others})
+    if nominal.friction.coefficient == 0 < coefficient and not any(map(of_all, known.effect)):
+        rubbing = EFFECT_KINDS[RUBBING].model_validate({"kind": RUBBING, "coefficient": coefficient})
+        return known.model_copy(update={"effect": [rubbing, *known.effect]})
+    return known
+
+
+def _referred(effect: Effect, library: Iterable[Hypothesis]) -> tuple[Effect, float]:
+    """An effect as a law with the reference that the library has for its kind, and the factor on the friction
+    coefficient that goes with it; as it is, and 1, where its place is no reference."""
+    suspect = SUSPECTS.get(effect.kind)
+    other = next((hypothesis for hypothesis in library if hypothesis.kind == effect.kind), None)
+    if suspect is None or suspect.referred is None or other is None:
+        return effect, 1.0
+    return suspect.referred(effect, dict(other.place))
 
 
 def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:

@@ -93,7 +93,9 @@ class FrictionDrift(Effect):
 
     kind: Literal["friction_drift"]
     instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
-    share_per_step: Annotated[float, Field(ge=-1, le=1)]
+    share_per_step: Annotated[
+        float, Field(ge=-1, le=1, description="Growth with every step, as a share of the first step's; negative: less.")
+    ]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(friction_drift=chain.friction_drift + self.share_per_step)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
+from prb3r.markdown import listed
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.page import Table
 from prb3r.quantities import unit_ending
@@ -24,6 +25,13 @@ ASKED = {
     "sequence": "what no fit has seen is predicted as closely as the noise allows",
 }
 """What each check asks, by its name or by the beginning of its name."""
+OF_PARTS = {
+    "clamp_compliance": "clamps",
+    "disk_contact": "disks",
+    "hole_clearance": "disks",
+    "umbilical": "length",
+}
+"""Parts of a rig, by the kinds of effects that another design has only with the same ones."""
 MOST_SHOWN = 6
 """Tolerances that are listed at most, those most prior standard deviations off first."""
 
@@ -156,7 +164,8 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     if carried:
         kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
         constants = say.constants_in_brief(diagnosis).replace(" and", ",")
-        alike = "material, cables and clamps" if any("clamp" in kind for kind in kinds) else "material and cables"
+        parts = dict.fromkeys(part for effect in carried if (part := OF_PARTS.get(effect.kind)))
+        alike = listed(["material", "cables", *parts])
         yield f"Carries over to other designs of the same {alike}: {constants}, {', '.join(kinds)}."
     else:
         constants = say.constants_in_brief(diagnosis)

@@ -169,7 +169,7 @@ def _constants(diagnosis: Diagnosis) -> Table:
     for name, constant in diagnosis.constants.items():
         if constant.nominal:
             low, high = (say.value_text(name, end) for end in (constant.low, constant.high))
-            interval = f"{low} to {high}" if np.isfinite(constant.low) else "–"
+            interval = constant.estimate.interval(low, high) if np.isfinite(constant.low) else "–"
             values = [say.value_text(name, getattr(constant, key)) for key in models]
             rows.append([say.CONSTANTS[name], *values, interval])
     return Table(["", *models.values(), "95 % interval"], rows)

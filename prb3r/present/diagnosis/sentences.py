@@ -152,11 +152,13 @@ def spaced(name: str) -> str:
 def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
     """A sentence for each constant on how far calibration without the named effects had biased it."""
     for name, symbol in CONSTANTS.items():
-        nominal, calibrated, explained, low, high = diagnosis.constants[name]
+        constant = diagnosis.constants[name]
+        nominal, calibrated, explained, low, high, _ = constant
         if not nominal or not explained or not diagnosis.effects:
             continue
         off = calibrated / explained - 1
-        interval = f" ({value_text(name, low)} to {value_text(name, high)})" if np.isfinite(low) else ""
+        told = constant.estimate.interval(value_text(name, low), value_text(name, high))
+        interval = f" ({told})" if np.isfinite(low) else ""
         said = f"Refitted alone, {symbol} came out as {value_text(name, calibrated)}; "
         said += f"with what is named it is {value_text(name, explained)}{interval}"
         if diagnosis.why:

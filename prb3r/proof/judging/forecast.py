@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.diagnosis.result.carried_constants import carried_constants
 from prb3r.diagnosis.result.design_prediction import PREDICTED, predict_design
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_constants
 from prb3r.model.given import manipulator_of
 from prb3r.model.solve import solve
 

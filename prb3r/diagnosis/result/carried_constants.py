@@ -1,0 +1,69 @@
+"""Constants found on one rig as factors on the nominal ones of another, and where they do not carry over."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.result.same_rig import modulus_ratio, same_geometry
+from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.friction import EdgeWrap
+from prb3r.model.effects.plates import WeakenedPlate
+from prb3r.model.manipulator import Manipulator
+
+
+def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
+    """(n,) factors on the stiffness of all plates, if more than `most_faults` of them are not nominal; else None."""
+    factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
+    if len(factors) <= most_faults:
+        return None
+    return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
+
+
+def mean_stiffness(scatter: np.ndarray) -> float:
+    """The one factor with which all plates together would give way as much as with the factors `scatter` (n,): their
+    harmonic mean."""
+    return float(1 / np.mean(1 / scatter))
+
+
+def carried_constants(
+    constants: Constants,
+    here: Manipulator,
+    there: Manipulator,
+    effects: Sequence[Effect] = (),
+    most_faults: int = Settings.most_faults,
+) -> Constants:
+    """Constants found on the manipulator `here`, beside `effects`, as factors on the nominal ones of `there`; the frame
+    is left at zero.
+
+    Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
+    factor on stiffness.  `most_faults` as of :func:`carried_effects`.
+    """
+    stiffness, one_rig = constants.log_stiffness, same_geometry(here, there)
+    if one_rig:
+        stiffness += np.log(modulus_ratio(here, there))  # it is as stiff as it was, whatever its file states
+    elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
+        stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
+    scatter = None if one_rig else plate_scatter(effects, here, most_faults)
+    if scatter is not None:
+        stiffness += np.log(mean_stiffness(scatter))
+    friction = 0.0
+    if here.friction.coefficient > 0 and not constants_left_behind(here, there, effects):
+        friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)
+    return Constants(log_stiffness=float(stiffness), log_friction=float(friction))
+
+
+def constants_left_behind(here: Manipulator, there: Manipulator, effects: Iterable[Effect]) -> tuple[str, ...]:
+    """The reason why the friction coefficient found on the manipulator `here`, beside `effects`, is left behind; none
+    where it carries over to `there`, or where `here` has no friction."""
+    if here.friction.coefficient == 0:
+        return ()
+    if there.friction.coefficient == 0:
+        return ("friction, of which the design states none",)
+    at_edges = any(isinstance(effect, EdgeWrap) for effect in effects)
+    if (here.friction.wrap == "edges" or at_edges) != (there.friction.wrap == "edges" or at_edges):
+        return (
+            f'the friction coefficient found, which goes with wrap = "{here.friction.wrap}": the design keeps its own',
+        )
+    return ()

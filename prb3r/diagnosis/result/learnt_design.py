@@ -1,0 +1,67 @@
+"""A design with what a diagnosis teaches: the constants and effects of a rig that the recording leaves possible, as far
+as they carry over to the design's file."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from prb3r.diagnosis.library.suspect import effect_in_words
+from prb3r.diagnosis.result.carried_constants import carried_constants, constants_left_behind
+from prb3r.diagnosis.result.posterior import Drawn, Posterior
+from prb3r.diagnosis.result.same_rig import same_geometry
+from prb3r.diagnosis.result.tell import adjusted
+from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind, supposed, without_found
+from prb3r.markdown import listed
+from prb3r.model.manipulator import Manipulator
+from prb3r.model.step_checks import TIME
+
+
+class Learnt(NamedTuple):
+    """A design with the constants and effects of one rig."""
+
+    manipulator: Manipulator
+    left_behind: tuple[str, ...]
+    """Effects and constants that do not carry over, each with its reason."""
+
+
+@dataclass(frozen=True)
+class LearntDesign:
+    """A design to which what is known of a recorded rig is carried over."""
+
+    posterior: Posterior
+    given: Manipulator
+    """As the design's file describes it."""
+    timed: bool = True
+    """Whether the loads have times; else friction that goes by the rate is taken as it is at its reference rate."""
+
+    @cached_property
+    def bare(self) -> Manipulator:
+        """The design on the elastica plate model, without those of its effects that its file has from the diagnosis."""
+        elastica = self.given.model_copy(update={"model": "elastica"})
+        plain = elastica.model_copy(update={"effect": []})
+        found, _ = carried_effects(self.posterior.named.effects, self.posterior.manipulator, plain)
+        return without_found(found, elastica)
+
+    @cached_property
+    def recorded(self) -> bool:
+        """Whether it is the recorded rig."""
+        return same_geometry(self.posterior.manipulator, self.given)
+
+    def of(self, drawn: Drawn) -> Learnt:
+        """The design with the constants and effects of a rig, as far as they carry over."""
+        here, there = self.posterior.manipulator, self.bare
+        felt = [effect for effect in drawn.effects if self.timed or not effect.needs_times]
+        effects, left = carried_effects(felt, here, there)
+        left = (*left, *nominal_left_behind(here, there), *constants_left_behind(here, there, felt))
+        return Learnt(adjusted(there, carried_constants(drawn.constants, here, there, felt), effects), left)
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is supposed of the design and of its loads, a sentence each."""
+        remarks = supposed(self.of(self.posterior.named).manipulator.effect)
+        if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
+            said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
+            remarks.insert(0, said)
+        if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
+            remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
+        return remarks

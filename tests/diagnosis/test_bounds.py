@@ -1,0 +1,72 @@
+"""What is said of a constant whose interval reaches a bound of the fit: no number that nothing beyond was tried for."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.result.projection import as_json, summary_lines
+from prb3r.diagnosis.result.rig_remarks import at_bounds
+from prb3r.diagnosis.run import diagnosis_of
+from prb3r.model.manipulator import Manipulator
+from prb3r.present.diagnosis.sentences import bias_of_calibration
+from prb3r.recording.recording import Prior
+
+NOMINAL = 0.3
+"""Friction coefficient that the file states of cables that do not rub."""
+
+
+@cache
+def found():
+    """A rig without friction whose file states some, with nothing known of it beforehand."""
+    known = recorded(Case(friction=0.0, seed=7))
+    stated = Manipulator.model_validate(
+        known.manipulator.model_dump(exclude_none=True) | {"friction": {"coefficient": NOMINAL}}
+    )
+    return diagnosis_of(replace(known, manipulator=stated, prior=Prior(youngs_modulus=0.1)))
+
+
+def test_an_end_that_is_a_bound_of_the_fit_is_no_end():
+    friction, lowest = found().constants["friction_coefficient"], NOMINAL / found().settings["widest_factor"]
+    assert friction.low == pytest.approx(lowest)
+    assert friction.open == (True, False)
+    (line,) = [text for text in summary_lines(found()) if text.startswith("constants: ")]
+    assert re.search(r"friction coefficient 0\.0\d+ \(up to 0\.0\d+\)$", line)
+    told = [text for text in bias_of_calibration(found()) if "μ" in text]
+    assert len(told) == 1
+    assert "(up to 0.0" in told[0]
+
+
+def test_the_record_has_both_numbers():
+    record = as_json(found())["calibration"]["friction_coefficient"]
+    assert list(record) == ["nominal", "calibrated", "explained", "low", "high"]
+    assert record["low"] == pytest.approx(NOMINAL / found().settings["widest_factor"])
+
+
+def test_a_constant_that_is_told_keeps_both_ends():
+    modulus = found().constants["youngs_modulus_pa"]
+    assert modulus.open == (False, False)
+    assert modulus.low < 1.05 * modulus.nominal < modulus.high
+
+
+def test_a_size_that_ends_on_a_bound_of_the_search_is_told():
+    """A hole 16 mm off its place, where half of the cable's arm, 12.75 mm, is the most that is sought."""
+    known = recorded(Case(hidden=((("kind", "hole_offset"), ("cable", "1"), ("offset_m", 0.016)),)))
+    calibrated = fit_constants(predictor(known))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    offset = next(each for each in library if each.name == "hole_offset (cable 1)")
+    found = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.0))
+    (said,) = at_bounds(found)
+    assert said.startswith("offset_m of hole_offset (cable 1) ends at 0.0127, as far as was sought: it may be larger")
+    inside = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.1), fixed=(len(calibrated.p),))
+    assert at_bounds(inside) == []
+    assert at_bounds(calibrated) == []

@@ -1,0 +1,64 @@
+"""A diagnosis judged on another recording: what the effects are worth there, and a blunder that both files have."""
+
+from dataclasses import replace
+
+import pytest
+from diagnosis.planted import in_kilograms, other_cables
+from diagnosis.simulated import WEAK, Case, recorded
+
+from prb3r import SpecError
+from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
+
+LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
+HIDDEN = tuple(tuple(effect.items()) for effect in (LOSSY, WEAK))
+
+
+def turned(recording):
+    """With the offset of cable 3 on the wrong side in the manipulator file."""
+    return other_cables(recording, cable_3={"offset_m": 0.021})
+
+
+def other(seed=4):
+    return replace(recorded(Case(hidden=HIDDEN, seed=seed)), name="the other")
+
+
+@pytest.fixture(scope="module")
+def judged():
+    """The diagnosis of a file with an offset on the wrong side, judged on another recording of that file and on one of
+    the right file."""
+    wrong = turned(recorded(Case(hidden=HIDDEN, seed=3)))
+    return diagnosis_of(wrong, holdout=[turned(other()), replace(other(5), name="the third")])
+
+
+def test_another_recording_of_a_file_with_a_blunder_is_judged_with_it_mended(judged):
+    assert judged.verdict == "set-up"
+    held = judged.heldout
+    assert held.rmse_explained_m < 1.1 * held.noise_m < held.rmse_calibrated_m
+    assert "the other is judged with its manipulator file mended too" in judged.remarks
+    assert not [text for text in judged.remarks if "the third" in text]  # its file is as the mended one
+
+
+def test_each_effect_has_its_gain_on_the_other_recordings(judged):
+    """Either effect moves readings by many times the noise, so that without it hardly any of the error is explained."""
+    gains = {effect.kind: effect.heldout_gain for effect in judged.effects}
+    assert set(gains) == {"pulley_friction", "weakened_plate"}
+    assert all(0.9 < gain <= 1 for gain in gains.values())
+
+
+def test_a_blunder_in_the_steps_may_not_be_in_another_recording():
+    """Weights in kilograms are no part of a manipulator file."""
+    wrong = in_kilograms(recorded(Case(hidden=HIDDEN, seed=3)))
+    found = diagnosis_of(wrong, holdout=[other()])
+    assert found.verdict == "set-up"
+    assert found.heldout.rmse_explained_m < 1.1 * found.heldout.noise_m
+    said = "the other is judged as it was recorded: whether the same blunder was made there was not looked for"
+    assert said in found.remarks
+
+
+def test_no_recording_is_judged_on_itself():
+    """By whatever name."""
+    known, copy, third = (replace(other(), name=name) for name in ("known", "copy", "third"))
+    with pytest.raises(SpecError, match=r"holdout: copy has the readings that are diagnosed"):
+        diagnosis_of(known, holdout=[other(5), copy])
+    with pytest.raises(SpecError, match=r"holdout: copy has the readings that are diagnosed"):
+        joint_diagnosis_of([replace(other(5), name="b"), third], holdout=[copy])
