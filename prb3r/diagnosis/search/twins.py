@@ -30,38 +30,41 @@ def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
 
 def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """Twins with the stiffness of another segment in the place of one, Young's modulus making up for it."""
-    model = fitted.model
+    model, shares = fitted.model, fitted.model.shares(fitted.p)
     if "log_stiffness" not in model.varied:
         return
-    present, shares = model.hypotheses, model.shares(fitted.p)
-    number = model.varied.index("log_stiffness")
-    others = [suspected for suspected in library if suspected.kind == OF_SEGMENTS and suspected not in present]
-    for k, replaced in enumerate(present):
+    others = [suspected for suspected in library if suspected.kind == OF_SEGMENTS]
+    for k, replaced in enumerate(model.hypotheses):
         for other in others if replaced.kind == OF_SEGMENTS else ():
-            twin = replace(model, hypotheses=(*present[:k], other, *present[k + 1 :]))
             constants = fitted.p[: len(model.varied)].copy()
-            constants[number] += shares[k][0]  # the logarithm of a factor, as the constant is
-            start = np.concatenate([constants, *shares[:k], -shares[k], *shares[k + 1 :]])
-            if (ended := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
-                yield ended
+            constants[model.varied.index("log_stiffness")] += shares[k][0]  # the logarithm of a factor, as the constant
+            yield from _with_another(fitted, k, other, -shares[k], constants)
 
 
 def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """Twins with superelastic plates (a stress plateau) in the place of plates that soften beyond a knee in strain."""
-    model = fitted.model
-    present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
     plateau = next((suspected for suspected in library if suspected.kind == OF_PLATEAUS), None)
     for k, effect in enumerate(fitted.effects):
         if plateau is None or not isinstance(effect, NonlinearPlate) or effect.knee_strain is None:
             continue
-        if (effect.ratio or 1.0) >= 1:
+        if (effect.ratio or 1.0) < 1:
+            begun = np.zeros(len(plateau.free))
+            begun[0] = plateau.free[0].at(effect.knee_strain / fitted.model.settings.knee_of_plateau)
+            yield from _with_another(fitted, k, plateau, begun)
+
+
+def of_stops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """Twins with closing notches in the place of touching disks, or the other way round, that stop plates at the same
+    bend and as stiffly."""
+    closing = closing_angles(fitted.solved.chain.arc, fitted.model.predict.recording.manipulator)
+    for k, effect in enumerate(fitted.effects):
+        if not isinstance(effect, DiskContact | NotchClosing):
             continue
-        start = np.zeros(len(plateau.free))
-        start[0] = plateau.free[0].at(effect.knee_strain / model.settings.knee_of_plateau)
-        twin = replace(model, hypotheses=(*present[:k], plateau, *present[k + 1 :]))
-        whole = np.concatenate([constants, *shares[:k], start, *shares[k + 1 :]])
-        if (ended := fit(twin, np.clip(whole, *twin.bounds(whole)))) is not None:
-            yield ended
+        for other in library:
+            if {effect.kind, other.kind} == {OF_DISKS, OF_NOTCHES}:
+                stop = _stop_as(effect, dict(other.place).get("side"), closing)
+                begun = np.array([free.at(stop[free.name]) for free in other.free])
+                yield from _with_another(fitted, k, other, begun)
 
 
 def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
@@ -85,24 +88,26 @@ def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
                 yield min((ended for ended in ends if ended is not None), key=lambda ended: ended.chi2)
 
 
-def of_stops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """Twins with closing notches in the place of touching disks, or the other way round, that stop plates at the same
-    bend and as stiffly."""
-    model = fitted.model
-    present, shares, constants = model.hypotheses, model.shares(fitted.p), fitted.p[: len(model.varied)]
-    closing = closing_angles(fitted.solved.chain.arc, model.predict.recording.manipulator)
-    for k, effect in enumerate(fitted.effects):
-        if not isinstance(effect, DiskContact | NotchClosing):
-            continue
-        for other in library:
-            if {effect.kind, other.kind} != {OF_DISKS, OF_NOTCHES} or other in present:
-                continue
-            stop = _stop_as(effect, dict(other.place).get("side"), closing)
-            begun = np.array([free.at(stop[free.name]) for free in other.free])
-            twin = replace(model, hypotheses=(*present[:k], other, *present[k + 1 :]))
-            start = np.concatenate([constants, *shares[:k], begun, *shares[k + 1 :]])
-            if (ended := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
-                yield ended
+def _with_another(
+    fitted: Fit, number: int, other: Hypothesis, begun: np.ndarray, constants: np.ndarray | None = None
+) -> Iterator[Fit]:
+    """The fit of a model with another hypothesis in the place of effect `number`, if it can stand beside all others
+    and can be fitted.
+
+    Parameters
+    ----------
+    begun : (k,) parameters of the other hypothesis that the fit begins from.
+    constants : (c,) constants that it begins from; those of `fitted` if absent.
+    """
+    model, shares = fitted.model, fitted.model.shares(fitted.p)
+    constants = fitted.p[: len(model.varied)] if constants is None else constants
+    before, behind = model.hypotheses[:number], model.hypotheses[number + 1 :]
+    if other == model.hypotheses[number] or any(other.excludes(beside) for beside in (*before, *behind)):
+        return
+    twin = replace(model, hypotheses=(*before, other, *behind))
+    start = np.concatenate([constants, *shares[:number], begun, *shares[number + 1 :]])
+    if (ended := fit(twin, np.clip(start, *twin.bounds(start)))) is not None:
+        yield ended
 
 
 def _stop_as(stop: DiskContact | NotchClosing, side: Side | None, closing: np.ndarray) -> dict[str, float]:
