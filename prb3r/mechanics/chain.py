@@ -109,6 +109,12 @@ class Chain(NamedTuple):
         return self.presliding > 0 or self.hysteresis.slipping > 0
 
     @property
+    def follows_path(self) -> bool:
+        """Whether a state depends on the loads of the steps before it: by memory, by a lag of the tensions, or by a
+        moment law along the whole path."""
+        return bool(self.remembers or self.closure or np.any(self.play))
+
+    @property
     def length(self) -> float:
         """Straight length from the base disk's distal face to the tip disk's distal face, m."""
         return float(np.sum(self.arc + 2 * self.clamp) + self.plates * self.disk)
