@@ -109,6 +109,23 @@ def test_every_number_of_every_effect(effect, name):
     close(rig(effect, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
 
 
+@pytest.mark.parametrize("friction", [{}, {"direction": "history"}], ids=["declared", "history"])
+@pytest.mark.parametrize(
+    ("kind", "name", "far"),
+    [("tension_play", "play_n", 1e-4), ("base_compliance", "compliance_rad_per_n_m", 1e-5)],
+)
+def test_at_the_end_of_what_a_number_can_be_it_is_the_derivative_from_within(kind, name, far, friction):
+    """By a one-sided difference of the third order between whole solves."""
+    rigs = [rig({"kind": kind, name: k * far}, model="elastica", **friction) for k in range(4)]
+    solved, table = [solve(arm, STEPS) for arm in rigs], prb3r.sensitivities(rigs[0], STEPS, [f"effect.1.{name}"])
+    for column in ("x_m", "y_m", "angle_rad"):
+        none, once, twice, thrice = (states[column].to_numpy() for states in solved)
+        difference = (-11 * none + 18 * once - 9 * twice + 2 * thrice) / (6 * far)
+        within = 1e-5 * np.abs(difference).max()
+        assert within > 0
+        assert table[f"d{column}"].to_numpy() == pytest.approx(difference, abs=within)
+
+
 def law(of, coefficient):
     return {"kind": "empirical_moment", "terms": [{"of": of, "coefficient": coefficient, "plates": [1, 2, 5]}]}
 
