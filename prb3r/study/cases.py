@@ -120,6 +120,12 @@ class Cases(Sequence[Case]):
         family, row = (int(places[number]) for places in self._place)
         return Case(number, self.labels(number), self.families[family].settings_of(row))
 
+    @cached_property
+    def cables(self) -> tuple[str, ...]:
+        """Names of the cables of all manipulators, those of the first case first."""
+        parts = {id(part): part for part in (family.settings["manipulator"]["cable"] for family in self.families)}
+        return tuple(dict.fromkeys(cable["name"] for part in parts.values() for cable in part))
+
     def labels(self, number: int) -> dict[str, Any]:
         """Value or label of each factor of the case `number`, as plain Python values."""
         values = {name: column[number] for name, column in self.factors.items()}

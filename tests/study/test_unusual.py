@@ -121,3 +121,40 @@ def test_a_limit_is_not_told_of_moments_that_follow_the_state(tmp_path):
     law = 'set = { effect = [{ kind = "empirical_moment", terms = [{ of = "bend", coefficient = 6.0 }] }] }\n'
     found = solved(tmp_path, law + THICKNESS + '[[step]]\ntip_x_n = -2.0\n[[metric]]\nkind = "limit-load"\n')
     assert found.cases["outcome_text" if "outcome_text" in found.cases else "outcome"].tolist() == ["failed"] * 2
+
+
+def test_what_failed_is_told_by_its_reason(tmp_path):
+    """A metric that does not fit the loads is no lack of equilibrium."""
+    loads = '[[factor]]\nname = "pull_n"\npath = "step.2.cable_1_n"\nvalues = [10.0, 30.0, 40.0]\n'
+    loop = "[[step]]\ncable_1_n = 20.0\n[[step]]\ncable_1_n = 10.0\n[[step]]\ncable_1_n = 20.0\n"
+    found = solved(tmp_path, loads + loop + '[[metric]]\nkind = "loop"\ncable = "1"\n')
+    publish_what_changed(found)
+    outcomes = found.cases["outcome"].tolist()
+    assert outcomes == ["converged", "failed", "failed"], found.cases["reason"].tolist()
+    for name in ("summary.md", "report.html"):
+        text = (found.folder / name).read_text()
+        assert "3 cases, 2 of them failed" in text
+        assert "without a stable equilibrium" not in text
+
+
+def test_a_case_may_have_other_cables_than_the_first(tmp_path):
+    """Of a cable that a case has not there is no tension; what the others have is what a solve says."""
+    lone = '{ name = "1", offset_m = 0.0255, ends_at_segment = 2 }'
+    more = f'{lone}, {{ name = "top", offset_m = 0.02, ends_at_segment = 1 }}'
+    levels = "".join(
+        f'[[factor.level]]\nlabel = "{label}"\n{change}\n'
+        for label, change in (
+            ("four", ""),
+            ("one", f"set = {{ cable = [{lone}] }}"),
+            ("two", f"set = {{ cable = [{more}] }}"),
+        )
+    )
+    plot = '[[plot]]\nname = "shapes"\nkind = "shapes"\nby = "cables"\n'
+    found = solved(tmp_path, f'[[factor]]\nname = "cables"\n{levels}' + POSITION + plot)
+    assert (found.cases["outcome"] == "converged").all(), found.cases["reason"].tolist()
+    states = found.states().query("disk == 14").set_index("case_id")
+    assert states["cable_4_n"].isna().tolist() == [False, True, True]
+    assert states["cable_top_n"].isna().tolist() == [True, True, False]
+    alone = prb3r.solve(MANIPULATOR, {"sequence": "a", "step": [1], "cable_1_n": [30.0]})
+    assert states["y_m"].tolist() == pytest.approx(alone["y_m"].iloc[-1:].tolist() * 3)
+    assert (found.folder / "shapes.png") in publish_what_changed(found)
