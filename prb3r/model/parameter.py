@@ -54,7 +54,7 @@ def parameter_at(manipulator: Manipulator, path: str) -> Parameter:
     ValueError
         If there is no such number, or it is not one on which equilibria depend smoothly.
     """
-    parts = path.split(".")
+    parts = path.split(".", 2)
     if parts[0] == "tension":
         require_known(".".join(parts[1:]), manipulator.cable_names, f"{path}: there is no cable")
         return Parameter(path, (), 1.0)
@@ -89,7 +89,7 @@ def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers:
         factor = np.ones(len(chain.reach))
         factor[manipulator.cable_names.index(path.removeprefix("tension."))] = value
         return pulled_otherwise(loads, loads.tension * factor, np.arange(loads.steps) == 0)
-    _, number, column = path.split(".") if path.startswith("step.") else ("", "", path)
+    _, number, column = path.split(".", 2) if path.startswith("step.") else ("", "", path)
     added = value * (np.ones(len(numbers)) if number == "" else (numbers == int(number)))
     if cable := re.fullmatch(r"cable_(.+)_n", column):
         column_of = np.arange(len(chain.reach)) == manipulator.cable_names.index(cable[1])

@@ -7,6 +7,7 @@ that differ only in the values of their loads form a family: one tree, in which 
 
 import hashlib
 import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -203,8 +204,7 @@ def _sets_a_load(factor: Factor, values: list[Any]) -> bool:
 
 def _is_load(path: str) -> bool:
     """Whether a path leads to a single load of `initial` or of a step."""
-    part, *rest = path.removeprefix("manipulator.").split(".")
-    return (part == "initial" and len(rest) == 1) or (part == "step" and len(rest) == 2)
+    return bool(re.fullmatch(r"(manipulator\.)?(initial|step\.[^.]+)\..+", path))
 
 
 def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, Any]) -> tuple[Tree, list[str]]:

@@ -276,3 +276,20 @@ def test_of_what_is_pulled_static_friction_counts_the_travel(path):
 
     difference = (pulled(1e-4) - pulled(-1e-4)) / 2e-4
     assert table["dy_m"].to_numpy() == pytest.approx(difference, abs=1e-5 * np.abs(difference).max())
+
+
+def test_names_of_cables_may_hold_dots():
+    """Paths lead to the same numbers as to those of a cable with a plain name; of several names the longest counts."""
+    plain, dotted = rig(), rig().replace("cable.up.name", "up.1")
+    steps = STEPS.rename(columns={"cable_up_n": "cable_up.1_n", "slip_up": "slip_up.1"})
+    paths = ["cable.{}.offset_m", "tension.{}", "step.2.cable_{}_n"]
+    tables = (
+        prb3r.sensitivities(arm, table, [path.format(name) for path in paths])[["dx_m", "dy_m", "dangle_rad"]]
+        for arm, table, name in ((plain, STEPS, "up"), (dotted, steps, "up.1"))
+    )
+    assert next(tables).equals(next(tables))
+    both = dotted.replace("cable.down.name", "up").replace("cable.up.1.offset_m", 0.03)
+    assert [cable.offset_m for cable in both.cable] == [0.03, [-0.02, -0.015]]
+    assert both.replace("cable.up.offset_m.1", -0.01).cable[1].offset_m == [-0.01, -0.015]
+    with pytest.raises(SpecError, match=r"there is no cable 'up'; did you mean 'up\.1'"):
+        dotted.replace("cable.up.2.offset_m", 0.03)

@@ -158,3 +158,22 @@ def test_a_case_may_have_other_cables_than_the_first(tmp_path):
     alone = prb3r.solve(MANIPULATOR, {"sequence": "a", "step": [1], "cable_1_n": [30.0]})
     assert states["y_m"].tolist() == pytest.approx(alone["y_m"].iloc[-1:].tolist() * 3)
     assert (found.folder / "shapes.png") in publish_what_changed(found)
+
+
+def test_factors_lead_to_cables_whose_names_hold_dots(tmp_path):
+    named = 'set = { "cable.1.name" = "inner.1" }\n'
+    factors = "".join(
+        f'[[factor]]\nname = "{name}"\npath = "{path}"\nvalues = [{value}]\n'
+        for name, path, value in (
+            ("offset_m", "cable.inner.1.offset_m", 0.02),
+            ("first_n", "step.1.cable_inner.1_n", 30.0),
+        )
+    )
+    step = '[[step]]\n"cable_inner.1_n" = 10.0\n[[metric]]\nkind = "position"\n'
+    (found,) = solved(tmp_path, named + factors + step).cases["tip_y_m"]
+    rig = prb3r.load_manipulator(MANIPULATOR).replace("cable.1.offset_m", 0.02)
+    told = prb3r.solve(rig, {"sequence": "a", "step": [1], "cable_1_n": [30.0]})["y_m"].iloc[-1]
+    assert found == pytest.approx(told)
+    cloud = '[[factor]]\nname = "most_n"\npath = "cloud.tension_n.inner.1"\nvalues = [5.0]\n'
+    loads = '[cloud]\ncount = 32\n[cloud.tension_n]\n"inner.1" = 20.0\n[[metric]]\nkind = "workspace"\n'
+    assert solved(tmp_path, named + cloud + loads).cases["workspace_tension_n"].item() <= 5.0
