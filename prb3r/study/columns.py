@@ -22,6 +22,10 @@ FIXED_COLUMNS = (
 """Columns that the table of cases has in every study, besides factors, metrics and comparisons."""
 
 
+FIXED_WORDS = ("broken_cables", "outcome", "reason")
+"""Those of them that hold words."""
+
+
 def described(study: Study) -> list[Quantity]:
     """Units and meanings of columns that a study adds to the nomenclature: factors, then metrics, then comparisons."""
     metrics = [quantity for metric in study.metric for quantity in metric.quantities()]
@@ -79,6 +83,23 @@ def _named(study: Study) -> Iterator[tuple[Keys, str | None]]:
         yield from ((keys, name) for name in (criterion.metric, *criterion.where))
 
 
+def _words(study: Study) -> set[str]:
+    """Names of the columns of cases that hold words."""
+    factors = [f.name for f in study.factor if f.level or any(isinstance(value, str) for value in f.values or ())]
+    return {*FIXED_WORDS, *factors}
+
+
+def _numeric(study: Study) -> Iterator[tuple[Keys, str | None]]:
+    """Every column that the spec names where numbers are needed, None for absent options, with keys as `_named`."""
+    for number, plot in enumerate(study.plot):
+        yield from ((("plot", number), name) for name in plot.numeric())
+    for number, fit in enumerate(study.fit):
+        yield from ((("fit", number), name) for name in (fit.x, fit.y))
+    for number, comparison in enumerate(study.comparison):
+        yield ("comparison", number), None if comparison.kind == "distance" else comparison.of
+    yield from ((keys, criterion.metric) for keys, criterion in criteria_of(study))
+
+
 def criteria_of(study: Study) -> Iterator[tuple[Keys, Criterion]]:
     """Requirements, then preferences of a study, each with its keys in the spec."""
     for kind, criteria in (("requirement", study.requirement), ("preference", study.preference)):
@@ -108,7 +129,8 @@ def _twice(study: Study) -> Iterator[tuple[Keys, str]]:
 def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
     """Problems of the columns that a spec defines and names, with their keys in the spec.
 
-    These are two columns of one name, names without a column, units that do not fit, and plots that lack tables.
+    These are two columns of one name, names without a column, words where numbers are needed, units that do not fit,
+    and plots that lack tables.
 
     Parameters
     ----------
@@ -118,6 +140,10 @@ def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str
     for keys, name in _named(study):
         if name is not None and name not in columns:
             yield keys, f"there is no column {name!r}{did_you_mean(name, columns)}"
+    words = _words(study)
+    yield from (
+        (keys, f"column {name!r} holds words; numbers are needed") for keys, name in _numeric(study) if name in words
+    )
     known = {quantity.name: quantity for quantity in described(study)}
     for number, plot in enumerate(study.plot):
         keys = "plot", number

@@ -84,6 +84,19 @@ def test_failed_cases_are_crosses(coupling):
     assert {"no equilibrium (1 case)", "unstable (1 case)"} <= set(texts(figure))
 
 
+def test_words_stand_beside_each_other_on_the_axis(coupling):
+    plot = plot_of(name="a", kind="lines", x="design", y=["tip_shift_m"], by="friction_coefficient", note="reason")
+    coupling["reason"] = "all pulled, $"
+    (axes,) = study_figure(plot, coupling, None, SCENE).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["thin", "thick"]
+    assert axes.get_title(loc="left") == r"all pulled, \$"
+    marks = [line for line in axes.lines if line.get_marker() not in ("x", "None")]
+    assert [line.get_linestyle() for line in marks] == ["None", "None"]
+    middle = 1e3 * coupling["tip_shift_m"].median()
+    for line in marks:
+        assert line.get_xydata() == pytest.approx(np.array([[0, middle], [1, middle]]))
+
+
 def test_fit_vertical_and_published_points_are_named(coupling):
     law = {"slope": 2e-4, "intercept": 0.05, "largest_deviation": 1.1e-3, "where": {"design": "thin"}}
     scene = Scene(SCENE.manipulator, SCENE.quantities, ({"x": "cable_2_n", "y": "tip_shift_m", **law},))

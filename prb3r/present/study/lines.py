@@ -14,7 +14,8 @@ from matplotlib.transforms import ScaledTranslation
 
 from prb3r.present import canvas, style
 from prb3r.present.spots import LAST, point_at
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures
+from prb3r.present.study.bars import name_places
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
@@ -25,8 +26,10 @@ from prb3r.study.plots.kinds import LinesPlot
 def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     """Lines of the y columns over the x column, with fits, published points, a vertical line and failed cases."""
     plot, rows = sheet.plot, sheet.rows
+    places = _places(sheet)
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
-    rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
+    at = values_of(rows, plot.x).map(places.index) if places else rows[plot.x]
+    rows["_at"], rows["_up"] = at.astype(float) * x.factor, rows["_y"].astype(float) * y.factor
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*points.values(), *bounds[:1], *failures(rows)]
@@ -34,7 +37,7 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
-            if sheet.scene.sampled:
+            if sheet.scene.sampled or places:
                 ink |= {"ls": ""}
             _line(panel, sheet, group, ink, index)
         for reach, law, ink in fits:
@@ -49,6 +52,9 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
             panel.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
         if _in_order(sheet) and len(axes) == 1:
             panel.set_aspect("equal", adjustable="datalim")
+        if places:
+            name_places(panel, sheet, places)
+            panel.set_xlim(-0.5, len(places) - 0.5)
         if plot.log_y:
             panel.set_yscale("log")
             panel.minorticks_off()
@@ -56,6 +62,12 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
         begin_at_zero(axes)
     canvas.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
+
+
+def _places(sheet: Sheet[LinesPlot]) -> list[Any]:
+    """The words of the x column, which stand beside each other on the axis; empty where it holds numbers."""
+    values = values_of(sheet.rows, sheet.plot.x)
+    return [] if pd.api.types.is_numeric_dtype(values) else ordered(values)
 
 
 def _in_order(sheet: Sheet[LinesPlot]) -> bool:
@@ -74,13 +86,16 @@ def _band(sheet: Sheet[LinesPlot]) -> list[Patch]:
 def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
     """Draw one line, by rising x; several values at one x as their median and a band from the least to the greatest.
 
-    A locus follows the order of the cases.  Sampled cases are marks without a line.  Failed cases are crosses: at their
-    value if they have one, else at the lower edge.  `index`, the number of the line, shifts its marks and crosses.
+    A locus follows the order of the cases.  Sampled cases, and those over words, are marks without a line.  Failed
+    cases are crosses: at their value if they have one, else at the lower edge.  `index`, the number of the line, shifts
+    its marks and crosses.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
     if not _in_order(sheet) and not sheet.scene.sampled:
         curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
-        if (curve["max"] > curve["min"]).any():
+        if _places(sheet):
+            axes.vlines(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.3, lw=3)
+        elif (curve["max"] > curve["min"]).any():
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
     step = 1 if len(curve) <= 12 or sheet.scene.sampled else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)

@@ -165,6 +165,8 @@ class Sheet(Generic[PlotKind]):
         column = self.plot.note if isinstance(self.plot, Panelled) else None
         if column is None or part[column].nunique() != 1:
             return ""
+        if not pd.api.types.is_numeric_dtype(part[column]):
+            return style.literal(str(part[column].dropna().iloc[0]))
         unit = self.shown(column)
         return style.with_unit(float(f"{part[column].iloc[0] * unit.factor:.2g}"), unit.unit)
 

@@ -61,6 +61,10 @@ class Plot(Strict, ABC):
         """Every column of cases or states that the plot names; None for absent options."""
         return [self.by, *self.where]
 
+    def numeric(self) -> list[str | None]:
+        """The columns that must hold numbers; None for absent options."""
+        return []
+
     def drawn(self) -> list[str | None]:
         """The columns that the rows of the plot must have, taken from states where the cases have no such column."""
         return [*self.groups]
@@ -131,6 +135,9 @@ class Charted(Plot):
 
     def columns(self) -> list[str | None]:
         return [self.x, *self.y, *super().columns()]
+
+    def numeric(self) -> list[str | None]:
+        return [*self.y, *super().numeric()]
 
     def units(self) -> Iterator[tuple[str, str]]:
         if self.x_unit is not None:

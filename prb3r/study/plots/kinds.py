@@ -20,7 +20,8 @@ class PublishedPoint(Strict):
 
 
 class LinesPlot(Charted, Styled, Panelled):
-    """Columns of one unit over a column: the median of cases that differ otherwise, and their range."""
+    """Columns of one unit over a column: the median of cases that differ otherwise, and their range; marks
+    without lines over a column of words."""
 
     kind: Literal["lines"]
     mark: list[PublishedPoint] = []
@@ -34,6 +35,10 @@ class LinesPlot(Charted, Styled, Panelled):
 
     def columns(self) -> list[str | None]:
         return [*super().columns(), self.vertical]
+
+    def numeric(self) -> list[str | None]:
+        placed = self.vertical is not None or self.fit or self.mark
+        return [*super().numeric(), self.vertical, *([self.x] if placed else [])]
 
     def drawn(self) -> list[str | None]:
         return [*super().groups, self.x, *self.y]
