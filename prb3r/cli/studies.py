@@ -124,6 +124,12 @@ def _closing(result: "Result", files: list[Path]) -> str:
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
     )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    if result.failed:
+        from prb3r.study.phrases import failures_in_words
+
+        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
+        failed = failures_in_words(result.cases["outcome"].value_counts().to_dict())
+        text += f"; {failed}, first case {first['case_id']}: {first['reason']}"
     if plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
@@ -139,12 +145,6 @@ def _closing(result: "Result", files: list[Path]) -> str:
 
         warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
         text += f"\n  {warning}" if warning else ""
-    if result.failed:
-        from prb3r.study.phrases import failures_in_words
-
-        first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
-        what = failures_in_words(result.cases["outcome"].value_counts().to_dict())
-        text += f"; {what}, first case {first['case_id']}: {first['reason']}"
     return text
 
 

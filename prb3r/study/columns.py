@@ -152,6 +152,13 @@ def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str
                 scale(known.get(column, column), unit)
             except ValueError as error:
                 yield keys, str(error)
+        for column, other in plot.of_one_unit():
+            first, second = (known[name].unit if name in known else describe(name).unit for name in (column, other))
+            if {column, other} <= columns - words and first != second:
+                yield (
+                    keys,
+                    f"{other} in {second or 'no unit'} cannot stand on the axis of {column} in {first or 'no unit'}",
+                )
         units = {known[name].unit if name in known else describe(name).unit for name in plot.stacked if name in columns}
         if len(units) > 1:
             what = f"y holds columns of several units ({', '.join(sorted(units))}), which one axis cannot show"

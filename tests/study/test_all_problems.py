@@ -41,6 +41,10 @@ WRONG = (
         '[[plot]]\nname = "v"\nkind = "lines"\nx = "load_n"\ny = ["load_n"]\nvertical = "broken_cables"\n',
         "column 'broken_cables' holds words",
     ),
+    (
+        '[[plot]]\nname = "u"\nkind = "lines"\nx = "residual_n_m"\ny = ["load_n"]\nvertical = "load_n"\n',
+        "load_n in N cannot stand on the axis of residual_n_m in N m",
+    ),
     ('[[fit]]\nx = "broken"\ny = "load_n"\n', "fit.1: column 'broken' holds words"),
     (
         '[[comparison]]\nname = "c"\nkind = "ratio"\nof = "outcome"\nto = { load_n = 1.0 }\n',

@@ -37,7 +37,7 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
             ink = {"color": look.colour, "marker": look.marker, "ls": line} | ({"lw": 0.6} if fits else {})
-            if sheet.scene.sampled or places:
+            if sheet.scene.sampled:
                 ink |= {"ls": ""}
             _line(panel, sheet, group, ink, index)
         for reach, law, ink in fits:
@@ -86,16 +86,13 @@ def _band(sheet: Sheet[LinesPlot]) -> list[Patch]:
 def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[str, Any], index: int) -> None:
     """Draw one line, by rising x; several values at one x as their median and a band from the least to the greatest.
 
-    A locus follows the order of the cases.  Sampled cases, and those over words, are marks without a line.  Failed
-    cases are crosses: at their value if they have one, else at the lower edge.  `index`, the number of the line, shifts
-    its marks and crosses.
+    A locus follows the order of the cases.  Sampled cases are marks without a line.  Failed cases are crosses: at their
+    value if they have one, else at the lower edge.  `index`, the number of the line, shifts its marks and crosses.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
     if not _in_order(sheet) and not sheet.scene.sampled:
         curve = rows.groupby("_at")["_up"].agg(["median", "min", "max"]).reset_index()
-        if _places(sheet):
-            axes.vlines(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.3, lw=3)
-        elif (curve["max"] > curve["min"]).any():
+        if (curve["max"] > curve["min"]).any():
             axes.fill_between(curve["_at"], curve["min"], curve["max"], color=ink["color"], alpha=0.15, lw=0)
     step = 1 if len(curve) <= 12 or sheet.scene.sampled else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)

@@ -88,6 +88,10 @@ class Plot(Strict, ABC):
         """Pairs of a column and the unit in which it is shown."""
         yield from ()
 
+    def of_one_unit(self) -> Iterator[tuple[str, str]]:
+        """Pairs of a column on an axis and another column whose value is marked there."""
+        yield from ()
+
     def needs(self, kept: KeptTables) -> Iterator[str]:
         """A sentence for each thing that the plot needs and the study does not keep."""
         yield from ()

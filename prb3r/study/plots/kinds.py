@@ -20,8 +20,7 @@ class PublishedPoint(Strict):
 
 
 class LinesPlot(Charted, Styled, Panelled):
-    """Columns of one unit over a column: the median of cases that differ otherwise, and their range; marks
-    without lines over a column of words."""
+    """Columns of one unit over a column: the median of cases that differ otherwise, and their range."""
 
     kind: Literal["lines"]
     mark: list[PublishedPoint] = []
@@ -35,6 +34,10 @@ class LinesPlot(Charted, Styled, Panelled):
 
     def columns(self) -> list[str | None]:
         return [*super().columns(), self.vertical]
+
+    def of_one_unit(self) -> Iterator[tuple[str, str]]:
+        if self.vertical is not None:
+            yield self.x, self.vertical
 
     def numeric(self) -> list[str | None]:
         placed = self.vertical is not None or self.fit or self.mark
