@@ -97,6 +97,19 @@ def test_words_stand_beside_each_other_on_the_axis(coupling):
         assert line.get_xydata() == pytest.approx(np.array([[0, middle], [1, middle]]))
 
 
+def test_a_logarithmic_axis_of_less_than_a_decade_has_ticks(coupling):
+    coupling["tip_shift_m"] = 0.004 + 0.0002 * coupling["cable_2_n"]  # 4 to 24 mm
+    figure = study_figure(plot_of(name="a", kind="lines", log_y=True, by="design", **SHIFTS), coupling, None, SCENE)
+    figure.canvas.draw()
+    low, high = figure.axes[0].get_ylim()
+    ticks = [
+        t.get_text()
+        for y, t in zip(figure.axes[0].get_yticks(), figure.axes[0].get_yticklabels(), strict=True)
+        if low <= y <= high
+    ]
+    assert ticks == ["5", "10", "20"]
+
+
 def test_tensions_over_steps_are_those_that_are_applied():
     pulls = np.array([[10.0, 0, 0, 0], [20.0, 0, 0, 0], [15.0, 0, 0, 0]])
     states = states_of(pulls, 0).assign(step=lambda t: t["case_id"] + 1, case_id=0)

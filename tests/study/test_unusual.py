@@ -137,6 +137,18 @@ def test_what_failed_is_told_by_its_reason(tmp_path):
         assert "without a stable equilibrium" not in text
 
 
+def test_a_metric_that_fails_takes_nothing_from_the_others(tmp_path):
+    """A design is judged by the columns that its requirements and preferences name."""
+    wishes = (
+        '[[requirement]]\nmetric = "tip_y_m"\nat_least = 0.01\n[[preference]]\nmetric = "tip_x_m"\nbetter = "less"\n'
+    )
+    found = solved(tmp_path, THICKNESS + POSITION + '[[metric]]\nkind = "loop"\ncable = "2"\ndisk = 7\n' + wishes)
+    assert found.cases["outcome"].tolist() == ["failed", "failed"]
+    publish_what_changed(found)
+    summary = (found.folder / "summary.md").read_text()
+    assert "Recommendation: Thickness 0.8 mm.** 2 of 2 designs keep every requirement" in summary
+
+
 def test_a_case_may_have_other_cables_than_the_first(tmp_path):
     """Of a cable that a case has not there is no tension; what the others have is what a solve says."""
     lone = '{ name = "1", offset_m = 0.0255, ends_at_segment = 2 }'

@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 from matplotlib.transforms import ScaledTranslation
 
 from prb3r.present import canvas, style
@@ -58,6 +59,9 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
         if plot.log_y:
             panel.set_yscale("log")
             panel.minorticks_off()
+            if np.divide(*panel.get_ylim()) > 0.01:  # less than two decades
+                panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                panel.yaxis.set_major_formatter(lambda y, _: style.digits(y))
     if plot.y_from_zero:
         begin_at_zero(axes)
     canvas.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
