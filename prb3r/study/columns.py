@@ -7,6 +7,7 @@ from prb3r.errors import did_you_mean
 from prb3r.model.files.toml_lines import Keys
 from prb3r.quantities import Quantity, describe, scale
 from prb3r.study.factors import Factor
+from prb3r.study.plots.kinds import BarsPlot, LinesPlot
 from prb3r.study.spec import CaseComparison, Study
 from prb3r.study.wishes import Criterion
 
@@ -126,17 +127,29 @@ def _twice(study: Study) -> Iterator[tuple[Keys, str]]:
             yield ("comparison", number), f"is the name of {taken[comparison.name]}; choose another one"
 
 
+def _mixed(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
+    """Problems of charts of a number for each case over one for each step, which would repeat it, or the reverse."""
+    of_cases = known_columns(study, ()) - {"step"}
+    for number, plot in enumerate(study.plot):
+        if study.states == "path" and isinstance(plot, LinesPlot | BarsPlot) and {plot.x, *plot.y} <= columns:
+            told = {name in of_cases: name for name in (plot.x, *plot.y)}
+            if len(told) > 1:
+                what = f"{told[True]} is one number for each case, {told[False]} one for each of its steps"
+                yield ("plot", number), f"{what}; a plot of loops draws positions along the steps"
+
+
 def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
     """Problems of the columns that a spec defines and names, with their keys in the spec.
 
-    These are two columns of one name, names without a column, words where numbers are needed, units that do not fit,
-    and plots that lack tables.
+    These are two columns of one name, columns of cases over columns of steps, names without a column, words where
+    numbers are needed, units that do not fit, and plots that lack tables.
 
     Parameters
     ----------
     columns : names of all columns that may be named, see `known_columns`.
     """
     yield from _twice(study)
+    yield from _mixed(study, columns)
     for keys, name in _named(study):
         if name is not None and name not in columns:
             yield keys, f"there is no column {name!r}{did_you_mean(name, columns)}"

@@ -149,6 +149,15 @@ def test_a_metric_that_fails_takes_nothing_from_the_others(tmp_path):
     assert "Recommendation: Thickness 0.8 mm.** 2 of 2 designs keep every requirement" in summary
 
 
+@pytest.mark.parametrize(("x", "y"), [("step", "tip_y_m"), ("cable_1_n", "tip_y_m"), ("thickness_m", "cable_1_n")])
+def test_what_every_step_would_repeat_is_not_charted_over_steps(tmp_path, x, y):
+    plot = f'[[plot]]\nname = "c"\nkind = "lines"\nx = "{x}"\ny = ["{y}"]\n'
+    assert "one number for each case" in refused(tmp_path, PATHS + THICKNESS + POSITION + plot)
+    (tmp_path / "unusual.toml").write_text(HEAD + THICKNESS + POSITION + plot)
+    if x != "step":  # of final states a case has one
+        assert plan_study(tmp_path / "unusual.toml")
+
+
 def test_a_case_may_have_other_cables_than_the_first(tmp_path):
     """Of a cable that a case has not there is no tension; what the others have is what a solve says."""
     lone = '{ name = "1", offset_m = 0.0255, ends_at_segment = 2 }'
