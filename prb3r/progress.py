@@ -12,7 +12,7 @@ class Lines:
     """Progress as plain lines on stderr: one when a study starts, one every few seconds, and one when it ends.
 
     `begin` takes the number of cases in all and of those done before, `advance` the numbers of further cases done and
-    of those among them without a stable equilibrium.
+    of those among them that failed.
     """
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
@@ -34,7 +34,7 @@ class Lines:
 
     def end(self) -> None:
         if self.done > self.first:
-            failed = f", {self.failed} without a stable equilibrium" if self.failed else ""
+            failed = f", {self.failed} failed" if self.failed else ""
             self._say(f"{self.done} of {self.cases} {self.what} in {time.monotonic() - self.started:.1f} s{failed}")
 
     def _say(self, what: str) -> None:
@@ -53,7 +53,7 @@ class Bar:
 
     def advance(self, cases: int, failed: int) -> None:
         self.failed += failed
-        note = f"{self.failed} without a stable equilibrium" if self.failed else ""
+        note = f"{self.failed} failed" if self.failed else ""
         self.progress.update(self.task, advance=cases, note=note)
 
     def end(self) -> None:

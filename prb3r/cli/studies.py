@@ -78,7 +78,7 @@ def _presented(result: "Result") -> "Ended":
 
 
 def _close(ctx: click.Context, ended: Sequence["Ended"]) -> NoReturn:
-    """Print how studies ended, and exit: with 1 if a case of any had no stable equilibrium, else 0."""
+    """Print how studies ended, and exit: with 1 if a case of any failed, else 0."""
     click.echo("\n".join(study.said for study in ended))
     ctx.exit(ExitCode.SOME_FAILED if any(study.failed for study in ended) else ExitCode.DONE)
 
@@ -128,8 +128,11 @@ def _closing(result: "Result", files: list[Path]) -> str:
     )
     text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
     if result.failed:
+        from prb3r.study.phrases import failures_in_words
+
         first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
-        text += f"; {result.failed} without a stable equilibrium, first case {first['case_id']}: {first['reason']}"
+        failed = failures_in_words(result.cases["outcome"].value_counts().to_dict())
+        text += f"; {failed}, first case {first['case_id']}: {first['reason']}"
     if plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide

@@ -12,8 +12,7 @@ from prb3r.inverse.pull import Least
 from prb3r.inverse.reach import Wanted, pulls_to
 from prb3r.inverse.reached import Reached
 from prb3r.model.files.table import write_table
-from prb3r.model.given import Given, manipulator_of
-from prb3r.model.manipulator import Manipulator
+from prb3r.model.given import Given
 from prb3r.model.solve import solve
 from prb3r.present import rc
 from prb3r.present.canvas import Panels, drawn_on
@@ -25,8 +24,6 @@ from prb3r.runs.files import ensure_writable
 @dataclass(frozen=True, eq=False, repr=False)
 class Reach(Reached):
     """Tensions that bring a disk to each of its targets, or as near as possible, and the states to which they lead."""
-
-    manipulator: Manipulator
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -46,8 +43,6 @@ class Reach(Reached):
     def report(self, folder: str | Path) -> list[Path]:
         """Write `steps.csv`, `targets.csv` and the figure `reach` (PNG, SVG) into `folder`; returns the files written.
 
-        Without a pull there is nothing to draw.
-
         Raises
         ------
         SpecError
@@ -58,7 +53,7 @@ class Reach(Reached):
         tables = {into / "steps.csv": self.steps, into / "targets.csv": self.table}
         for path, table in tables.items():
             write_table(table, path)
-        return [*tables, *([] if self.steps.empty else save_figure(self.plot(), into, "reach"))]
+        return [*tables, *save_figure(self.plot(), into, "reach")]
 
     def __repr__(self) -> str:
         return "\n".join(self.sentences)
@@ -96,7 +91,8 @@ def reach(
     -------
     The load steps to apply, and whether each target is reached; for a target that is not, the nearest state, where
     angles are compared with distances by the manipulator's length.  With declared friction, each cable's slip agrees
-    with its travel in that step; with `direction = "history"` friction follows the whole path.
+    with its travel in that step; with `direction = "history"` friction follows the whole path.  Friction that
+    depends on the rate of the tension is that at the reference rate, as targets have no times.
 
     Raises
     ------
@@ -114,6 +110,4 @@ def reach(
     >>> markers[["x_m", "y_m"]].iloc[-1].round(6).tolist()
     [0.4, 0.15]
     """
-    manipulator = manipulator_of(manipulator)
-    reached = pulls_to(manipulator, path=path, most_n=most_n, broken=broken, least=least, **wanted)
-    return Reach(**vars(reached), manipulator=manipulator)
+    return Reach(**vars(pulls_to(manipulator, path=path, most_n=most_n, broken=broken, least=least, **wanted)))

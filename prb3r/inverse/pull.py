@@ -61,7 +61,7 @@ class Pull:
         if self.chain.friction_excess:  # nothing else goes by the travel
             pulled, ways = np.vstack([self.before.tension, last.tension]), np.vstack([self.before.slip, last.slip])
             last = last._replace(travel=tension_travel(pulled, ways, np.arange(len(pulled)) == 0)[-1:])
-        if not self.chain.remembers and not self.chain.closure:
+        if not self.chain.follows_path:
             return last
         return Loads(*(np.concatenate(pair) for pair in zip(self.before, last, strict=True)))
 

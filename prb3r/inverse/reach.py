@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import Literal, TypedDict, Unpack, get_args
+from typing import Any, Literal, TypedDict, Unpack, get_args
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,9 @@ from prb3r.inverse.reached import BEYOND_YIELD, IS_REACHED, NO_PULL, NOT_REACHED
 from prb3r.inverse.search import Found, best_pull, natural_limits
 from prb3r.inverse.target import COORDINATES, Target, targets_of
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
+from prb3r.model.effects.cables import DeadCable
 from prb3r.model.given import of_given
+from prb3r.model.laws.moment_law import chain_until
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import tension_travel
@@ -51,13 +53,24 @@ def pulls_to(
         problems.append(Problem("least", "stress needs thickness_m or outer_fibre_m of a segment"))
     if problems:
         raise SpecError(*problems)
-    chain = manipulator.chain(broken)
+    manipulator = as_searched(manipulator, broken)
+    chain = manipulator.chain()
     if lags := lag_problem(chain):
         raise SpecError(Problem(manipulator.name, lags))
     targets = targets_of(chain, disk, place, path)
     most = limits(chain, most_n)
     pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
-    return Reached(_steps(manipulator, pulls), _table(targets, pulls, most, manipulator))
+    return Reached(manipulator, _steps(manipulator, pulls), _table(targets, pulls, most, manipulator))
+
+
+def as_searched(manipulator: Manipulator, broken: Collection[str]) -> Manipulator:
+    """The manipulator as tensions are searched for it: `broken` cables are dead ones, friction has its reference rate.
+
+    Targets have no times, so effects that go by the times of steps are left out.
+    """
+    timeless = [effect for effect in manipulator.effect if not effect.needs_times]
+    dead = [DeadCable(kind="dead_cable", cable=name) for name in broken]
+    return manipulator.model_copy(update={"effect": [*timeless, *dead]})
 
 
 def _problems(
@@ -113,38 +126,50 @@ def aim_of(manipulator: Manipulator, least: Least) -> Aim:
 def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim) -> list[Found | None]:
     """The best pull for each target, each beginning in the state that the pull before it left.
 
-    None where no pull has a stable equilibrium; the next target then begins where the last pull ended.
+    None where no pull has a stable equilibrium; the tensions of the step before are held there, see `held_loads`.
 
     Parameters
     ----------
     most : (m,) largest tension of each cable, N; 0 for one that cannot be pulled.
     """
-    before: Loads = no_loads(chain)
-    length = lengths(chain, equilibria_of(chain, before))[-1]
-    before = Loads(*(field[:0] for field in before))
+    rest = chain_until(chain, 0.0)
+    length = lengths(rest, equilibria_of(rest, no_loads(rest)))[-1]
     pulls: list[Found | None] = []
     near = None
-    for target in targets:
-        pull = Pull(chain, before, -np.ones(len(most)), target, aim)
+    for number, target in enumerate(targets, 1):
+        part = chain_until(chain, number / len(targets))
+        pull = Pull(part, held_loads(part, pulls), -np.ones(len(most)), target, aim)
         best = best_pull(pull, most, length, near)
         pulls.append(best)
         if best is not None:
             length, near = best.lengths, best.tension
-            step = loads(chain, best.tension[None], best.slip[None], elapsed=float(before.steps))
-            before = Loads(*(np.concatenate(pair) for pair in zip(before, step, strict=True)))
-            begins = np.arange(before.steps) == 0
-            before = before._replace(travel=tension_travel(before.tension, before.slip, begins))
+            continue
+        held = lengths(part, equilibria_of(part, held_loads(part, pulls)))[-1]
+        length = np.where(np.isfinite(held), held, length)
     return pulls
 
 
+def held_loads(chain: Chain, pulls: list[Found | None]) -> Loads:
+    """The loads of a step for each of the `pulls`, one after the other.
+
+    Without a pull the step holds tensions and slip of the step before; the first one then pulls nothing.
+    """
+    tension, slip = np.zeros((2, len(pulls), len(chain.reach)))
+    for step, pull in enumerate(pulls):
+        first = not step
+        held = (0.0, -1.0) if first else (tension[step - 1], slip[step - 1])
+        tension[step], slip[step] = held if pull is None else (pull.tension, pull.slip)
+    elapsed, travel = np.arange(float(len(pulls)))[:, None], tension_travel(tension, slip, np.arange(len(pulls)) == 0)
+    return loads(chain, tension, slip)._replace(elapsed=elapsed, travel=travel)
+
+
 def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:
-    """The pulls as a table of load steps, numbered by their targets; targets without a pull have no step."""
-    pulled = [(number, pull) for number, pull in enumerate(pulls, 1) if pull is not None]
-    names = manipulator.cable_names
-    columns = {"sequence": ["reach"] * len(pulled), "step": [number for number, _ in pulled]}
-    columns |= {f"cable_{name}_n": [float(pull.tension[j]) for _, pull in pulled] for j, name in enumerate(names)}
+    """The loads of the pulls as a table of load steps, numbered by their targets; see `held_loads`."""
+    held, names = held_loads(manipulator.chain(), pulls), manipulator.cable_names
+    columns: dict[str, Any] = {"sequence": "reach", "step": range(1, len(pulls) + 1)}
+    columns |= {f"cable_{name}_n": held.tension[:, j] for j, name in enumerate(names)}
     if not manipulator.follows_history:
-        columns |= {f"slip_{name}": [int(pull.slip[j]) for _, pull in pulled] for j, name in enumerate(names)}
+        columns |= {f"slip_{name}": held.slip[:, j].astype(int) for j, name in enumerate(names)}
     return pd.DataFrame(columns)
 
 
@@ -156,7 +181,7 @@ def _table(
     for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
-        reached = best is not None and best.slip_agrees and target.reached(place)
+        reached = best is not None and target.reached(place)
         safety = np.nan if best is None else _safety(manipulator, best.stress)
         rows.append(
             {
@@ -193,13 +218,11 @@ def _safety(manipulator: Manipulator, stress: float) -> float:
 def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]) -> str:
     """Why a target is not reached or, where it is, which cables stick; empty if there is nothing to note."""
     if best is None:
-        return "no pull leads to a stable equilibrium"
+        return "no pull leads to a stable equilibrium; the tensions before are held"
     if not target.reached(best.place):
         full = [
             name for name, pull, limit in zip(names, best.tension, most, strict=True) if 0 < limit <= pull * (1 + 1e-6)
         ]
         return f"cable {' and '.join(full)} at the largest tension" if full else "no pull brings it nearer"
-    if not best.slip_agrees:
-        return "only with friction that does not go with the cables' travel"
     stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
     return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""

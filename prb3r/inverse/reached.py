@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.inverse.target import COORDINATES
+from prb3r.model.manipulator import Manipulator
 
 IS_REACHED, BEYOND_YIELD, NOT_REACHED, NO_PULL = "reached", "beyond yield", "not reached", "no equilibrium"
 """Outcomes of a target; `beyond yield`: the pull that leads there stresses a plate beyond the yield stress."""
@@ -15,8 +16,12 @@ IS_REACHED, BEYOND_YIELD, NOT_REACHED, NO_PULL = "reached", "beyond yield", "not
 class Reached:
     """Tensions that bring a disk along its targets, or as near to them as it comes."""
 
+    manipulator: Manipulator
+    """The one to which the steps belong: broken cables are dead ones, and without effects that go by times, as targets
+    have none.  `solve` with it and `steps` finds the places of `table`."""
     steps: pd.DataFrame
-    """A table of steps, as `solve` takes it: tensions, N, and, where friction is declared, slips."""
+    """A table of steps, one for each target, as `solve` takes it: tensions, N, and, where friction is declared, slips.
+    Where no pull leads to a stable equilibrium the tensions of the step before are held."""
     table: pd.DataFrame
     """A row for each target: `step, disk`, the coordinates that were wanted (`wanted_x_m`, ...), those where the disk
     comes (`x_m`, ...), its errors `distance_m` and `turn_off_rad`, `total_n` (the sum of the tensions),

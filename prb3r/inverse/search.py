@@ -47,17 +47,15 @@ class Found:
     """Highest bending stress of a plate, Pa; NaN where it is not known."""
     cost: float
     """What the aim minimises: the sum of the tensions, N, or the highest stress, Pa."""
-    slip_agrees: bool
-    """Whether the declared slip of every pulled cable agrees with its travel, or is 0 as the cable sticks."""
 
     @property
-    def rank(self) -> tuple[bool, float, float, float]:
-        """Order among candidates, smaller is better: slip that agrees with the travel, distance, cost, force.
+    def rank(self) -> tuple[float, float, float]:
+        """Order among candidates, smaller is better: distance, cost, force.
 
         Distances within `ARRIVED` count as zero and costs are rounded to three digits.
         """
         distance = 0.0 if self.distance <= ARRIVED else self.distance
-        return not self.slip_agrees, distance, float(f"{self.cost:.3g}"), float(self.tension.sum())
+        return distance, float(f"{self.cost:.3g}"), float(self.tension.sum())
 
 
 def natural_limits(chain: Chain) -> np.ndarray:
@@ -81,7 +79,8 @@ def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
     chain = pull.chain._replace(presliding=0.0, closure=())
     share = scipy.stats.qmc.Sobol(len(most), rng=START_SEED).random_base2(START_BITS)
     tension = np.concatenate([np.zeros((1, len(most))), np.maximum(2 * share - 1, 0) * most])
-    states = equilibria_of(chain, loads(chain, tension), from_rest=True, detail=False)
+    tried = loads(chain, tension, elapsed=float(pull.before.steps))
+    states = equilibria_of(chain, tried, from_rest=True, detail=False)
     off = np.linalg.norm(pull.target.off(pull.target.place(states)), axis=1)
     nearest: dict[bytes, int] = {}
     for row in np.argsort(off, kind="stable"):
@@ -91,7 +90,7 @@ def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
 
 
 def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarray) -> Iterator[Found]:
-    """The pulls that descents from `start` find while the declared slip is brought to agree with the cables' travel.
+    """The pulls that descents from `start` find whose declared slip agrees with the cables' travel.
 
     The travel is counted from the lengths `before` (m,), m.  First all cables are declared drawn in, then each as it
     travelled.  A cable that is paid out when declared drawn in, and drawn in when declared paid out, sticks: its
@@ -104,7 +103,8 @@ def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarr
         travelled = last  # without an equilibrium, the cables whose slip has just been reversed stick
         if ended is not None:
             travelled, start = travel_slip(pull, ended.tension, ended.lengths - before), ended.tension
-            yield replace(ended, slip_agrees=bool(np.all((travelled == slip) | (slip == 0))))
+            if np.all((travelled == slip) | (slip == 0)):
+                yield ended
         if travelled.tobytes() in seen:
             travelled = np.where(travelled == slip, slip, 0.0)
         pull, last = replace(pull, slip=np.where(slip == 0, 0.0, travelled), known={}), slip
@@ -123,21 +123,22 @@ def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | N
     place = pull.target.place(states)[-1]
     distance = float(np.linalg.norm(pull.target.off(place)))
     stress, cost = float(np.fmax.reduce(pull.stress_of(states))), pull.cost(tension)
-    return Found(tension, pull.slip, place, distance, lengths(pull.chain, states)[-1], stress, cost, slip_agrees=False)
+    return Found(tension, pull.slip, place, distance, lengths(pull.chain, states)[-1], stress, cost)
 
 
 def travel_slip(pull: Pull, tension: np.ndarray, longer: np.ndarray) -> np.ndarray:
     """(m,) slip that agrees with the travel: +1 for a pulled cable that has become `longer` (m,), m, else -1.
 
-    Where friction is not declared, or nothing rubs, it is the slip of `pull`.
+    Where friction is not declared, or nothing rubs, at holes or pulleys, it is the slip of `pull`.
     """
-    if pull.chain.presliding > 0 or not pull.chain.friction.any():
+    chain = pull.chain
+    if chain.presliding > 0 or not (chain.friction.any() or np.any(chain.pulley != 1)):
         return pull.slip
     return np.where((tension > 0) & (longer > 0), 1.0, -1.0)
 
 
 def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray | None = None) -> Found | None:
-    """The best pull for the target; None if none has a stable equilibrium.
+    """The best pull for the target; None if none has a stable equilibrium and friction that goes with the travel.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray
         parts = LET_OFF if pull.chain.presliding > 0 else LET_OFF[:1]
         ways = [candidate for part in parts for candidate in pulls_from(pull, part * near, most, before)]
         followed = min(ways, key=lambda candidate: candidate.rank, default=None)
-        if followed is not None and followed.slip_agrees and followed.distance <= ARRIVED:
+        if followed is not None and followed.distance <= ARRIVED:
             return followed
     candidates = [candidate for start in starts(pull, most) for candidate in pulls_from(pull, start, most, before)]
     return min(candidates, key=lambda candidate: candidate.rank, default=None)

@@ -73,11 +73,12 @@ def rub(model, out, cable):
     """Write the friction at the hole before a span to its record `out`: the product of coefficient and wrap angle
     (`wrap`), and the derivatives of the log tension behind the hole by direction, approach and log tension before it.
 
-    `cable` holds the cable as it arrives at the hole.
+    `cable` holds the cable as it arrives at the hole.  A tension a little below zero, as beside an idle cable where its
+    derivatives are taken, rubs as one above.
     """
     after, before, slip, friction = out.direction, cable.approach, cable.slip, out.friction
     if model.friction_exponent != 0.0:
-        friction *= (cable.tension / model.friction_tension) ** -model.friction_exponent
+        friction *= (abs(cable.tension) / model.friction_tension) ** -model.friction_exponent
     if model.edges:
         leaving, grows = rubbing_part(after, model.wrap_saturation)
         entering, grows_in = rubbing_part(before, model.wrap_saturation)

@@ -111,6 +111,12 @@ class Chain(NamedTuple):
         return self.presliding > 0 or self.hysteresis.slipping > 0
 
     @property
+    def follows_path(self) -> bool:
+        """Whether a state depends on the loads of the steps before it: by memory, by a lag of the tensions, or by a
+        moment law along the whole path."""
+        return bool(self.remembers or self.closure or np.any(self.play))
+
+    @property
     def length(self) -> float:
         """Straight length from the base disk's distal face to the tip disk's distal face, m."""
         return float(np.sum(self.arc + 2 * self.clamp) + self.plates * self.disk)
@@ -213,14 +219,15 @@ def with_play(tension: np.ndarray, play: np.ndarray | float, begins: np.ndarray)
     Hyperbolic Equations, 1996).
 
     The output stays as long as the tension is within `play` (N) of it, and is dragged along by the tension beyond
-    that.  It is 0 at rest, before every step that `begins` (s,).
+    that.  It is 0 at rest, before every step that `begins` (s,).  A negative play leads by as much as a positive one
+    lags, so that differences to both sides of none are the derivative there.
     """
-    low, high = tension - play, tension + play
+    low, high = tension - np.abs(play), tension + np.abs(play)
     out = np.zeros_like(tension)
     for step in range(len(tension)):
         before = 0.0 if begins[step] or step == 0 else out[step - 1]
         out[step] = np.minimum(np.maximum(before, low[step]), high[step])
-    return out
+    return np.where(np.less(play, 0), 2 * tension - out, out)
 
 
 def dead_loads(chain: Chain, loads: Loads) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Paths to the parts and values of a manipulator, such as `segment.1.thickness_m`: finding, reading and replacing them.
 
-Names are separated by dots.  Cables are addressed by name, elements of all other lists (segments, effects, listed
-offsets) by number from 1.
+Names are separated by dots.  Cables are addressed by name, which may hold dots itself, elements of all other lists
+(segments, effects, listed offsets) by number from 1.
 """
 
 from collections.abc import Collection
@@ -23,7 +23,7 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
     """
     keys: Keys = ()
     node: Any = manipulator
-    for part in path.split("."):
+    for part in parts_of_path(path, [cable.name for cable in getattr(manipulator, "cable", ())]):
         if isinstance(node, BaseModel):
             require_known(part, type(node).model_fields, f"{path}: there is no")
             keys, node = (*keys, part), getattr(node, part)
@@ -38,6 +38,19 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
         else:
             raise ValueError(f"{path} leads into a plain value at {part!r}")
     return keys
+
+
+def parts_of_path(path: str, cables: Collection[str]) -> list[str]:
+    """The parts between the dots of a path; of what follows `cable.`, the longest of the names `cables` that fits is
+    one part."""
+    if not path.startswith("cable."):
+        return path.split(".")
+    rest = path.removeprefix("cable.")
+    named = [name for name in cables if rest == name or rest.startswith(f"{name}.")]
+    if not named:
+        return path.split(".")
+    name = max(named, key=len)
+    return ["cable", name, *rest[len(name) :].split(".")[1:]]
 
 
 def require_known(part: str, valid: Collection[str], what: str) -> None:

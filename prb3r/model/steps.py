@@ -168,6 +168,16 @@ def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) ->
     return total - np.maximum.accumulate(np.where(starts, total - change, 0.0), axis=0)
 
 
+def pulled_otherwise(loads: Loads, tension: np.ndarray, begins: np.ndarray) -> Loads:
+    """The loads with other tensions (s, m), N, and the travel and the rates that follow from these.
+
+    `begins` (s,) is whether a step is the first of its sequence.
+    """
+    changed, before = (np.maximum(np.abs(tension_changes(t, begins)), HELD_N) for t in (tension, loads.tension))
+    travel = tension_travel(tension, loads.slip, begins)
+    return loads._replace(tension=tension, travel=travel, rate=loads.rate * changed / before)
+
+
 def _zeros(*shape: int) -> np.ndarray:
     """A read-only array of zeros that takes no memory; for a million steps, loads that no column names would fill most
     of it."""

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 from prb3r.runs.provenance import read_manifest
+from prb3r.study.phrases import failures_in_words
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,7 @@ def _study(folder: Path) -> Entry | None:
     if manifest is None or "title" not in study:
         return None
     counts = manifest.get("outcomes") or {}
-    total, failed = manifest.get("cases", 0), manifest.get("cases", 0) - counts.get("converged", 0)
-    plain = (
-        f"{total:,} cases, {f'{failed:,} of them without a stable equilibrium' if failed else 'all in equilibrium'}."
-    )
+    plain = f"{manifest.get('cases', 0):,} cases, {failures_in_words(counts, 'of them ') or 'all in equilibrium'}."
     names = ["decision", *(plot["name"] for plot in study.get("plot", [])), "rigs"]
     answer = _head(folder / "report.html").answer or plain
     date = _day(manifest.get("written", ""))

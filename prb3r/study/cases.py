@@ -7,6 +7,7 @@ that differ only in the values of their loads form a family: one tree, in which 
 
 import hashlib
 import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -120,6 +121,12 @@ class Cases(Sequence[Case]):
         family, row = (int(places[number]) for places in self._place)
         return Case(number, self.labels(number), self.families[family].settings_of(row))
 
+    @cached_property
+    def cables(self) -> tuple[str, ...]:
+        """Names of the cables of all manipulators, those of the first case first."""
+        parts = {id(part): part for part in (family.settings["manipulator"]["cable"] for family in self.families)}
+        return tuple(dict.fromkeys(cable["name"] for part in parts.values() for cable in part))
+
     def labels(self, number: int) -> dict[str, Any]:
         """Value or label of each factor of the case `number`, as plain Python values."""
         values = {name: column[number] for name, column in self.factors.items()}
@@ -197,8 +204,7 @@ def _sets_a_load(factor: Factor, values: list[Any]) -> bool:
 
 def _is_load(path: str) -> bool:
     """Whether a path leads to a single load of `initial` or of a step."""
-    part, *rest = path.removeprefix("manipulator.").split(".")
-    return (part == "initial" and len(rest) == 1) or (part == "step" and len(rest) == 2)
+    return bool(re.fullmatch(r"(manipulator\.)?(initial|step\.[^.]+)\..+", path))
 
 
 def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, Any]) -> tuple[Tree, list[str]]:

@@ -7,6 +7,7 @@ from prb3r.errors import did_you_mean
 from prb3r.model.files.toml_lines import Keys
 from prb3r.quantities import Quantity, describe, scale
 from prb3r.study.factors import Factor
+from prb3r.study.plots.kinds import BarsPlot, LinesPlot
 from prb3r.study.spec import CaseComparison, Study
 from prb3r.study.wishes import Criterion
 
@@ -20,6 +21,10 @@ FIXED_COLUMNS = (
     "lowest_eigenvalue_n_m_per_rad",
 )
 """Columns that the table of cases has in every study, besides factors, metrics and comparisons."""
+
+
+FIXED_WORDS = ("broken_cables", "outcome", "reason")
+"""Those of them that hold words."""
 
 
 def described(study: Study) -> list[Quantity]:
@@ -79,6 +84,23 @@ def _named(study: Study) -> Iterator[tuple[Keys, str | None]]:
         yield from ((keys, name) for name in (criterion.metric, *criterion.where))
 
 
+def _words(study: Study) -> set[str]:
+    """Names of the columns of cases that hold words."""
+    factors = [f.name for f in study.factor if f.level or any(isinstance(value, str) for value in f.values or ())]
+    return {*FIXED_WORDS, *factors}
+
+
+def _numeric(study: Study) -> Iterator[tuple[Keys, str | None]]:
+    """Every column that the spec names where numbers are needed, None for absent options, with keys as `_named`."""
+    for number, plot in enumerate(study.plot):
+        yield from ((("plot", number), name) for name in plot.numeric())
+    for number, fit in enumerate(study.fit):
+        yield from ((("fit", number), name) for name in (fit.x, fit.y))
+    for number, comparison in enumerate(study.comparison):
+        yield ("comparison", number), None if comparison.kind == "distance" else comparison.of
+    yield from ((keys, criterion.metric) for keys, criterion in criteria_of(study))
+
+
 def criteria_of(study: Study) -> Iterator[tuple[Keys, Criterion]]:
     """Requirements, then preferences of a study, each with its keys in the spec."""
     for kind, criteria in (("requirement", study.requirement), ("preference", study.preference)):
@@ -105,19 +127,36 @@ def _twice(study: Study) -> Iterator[tuple[Keys, str]]:
             yield ("comparison", number), f"is the name of {taken[comparison.name]}; choose another one"
 
 
+def _mixed(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
+    """Problems of charts of a number for each case over one for each step, which would repeat it, or the reverse."""
+    of_cases = known_columns(study, ()) - {"step"}
+    for number, plot in enumerate(study.plot):
+        if study.states == "path" and isinstance(plot, LinesPlot | BarsPlot) and {plot.x, *plot.y} <= columns:
+            told = {name in of_cases: name for name in (plot.x, *plot.y)}
+            if len(told) > 1:
+                what = f"{told[True]} is one number for each case, {told[False]} one for each of its steps"
+                yield ("plot", number), f"{what}; a plot of loops draws positions along the steps"
+
+
 def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
     """Problems of the columns that a spec defines and names, with their keys in the spec.
 
-    These are two columns of one name, names without a column, units that do not fit, and plots that lack tables.
+    These are two columns of one name, columns of cases over columns of steps, names without a column, words where
+    numbers are needed, units that do not fit, and plots that lack tables.
 
     Parameters
     ----------
     columns : names of all columns that may be named, see `known_columns`.
     """
     yield from _twice(study)
+    yield from _mixed(study, columns)
     for keys, name in _named(study):
         if name is not None and name not in columns:
             yield keys, f"there is no column {name!r}{did_you_mean(name, columns)}"
+    words = _words(study)
+    yield from (
+        (keys, f"column {name!r} holds words; numbers are needed") for keys, name in _numeric(study) if name in words
+    )
     known = {quantity.name: quantity for quantity in described(study)}
     for number, plot in enumerate(study.plot):
         keys = "plot", number
@@ -126,6 +165,13 @@ def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str
                 scale(known.get(column, column), unit)
             except ValueError as error:
                 yield keys, str(error)
+        for column, other in plot.of_one_unit():
+            first, second = (known[name].unit if name in known else describe(name).unit for name in (column, other))
+            if {column, other} <= columns - words and first != second:
+                yield (
+                    keys,
+                    f"{other} in {second or 'no unit'} cannot stand on the axis of {column} in {first or 'no unit'}",
+                )
         units = {known[name].unit if name in known else describe(name).unit for name in plot.stacked if name in columns}
         if len(units) > 1:
             what = f"y holds columns of several units ({', '.join(sorted(units))}), which one axis cannot show"

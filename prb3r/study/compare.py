@@ -41,7 +41,8 @@ def with_comparisons(cases: pd.DataFrame, study: Study, lengths: Mapping[int, fl
         if comparison.kind == "distance":
             columns = [f"{comparison.of}_x_m", f"{comparison.of}_y_m"]
         if rest:
-            paired = cases[rest].merge(base.drop_duplicates(rest)[[*rest, *columns]], on=rest, how="left")
+            known = base.drop_duplicates(rest)[list(dict.fromkeys([*rest, *columns]))]
+            paired = cases[rest].merge(known, on=rest, how="left")
         else:
             paired = pd.concat([base[columns]] * len(cases), ignore_index=True)
         compared, other = cases[columns].to_numpy(float), paired[columns].to_numpy(float)

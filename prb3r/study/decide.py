@@ -2,12 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.study.compare import select
 from prb3r.study.decision import Decision, wish_columns
-from prb3r.study.designs import DesignCases
+from prb3r.study.designs import DesignCases, known_values
 
 
 def decide(cases: DesignCases) -> Decision:
@@ -29,7 +30,9 @@ def decide(cases: DesignCases) -> Decision:
         raise SpecError(Problem("compare", "the designs share no case"))
     margins = [[r.margin(v) for r, v in zip(wishes.requirement, row, strict=True)] for row in bounded]
     able = {name for name, row in zip(names, margins, strict=True) if min(row, default=0.0) >= 0}
-    lost = (frame["outcome"] != "converged") & frame["design"].isin(able or set(names))
+    wanted = [np.isnan(known_values(frame, preference.metric)) for preference in wishes.preference]
+    without = (frame["outcome"] != "converged") & np.any([np.zeros(len(frame), bool), *wanted], axis=0)
+    lost = without & frame["design"].isin(able or set(names))
     failed = set(frame.loc[lost, "scenario"]) & shared
     values = cases.values(wishes.preference, frame[frame["scenario"].isin(shared - failed)])
     return Decision(

@@ -137,16 +137,23 @@ class Decision:
         return self.worth @ self.weights if self.preferences else np.where(self.feasible, 0.0, np.nan)
 
     @cached_property
+    def score_of_kept(self) -> np.ndarray:
+        """(d,) score as in `score`, but measured between the worst and best of all designs that keep the requirements.
+
+        It tells designs apart where the front is a single one.
+        """
+        return self._worth_among(self.feasible) @ self.weights if self.preferences else self.score
+
+    @cached_property
     def ranking(self) -> list[int]:
         """Indices of the designs that keep the requirements, best first; without preferences, by their smallest margin.
 
         Designs on the front come first, then higher scores.  Designs of equal score (a front of a single design gives
-        all the score 0) are ranked by a score between the worst and best of all that keep the requirements.
+        all the score 0) are ranked by `score_of_kept`.
         """
         keys = [-self.margins.min(1, initial=np.inf)]
         if self.preferences:
-            behind = self._worth_among(self.feasible) @ self.weights
-            keys = [~np.array(self.front), -self.score, -behind]
+            keys = [~np.array(self.front), -self.score, -self.score_of_kept]
         order = np.lexsort(keys[::-1])
         return [int(k) for k in order if self.feasible[k]]
 

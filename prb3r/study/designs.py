@@ -16,6 +16,7 @@ from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.quantities import SHORT_FOR, Quantity, describe, printed
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
+from prb3r.study.chunk import CASE_FAILED
 from prb3r.study.columns import described
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
@@ -66,10 +67,16 @@ class DesignCases:
         numbers = np.full((len(self.names), len(criteria)), np.nan)
         for j, criterion in enumerate(criteria):
             counted = select(rows, criterion.where)
-            column = counted[criterion.metric].where(counted["outcome"] == "converged").to_numpy(float)
+            column = known_values(counted, criterion.metric)
             for k, name in enumerate(self.names):
                 numbers[k, j] = criterion.value(column[(counted["design"] == name).to_numpy()])
         return numbers
+
+
+def known_values(cases: pd.DataFrame, column: str) -> np.ndarray:
+    """(cases,) numbers in a column; NaN where a case did not converge, or the metric of the column failed."""
+    kept = cases["outcome"].isin(["converged", CASE_FAILED])  # by another metric
+    return cases[column].where(kept).to_numpy(float)
 
 
 def read_designs(folders: Sequence[Path], requirements: str | Path | None = None) -> DesignCases:

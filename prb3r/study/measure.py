@@ -87,6 +87,8 @@ def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray)
 def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int = 0) -> Columns:
     """Columns of the states that the spec keeps; step 0 is the initial configuration.
 
+    The tension of a cable that other cases have, but the manipulator of these has not, is NaN.
+
     Parameters
     ----------
     numbers : (c,) numbers of the cases in the study.
@@ -98,6 +100,7 @@ def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int =
     if chunk.state_disks is not None:
         disks = disks[np.isin(disks, chunk.state_disks)]
     tension = disk_tension(solved.chain, solved.loads, states)
+    of_cable, absent = dict(zip(names, np.moveaxis(tension, 2, 0), strict=True)), np.full(states.x.shape, np.nan)
     shape = solved.count, len(steps), len(disks)
 
     def kept(values: np.ndarray) -> np.ndarray:
@@ -111,5 +114,5 @@ def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int =
         "x_m": kept(states.x),
         "y_m": kept(states.y),
         "angle_rad": kept(states.angle),
-        **{f"cable_{name}_n": kept(tension[:, :, names.index(name)]) for name in chunk.cables},
+        **{f"cable_{name}_n": kept(of_cable.get(name, absent)) for name in chunk.cables},
     }

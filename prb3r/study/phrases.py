@@ -1,12 +1,14 @@
 """Phrases for sentences about a decision: names of criteria, their bounds, values and distances from a bound."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from prb3r.markdown import listed
+from prb3r.mechanics.equilibrium import Outcome
 from prb3r.quantities import SHORT_FOR, Quantity, describe
+from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED
 from prb3r.study.decision import Decision
 from prb3r.study.designs import value_in_words
 from prb3r.study.wishes import Criterion, Requirement, plain_text
@@ -38,6 +40,24 @@ def listed_names(names: Sequence[str]) -> str:
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
     return listed(names)
+
+
+FAILURE_IN_WORDS = {CASE_FAILED: "failed", CASE_CRASHED: "crashed", Outcome.DETOUR.label: "reached by a detour alone"}
+"""What is said of cases by their outcome; of all others but converged ones, that they have no stable equilibrium."""
+
+
+def failures_in_words(outcomes: Mapping[str, int], of: str = "") -> str:
+    """How many cases did not converge and why, from the number of cases by outcome; empty if all did.
+
+    Such as `2 without a stable equilibrium and 1 failed`; `of` follows the first number: `2 of them ...`.
+    """
+    counts: dict[str, int] = {}
+    for outcome, count in outcomes.items():
+        if outcome != Outcome.CONVERGED.label and count:
+            words = FAILURE_IN_WORDS.get(outcome, "without a stable equilibrium")
+            counts[words] = counts.get(words, 0) + count
+    told = sorted(counts.items(), key=lambda item: item[0], reverse=True)
+    return listed([f"{count:,} {of * (not k)}{words}" for k, (words, count) in enumerate(told)]) if told else ""
 
 
 def capitalised(text: str) -> str:

@@ -85,10 +85,10 @@ class Plan:
     engine: str = field(default_factory=fingerprint)
     """Hash of the program text, see `fingerprint`; results of another engine are computed anew."""
 
-    @cached_property
+    @property
     def cables(self) -> tuple[str, ...]:
         """Names of the cables in the table of states."""
-        return tuple(self.cases[0].manipulator().cable_names)
+        return self.cases.cables
 
     @cached_property
     def keys(self) -> list[bytes]:
@@ -221,10 +221,10 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
 def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterator[Problem]:
     """Problems of plots, fits, comparisons and wishes, with lines; `cases` is None where the cases have problems."""
     try:
-        manipulator = cases[0].manipulator() if cases else load_manipulator(path.parent / study.manipulator)
+        cables = cases.cables if cases else load_manipulator(path.parent / study.manipulator).cable_names
     except SpecError:
         return  # it is told as a problem of the cases
-    wrong = list(column_problems(study, known_columns(study, manipulator.cable_names)))
+    wrong = list(column_problems(study, known_columns(study, cables)))
     if cases is not None:
         wrong += selection_problems(study, cases)
     for keys, what in wrong:

@@ -20,7 +20,7 @@ from prb3r.runs.store import arrow_table, write_arrow
 from prb3r.study.axes import sample_count
 from prb3r.study.columns import described
 from prb3r.study.compare import select
-from prb3r.study.designs import design_names
+from prb3r.study.designs import design_names, known_values
 from prb3r.study.spec import Study
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -133,11 +133,6 @@ def _quantiles(part: pd.DataFrame, metrics: Sequence[Quantity]) -> Iterator[dict
 def quantile_column(share: float) -> str:
     """Name of the column of the quantile of a share, such as `q_0_05`."""
     return f"q_{share:g}".replace(".", "_")
-
-
-def known_values(part: pd.DataFrame, column: str) -> np.ndarray:
-    """(cases,) numbers in a column; NaN where the outcome is not `converged`."""
-    return part[column].where(part["outcome"] == "converged").to_numpy(float)
 
 
 def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.mechanics.equilibrium import Outcome
 from prb3r.runs import store
 from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
 from prb3r.runs.store import arrow_table, whole_table
@@ -19,8 +20,8 @@ from prb3r.study.plan import Plan
 def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
     """The table of cases in their order, from parts that hold all of them, still without comparisons.
 
-    Its columns are number, factors, broken cables, outcome, reason, numbers of the solution, and metrics.  A case with
-    a failed metric gets the outcome `failed`.
+    Its columns are number, factors, broken cables, outcome, reason, numbers of the solution, and metrics.  A converged
+    case with a failed metric gets the outcome `failed`.
     """
     known = parts.place(plan.items[0], plan.keys)
     blank = blank_columns(np.zeros(0, np.int64), (), "", "")
@@ -29,8 +30,8 @@ def cases_frame(plan: Plan, parts: Parts) -> pd.DataFrame:
         place = parts.place(item, plan.keys)
         columns |= {quantity.name: gathered(parts, place, quantity.name) for quantity in metric.quantities()}
         reason = gathered(parts, place, reason_column(metric))
-        columns["outcome"][reason != ""] = CASE_FAILED
-        columns["reason"] = np.where(reason != "", reason, columns["reason"])
+        columns["outcome"][(reason != "") & (columns["outcome"] == Outcome.CONVERGED.label)] = CASE_FAILED
+        columns["reason"] = np.where((reason != "") & (columns["reason"] == ""), reason, columns["reason"])
     return labelled(plan.cases, pd.DataFrame({"case_id": np.arange(len(plan.cases)), **columns}))
 
 

@@ -7,11 +7,14 @@ more memory than the values in which they differ.
 from typing import Any
 
 from prb3r.errors import did_you_mean
+from prb3r.model.paths import parts_of_path
 
 Tree = dict[str, Any]
 """Nested dicts and lists of plain values."""
 LOAD_PARTS = ("initial", "step", "sweep", "cloud", "reach", "broken")
 """Entries of the tree besides `manipulator`; a path that begins with none of them leads into the manipulator."""
+BEFORE_NAMES = {"initial": 1, "step": 2, "cloud": 2}
+"""Number of keys before the names of loads and of cables in these entries, which may hold dots themselves."""
 
 
 def with_setting(settings: Tree, path: str, value: Any) -> Tree:
@@ -22,7 +25,7 @@ def with_setting(settings: Tree, path: str, value: Any) -> Tree:
     KeyError
         If the path leads to no place in the settings.
     """
-    return _replaced(settings, _parts(path), value, path)
+    return _replaced(settings, _parts(settings, path), value, path)
 
 
 def setting_at(settings: Tree, path: str) -> Any:
@@ -33,7 +36,7 @@ def setting_at(settings: Tree, path: str) -> Any:
     KeyError
         If there is no value at `path`.
     """
-    *before, last = _parts(path)
+    *before, last = _parts(settings, path)
     tree: Any = settings
     for part in before:
         tree = _inner(tree, part, path)
@@ -43,10 +46,15 @@ def setting_at(settings: Tree, path: str) -> Any:
     return container[key]
 
 
-def _parts(path: str) -> list[str]:
+def _parts(settings: Tree, path: str) -> list[str]:
     """The keys along a path, beginning with an entry of the tree: `manipulator` or one of `LOAD_PARTS`."""
-    parts = path.removeprefix("manipulator.").split(".")
-    return parts if parts[0] in LOAD_PARTS else ["manipulator", *parts]
+    path = path.removeprefix("manipulator.")
+    first = path.partition(".")[0]
+    if first in LOAD_PARTS:
+        return path.split(".", BEFORE_NAMES.get(first, -1))
+    cables = settings["manipulator"]["cable"]
+    names = [cable["name"] for cable in cables if "name" in cable] if isinstance(cables, list) else []
+    return ["manipulator", *parts_of_path(path, names)]
 
 
 def _replaced(tree: Any, parts: list[str], value: Any, path: str) -> Any:

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.inverse.reach import aim_of, lag_problem, limits, pulls_along
+from prb3r.inverse.reach import aim_of, held_loads, lag_problem, limits, pulls_along
 from prb3r.inverse.target import chain_targets
-from prb3r.mechanics.chain import Chain, loads
+from prb3r.mechanics.chain import Chain
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import history_problem
@@ -88,24 +88,16 @@ def _parts(family: Family, chain: Chain) -> Iterator[Family]:
 
 
 def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
-    """A solved case that brings a disk from target to target, one load step for each target.
+    """A solved case that brings a disk from target to target, one load step for each target, see `held_loads`.
 
-    Where no tensions are found for a target, its step repeats the loads of the step before.  Raises ValueError where
-    tensions lag behind what is applied.
+    Raises ValueError where tensions lag behind what is applied.
     """
     if lags := lag_problem(chain):
         raise ValueError(lags)
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else int(reach["disk"]), reach["target"])
-    cables = len(manipulator.cable)
-    tension, slip = np.zeros((len(targets), cables)), -np.ones((len(targets), cables))
     most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])
-    for step, pull in enumerate(pulls_along(chain, targets, most, aim)):
-        tension[step], slip[step] = (tension[step - 1], slip[step - 1]) if pull is None else (pull.tension, pull.slip)
-    begins = np.arange(len(targets)) == 0
-    steps = loads(chain, tension, slip)._replace(
-        elapsed=np.arange(float(len(targets)))[:, None], travel=tension_travel(tension, slip, begins)
-    )
-    states = equilibria_of(chain, steps, from_rest=begins, eigenvalue=True, number=np.arange(1, len(targets) + 1))
+    steps = held_loads(chain, pulls_along(chain, targets, most, aim))
+    states = equilibria_of(chain, steps, eigenvalue=True)
     return Solved(manipulator, chain, steps, states, targets=tuple(targets))
 
 

@@ -11,6 +11,7 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
+from prb3r.model.steps import loads_of
 
 CLEAN = Case(hidden=())
 
@@ -70,3 +71,35 @@ def test_singular_vectors_come_back_where_divide_and_conquer_fails(monkeypatch):
     np.testing.assert_allclose(as_large, size, atol=1e-12)
     np.testing.assert_allclose(np.abs(axes[:, :2].T @ slowly[:, :2]), np.eye(2), atol=1e-9)
     assert basis_of(columns).shape == (9, 2)
+
+
+@pytest.mark.parametrize(
+    ("effect", "sequence"),
+    [
+        ({"kind": "tension_play", "play_n": 4.0}, 2),  # the same tension again
+        ({"kind": "rate_dependent_friction", "rate": 0.2, "reference_n_per_s": 1.0}, 0),  # others
+        ({"kind": "breakaway_friction", "excess": 1.0, "decay_n": 15.0}, 0),
+    ],
+    ids=["play", "rate", "excess"],
+)
+def test_a_tension_moves_what_a_solve_with_it_moves(effect, sequence):
+    """Later steps too, where tensions lag or friction goes by how the tension has changed."""
+    recording = recorded(CLEAN)
+    times = np.arange(len(recording.steps)) * 7.0
+    table = recording.steps.assign(time_s=times)
+    rig = recording.manipulator.replace("effect", [effect])
+    loads = loads_of(rig, rig.chain(), table)
+    known = replace(recording, manipulator=rig, loads=loads)
+    predict = predictor(known)
+    sensitivity = tension_response(predict, predict.solve(Constants()))
+    step = int(np.flatnonzero(recording.of_sequence == sequence)[1])
+    cable = int(np.argmax(loads.tension[step]))
+    column, change = f"cable_{rig.cable_names[cable]}_n", 1e-4
+    ends = []
+    for way in (1, -1):
+        pulled = loads.tension[step, cable] * (1 + way * change)
+        other = table.assign(**{column: np.where(np.arange(len(table)) == step, pulled, loads.tension[:, cable])})
+        ends.append(predict(Constants(), loads=loads_of(rig, rig.chain(), other)))
+    difference = (ends[0] - ends[1]) / (2 * change)
+    assert sensitivity[:, step, cable] == pytest.approx(difference, abs=1e-5 * np.abs(difference).max())
+    assert np.abs(difference[recording.readings.step == step + 1]).max() > 1e-5  # the step after it moves as well

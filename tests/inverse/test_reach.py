@@ -6,9 +6,10 @@ import pytest
 
 import prb3r
 from prb3r.errors import SpecError
+from prb3r.inverse import search
 from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.reach import aim_of
-from prb3r.inverse.search import natural_limits
+from prb3r.inverse.search import best_pull, natural_limits
 from prb3r.inverse.target import targets_of
 from prb3r.mechanics.chain import loads, no_loads
 from prb3r.mechanics.equilibrium import solve_chain
@@ -219,6 +220,73 @@ def test_along_a_path_a_drift_of_the_force_sensor_is_met_at_every_step(friction)
     answer = prb3r.reach(rig, path=path)
     assert answer.reached, answer.sentences
     assert comes_to(rig, answer, 6)[:, :2] == pytest.approx(path.to_numpy(), abs=1e-6)
+
+
+def with_effects(manipulator, *effects):
+    return Manipulator.model_validate(manipulator.model_dump(exclude_none=True) | {"effect": list(effects)})
+
+
+WAY = pd.DataFrame({"x_m": [0.172, 0.165, 0.16, 0.166], "y_m": [0.06, 0.08, 0.09, 0.07]})
+
+
+@pytest.mark.parametrize(
+    ("effects", "broken"),
+    [
+        ([{"kind": "empirical_moment", "terms": [{"of": "time", "coefficient": 0.05}]}], []),
+        ([{"kind": "tension_offset", "offset_n": 0.5}], ["3"]),  # idle cables are pulled by it, broken ones are not
+        ([{"kind": "load_dependent_friction", "exponent": 0.3, "tension_n": 30.0}], []),
+        ([{"kind": "rate_dependent_friction", "rate": 0.1}], []),
+    ],
+    ids=["time", "broken", "load", "rate"],
+)
+def test_a_solve_of_the_steps_finds_the_places_that_are_told(effects, broken):
+    answer = prb3r.reach(with_effects(RUBBING, *effects), path=WAY, broken=broken)
+    assert answer.reached, answer.sentences
+    assert comes_to(answer.manipulator, answer, 6)[:, :2] == pytest.approx(WAY.to_numpy(), abs=1e-6)
+    line = max(answer.plot().axes[0].lines, key=lambda line: len(line.get_xydata()))
+    assert np.isfinite(line.get_xydata()).all()
+
+
+def test_a_cable_that_rubs_at_its_pulley_alone_is_paid_out_too():
+    free, rubbing = FREE, with_effects(FREE, {"kind": "pulley_friction", "efficiency": 0.9})
+    path = pd.DataFrame({"angle_rad": [0.6, 0.3]})
+    pulls = [prb3r.reach(rig, disk=3, path=path, broken=["3", "4"]).steps for rig in (free, rubbing)]
+    names = ["cable_1_n", "cable_2_n"]
+    entering = pulls[1][names].to_numpy() * 0.9 ** -pulls[1][["slip_1", "slip_2"]].to_numpy()
+    assert entering == pytest.approx(pulls[0][names].to_numpy(), rel=1e-6)
+    assert pulls[1].loc[1, "slip_1"] == 1 or pulls[1].loc[1, "slip_2"] == 1
+
+
+def test_a_pull_whose_friction_does_not_go_with_the_travel_is_none(monkeypatch):
+    found = search.pull_with_slip
+    drawn_in = lambda pull, *rest: found(pull, *rest) if (pull.slip == -1).all() else None  # noqa: E731
+    monkeypatch.setattr(search, "pull_with_slip", drawn_in)
+    back = pd.DataFrame({"angle_rad": [0.6, 0.3]})
+    answer = prb3r.reach(RUBBING, disk=3, path=back, broken=["3", "4"])
+    assert answer.table["outcome"].tolist() == ["reached", "no equilibrium"]
+    assert "the tensions before are held" in answer.sentences[1]
+
+
+def test_a_step_without_a_pull_holds_the_tensions_and_takes_its_time(monkeypatch):
+    drifting = with_effects(small(), {"kind": "tension_drift", "offset_n_per_step": 0.8})
+    lost = lambda pull, *rest: None if pull.target.wanted[0] == WAY["x_m"][1] else best_pull(pull, *rest)  # noqa: E731
+    monkeypatch.setattr("prb3r.inverse.reach.best_pull", lost)
+    answer = prb3r.reach(drifting, path=WAY)
+    assert answer.table["outcome"].tolist() == ["reached", "no equilibrium", "reached", "reached"]
+    tension = answer.steps.filter(like="cable").to_numpy()
+    assert (tension[1] == tension[0]).all()
+    places = comes_to(drifting, answer, 6)[:, :2]
+    assert places[[0, 2, 3]] == pytest.approx(WAY.to_numpy()[[0, 2, 3]], abs=1e-6)
+
+
+def test_where_no_cable_is_pulled_the_straight_manipulator_is_drawn_with_the_targets(tmp_path):
+    runs_away = with_effects(FREE, {"kind": "empirical_moment", "terms": [{"of": "tension", "coefficient": -1e3}]})
+    for answer in (prb3r.reach(runs_away, path=WAY), prb3r.reach(FREE, x_m=0.202, y_m=0.0)):
+        assert not answer.steps.filter(like="cable").to_numpy().any()
+        drawn = [path for part in answer.plot().axes[0].collections for path in part.get_paths()]
+        assert max(path.vertices[:, 0].max() for path in drawn) == pytest.approx(204)
+        answer.report(tmp_path)
+        assert (tmp_path / "reach.svg").exists()
 
 
 def test_targets_are_taken_in_the_order_of_their_rows():

@@ -110,6 +110,23 @@ def test_every_number_of_every_effect(effect, name):
     close(rig(effect, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
 
 
+@pytest.mark.parametrize("friction", [{}, {"direction": "history"}], ids=["declared", "history"])
+@pytest.mark.parametrize(
+    ("kind", "name", "far"),
+    [("tension_play", "play_n", 1e-4), ("base_compliance", "compliance_rad_per_n_m", 1e-5)],
+)
+def test_at_the_end_of_what_a_number_can_be_it_is_the_derivative_from_within(kind, name, far, friction):
+    """By a one-sided difference of the third order between whole solves."""
+    rigs = [rig({"kind": kind, name: k * far}, model="elastica", **friction) for k in range(4)]
+    solved, table = [solve(arm, STEPS) for arm in rigs], prb3r.sensitivities(rigs[0], STEPS, [f"effect.1.{name}"])
+    for column in ("x_m", "y_m", "angle_rad"):
+        none, once, twice, thrice = (states[column].to_numpy() for states in solved)
+        difference = (-11 * none + 18 * once - 9 * twice + 2 * thrice) / (6 * far)
+        within = 1e-5 * np.abs(difference).max()
+        assert within > 0
+        assert table[f"d{column}"].to_numpy() == pytest.approx(difference, abs=within)
+
+
 def law(of, coefficient):
     return {"kind": "empirical_moment", "terms": [{"of": of, "coefficient": coefficient, "plates": [1, 2, 5]}]}
 
@@ -260,3 +277,20 @@ def test_of_what_is_pulled_static_friction_counts_the_travel(path):
 
     difference = (pulled(1e-4) - pulled(-1e-4)) / 2e-4
     assert table["dy_m"].to_numpy() == pytest.approx(difference, abs=1e-5 * np.abs(difference).max())
+
+
+def test_names_of_cables_may_hold_dots():
+    """Paths lead to the same numbers as to those of a cable with a plain name; of several names the longest counts."""
+    plain, dotted = rig(), rig().replace("cable.up.name", "up.1")
+    steps = STEPS.rename(columns={"cable_up_n": "cable_up.1_n", "slip_up": "slip_up.1"})
+    paths = ["cable.{}.offset_m", "tension.{}", "step.2.cable_{}_n"]
+    tables = (
+        prb3r.sensitivities(arm, table, [path.format(name) for path in paths])[["dx_m", "dy_m", "dangle_rad"]]
+        for arm, table, name in ((plain, STEPS, "up"), (dotted, steps, "up.1"))
+    )
+    assert next(tables).equals(next(tables))
+    both = dotted.replace("cable.down.name", "up").replace("cable.up.1.offset_m", 0.03)
+    assert [cable.offset_m for cable in both.cable] == [0.03, [-0.02, -0.015]]
+    assert both.replace("cable.up.offset_m.1", -0.01).cable[1].offset_m == [-0.01, -0.015]
+    with pytest.raises(SpecError, match=r"there is no cable 'up'; did you mean 'up\.1'"):
+        dotted.replace("cable.up.2.offset_m", 0.03)

@@ -84,6 +84,41 @@ def test_failed_cases_are_crosses(coupling):
     assert {"no equilibrium (1 case)", "unstable (1 case)"} <= set(texts(figure))
 
 
+def test_words_stand_beside_each_other_on_the_axis(coupling):
+    plot = plot_of(name="a", kind="lines", x="design", y=["tip_shift_m"], by="friction_coefficient", note="reason")
+    coupling["reason"] = "all pulled, $"
+    (axes,) = study_figure(plot, coupling, None, SCENE).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["thin", "thick"]
+    assert axes.get_title(loc="left") == r"all pulled, \$"
+    marks = [line for line in axes.lines if line.get_marker() not in ("x", "None")]
+    assert len(marks) == 2
+    middle = 1e3 * coupling["tip_shift_m"].median()
+    for line in marks:
+        assert line.get_xydata() == pytest.approx(np.array([[0, middle], [1, middle]]))
+
+
+def test_a_logarithmic_axis_of_less_than_a_decade_has_ticks(coupling):
+    coupling["tip_shift_m"] = 0.004 + 0.0002 * coupling["cable_2_n"]  # 4 to 24 mm
+    figure = study_figure(plot_of(name="a", kind="lines", log_y=True, by="design", **SHIFTS), coupling, None, SCENE)
+    figure.canvas.draw()
+    low, high = figure.axes[0].get_ylim()
+    ticks = [
+        t.get_text()
+        for y, t in zip(figure.axes[0].get_yticks(), figure.axes[0].get_yticklabels(), strict=True)
+        if low <= y <= high
+    ]
+    assert ticks == ["5", "10", "20"]
+
+
+def test_tensions_over_steps_are_those_that_are_applied():
+    pulls = np.array([[10.0, 0, 0, 0], [20.0, 0, 0, 0], [15.0, 0, 0, 0]])
+    states = states_of(pulls, 0).assign(step=lambda t: t["case_id"] + 1, case_id=0)
+    states.loc[states["disk"] > 0, "cable_1_n"] *= 0.9
+    figure = study_figure(plot_of(name="a", kind="lines", x="step", y=["cable_1_n"]), cases_of(mu=[0.3]), states, SCENE)
+    assert figure.axes[0].lines[0].get_xydata().tolist() == [[1, 10], [2, 20], [3, 15]]
+    assert texts(figure) == []
+
+
 def test_fit_vertical_and_published_points_are_named(coupling):
     law = {"slope": 2e-4, "intercept": 0.05, "largest_deviation": 1.1e-3, "where": {"design": "thin"}}
     scene = Scene(SCENE.manipulator, SCENE.quantities, ({"x": "cable_2_n", "y": "tip_shift_m", **law},))

@@ -23,7 +23,7 @@ def results(tmp_path):
         (folder / name).mkdir(parents=True)
     written = {"written": "2026-11-22T16:05:24Z"}
     for name in ("a study", "inner/b", ".hidden"):
-        told = written | {"study": STUDY, "cases": 5, "outcomes": {"converged": 3}}
+        told = written | {"study": STUDY, "cases": 5, "outcomes": {"converged": 3, "no equilibrium": 2}}
         (folder / name / "manifest.json").write_text(json.dumps(told))
     (folder / "a study/report.html").write_text(PAGE)
     figure = Figure(figsize=(4, 3))

@@ -32,6 +32,24 @@ WRONG = (
     ('[[plot]]\nname = "w"\nkind = "workspace"\n', "needs [cloud] and states = 'path'"),
     ('[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["nothing_m"]\n', "there is no column 'nothing_m'"),
     ('[[comparison]]\nname = "c_m"\nkind = "difference"\nof = "none_m"\nto = { load_n = 1.0 }\n', "no column 'none_m'"),
+    (
+        '[[plot]]\nname = "y"\nkind = "lines"\nx = "load_n"\ny = ["broken"]\n',
+        "plot.y: column 'broken' holds words; numbers are needed",
+    ),
+    ('[[plot]]\nname = "b"\nkind = "bars"\nx = "load_n"\ny = ["reason"]\n', "column 'reason' holds words"),
+    (
+        '[[plot]]\nname = "v"\nkind = "lines"\nx = "load_n"\ny = ["load_n"]\nvertical = "broken_cables"\n',
+        "column 'broken_cables' holds words",
+    ),
+    (
+        '[[plot]]\nname = "u"\nkind = "lines"\nx = "residual_n_m"\ny = ["load_n"]\nvertical = "load_n"\n',
+        "load_n in N cannot stand on the axis of residual_n_m in N m",
+    ),
+    ('[[fit]]\nx = "broken"\ny = "load_n"\n', "fit.1: column 'broken' holds words"),
+    (
+        '[[comparison]]\nname = "c"\nkind = "ratio"\nof = "outcome"\nto = { load_n = 1.0 }\n',
+        "column 'outcome' holds words",
+    ),
 )
 SELECTED = (
     ('[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\nwhere = { load_n = 3.0 }\n', "load_n = 3.0"),

@@ -8,9 +8,12 @@ import pytest
 
 import prb3r
 from prb3r.errors import SpecError
+from prb3r.inverse import search
 from prb3r.present.study.publish import publish
+from prb3r.study.metrics.reach import Follow
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, Workers, solve_study
+from prb3r.study.work import solve_cases
 
 MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
 STUDY = f"""
@@ -64,6 +67,20 @@ def test_a_study_follows_targets_as_reach_does_and_says_where_it_cannot(tmp_path
     assert "All 3 targets reached" in summary
     assert "0 of 3 targets reached; the first that is not is number 1 (angle 0.1 rad)" in summary
     assert (result.folder / "path.svg").exists()
+
+
+def test_a_target_counts_only_with_friction_that_goes_with_the_travel(tmp_path, monkeypatch):
+    """Figures tell from the states what is reached: where no such pull is found, the disk stays."""
+    found = search.pull_with_slip
+    drawn_in = lambda pull, *rest: found(pull, *rest) if (pull.slip == -1).all() else None  # noqa: E731
+    monkeypatch.setattr(search, "pull_with_slip", drawn_in)
+    back = STUDY.replace("REST", "target = [{ angle_rad = 0.3 }, { angle_rad = 0.1 }]")
+    (tmp_path / "way.toml").write_text('broken = ["3", "4"]\n' + back)
+    (family,) = plan_study(tmp_path / "way.toml").cases.families
+    manipulator = family.manipulator()
+    solved = solve_cases(family, manipulator, manipulator.chain(family.settings["broken"]))
+    assert list(Follow(kind="follow").values(solved))[:2] == [0.5, 2]
+    assert solved.states.angle[:, 7] == pytest.approx([0.3, 0.3], abs=1e-6)
 
 
 def test_targets_may_stand_in_a_table(tmp_path):

@@ -149,6 +149,7 @@ def test_a_search_ends_at_the_stress_that_is_allowed_and_goes_on_from_there(tmp_
     publish(more)
     summary = (more.folder / "summary.md").read_text()
     assert "32 designs were tried" in summary
+    assert f"The best of them was number {best['case_id'] + 1};" in summary
     assert f"Recommendation: Thickness {1e3 * best['thickness_m']:.6g} mm." in summary
 
 

@@ -121,3 +121,80 @@ def test_a_limit_is_not_told_of_moments_that_follow_the_state(tmp_path):
     law = 'set = { effect = [{ kind = "empirical_moment", terms = [{ of = "bend", coefficient = 6.0 }] }] }\n'
     found = solved(tmp_path, law + THICKNESS + '[[step]]\ntip_x_n = -2.0\n[[metric]]\nkind = "limit-load"\n')
     assert found.cases["outcome_text" if "outcome_text" in found.cases else "outcome"].tolist() == ["failed"] * 2
+
+
+def test_what_failed_is_told_by_its_reason(tmp_path):
+    """A metric that does not fit the loads is no lack of equilibrium."""
+    loads = '[[factor]]\nname = "pull_n"\npath = "step.2.cable_1_n"\nvalues = [10.0, 30.0, 40.0]\n'
+    loop = "[[step]]\ncable_1_n = 20.0\n[[step]]\ncable_1_n = 10.0\n[[step]]\ncable_1_n = 20.0\n"
+    found = solved(tmp_path, loads + loop + '[[metric]]\nkind = "loop"\ncable = "1"\n')
+    publish_what_changed(found)
+    outcomes = found.cases["outcome"].tolist()
+    assert outcomes == ["converged", "failed", "failed"], found.cases["reason"].tolist()
+    for name in ("summary.md", "report.html"):
+        text = (found.folder / name).read_text()
+        assert "3 cases, 2 of them failed" in text
+        assert "without a stable equilibrium" not in text
+
+
+def test_a_metric_that_fails_takes_nothing_from_the_others(tmp_path):
+    """A design is judged by the columns that its requirements and preferences name."""
+    wishes = (
+        '[[requirement]]\nmetric = "tip_y_m"\nat_least = 0.01\n[[preference]]\nmetric = "tip_x_m"\nbetter = "less"\n'
+    )
+    found = solved(tmp_path, THICKNESS + POSITION + '[[metric]]\nkind = "loop"\ncable = "2"\ndisk = 7\n' + wishes)
+    assert found.cases["outcome"].tolist() == ["failed", "failed"]
+    publish_what_changed(found)
+    summary = (found.folder / "summary.md").read_text()
+    assert "Recommendation: Thickness 0.8 mm.** 2 of 2 designs keep every requirement" in summary
+
+
+@pytest.mark.parametrize(("x", "y"), [("step", "tip_y_m"), ("cable_1_n", "tip_y_m"), ("thickness_m", "cable_1_n")])
+def test_what_every_step_would_repeat_is_not_charted_over_steps(tmp_path, x, y):
+    plot = f'[[plot]]\nname = "c"\nkind = "lines"\nx = "{x}"\ny = ["{y}"]\n'
+    assert "one number for each case" in refused(tmp_path, PATHS + THICKNESS + POSITION + plot)
+    (tmp_path / "unusual.toml").write_text(HEAD + THICKNESS + POSITION + plot)
+    if x != "step":  # of final states a case has one
+        assert plan_study(tmp_path / "unusual.toml")
+
+
+def test_a_case_may_have_other_cables_than_the_first(tmp_path):
+    """Of a cable that a case has not there is no tension; what the others have is what a solve says."""
+    lone = '{ name = "1", offset_m = 0.0255, ends_at_segment = 2 }'
+    more = f'{lone}, {{ name = "top", offset_m = 0.02, ends_at_segment = 1 }}'
+    levels = "".join(
+        f'[[factor.level]]\nlabel = "{label}"\n{change}\n'
+        for label, change in (
+            ("four", ""),
+            ("one", f"set = {{ cable = [{lone}] }}"),
+            ("two", f"set = {{ cable = [{more}] }}"),
+        )
+    )
+    plot = '[[plot]]\nname = "shapes"\nkind = "shapes"\nby = "cables"\n'
+    found = solved(tmp_path, f'[[factor]]\nname = "cables"\n{levels}' + POSITION + plot)
+    assert (found.cases["outcome"] == "converged").all(), found.cases["reason"].tolist()
+    states = found.states().query("disk == 14").set_index("case_id")
+    assert states["cable_4_n"].isna().tolist() == [False, True, True]
+    assert states["cable_top_n"].isna().tolist() == [True, True, False]
+    alone = prb3r.solve(MANIPULATOR, {"sequence": "a", "step": [1], "cable_1_n": [30.0]})
+    assert states["y_m"].tolist() == pytest.approx(alone["y_m"].iloc[-1:].tolist() * 3)
+    assert (found.folder / "shapes.png") in publish_what_changed(found)
+
+
+def test_factors_lead_to_cables_whose_names_hold_dots(tmp_path):
+    named = 'set = { "cable.1.name" = "inner.1" }\n'
+    factors = "".join(
+        f'[[factor]]\nname = "{name}"\npath = "{path}"\nvalues = [{value}]\n'
+        for name, path, value in (
+            ("offset_m", "cable.inner.1.offset_m", 0.02),
+            ("first_n", "step.1.cable_inner.1_n", 30.0),
+        )
+    )
+    step = '[[step]]\n"cable_inner.1_n" = 10.0\n[[metric]]\nkind = "position"\n'
+    (found,) = solved(tmp_path, named + factors + step).cases["tip_y_m"]
+    rig = prb3r.load_manipulator(MANIPULATOR).replace("cable.1.offset_m", 0.02)
+    told = prb3r.solve(rig, {"sequence": "a", "step": [1], "cable_1_n": [30.0]})["y_m"].iloc[-1]
+    assert found == pytest.approx(told)
+    cloud = '[[factor]]\nname = "most_n"\npath = "cloud.tension_n.inner.1"\nvalues = [5.0]\n'
+    loads = '[cloud]\ncount = 32\n[cloud.tension_n]\n"inner.1" = 20.0\n[[metric]]\nkind = "workspace"\n'
+    assert solved(tmp_path, named + cloud + loads).cases["workspace_tension_n"].item() <= 5.0

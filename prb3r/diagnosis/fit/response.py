@@ -13,6 +13,7 @@ from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.mechanics.chain import Chain, Loads, arriving, no_loads
 from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities, derivatives
 from prb3r.model.laws.derivatives import sensitivities_under_law
+from prb3r.model.steps import pulled_otherwise
 from prb3r.recording.recording import Kind
 
 CHANGE = 1e-5
@@ -99,13 +100,15 @@ def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
     """(r, s, m) derivative of every reading by the relative change of the tension of every step and cable, m or rad.
 
     With declared slip the tension of a step moves the readings of that step alone, so all steps are changed at once.
-    Where states depend on those before, it moves the later steps of its sequence too; then only steps of equal place in
-    different sequences are changed at once.
+    Where states depend on those before, tensions lag, or friction goes by the change of the tension since the step
+    before, it moves the later steps of its sequence too; then only steps of equal place in different sequences are
+    changed at once.
     """
     recording, tension = predict.recording, solved.loads.tension
     begins, step = recording.begins, recording.readings.step
     place = np.arange(len(begins)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
-    history = solved.chain.remembers
+    chain = solved.chain
+    history = bool(chain.remembers or np.any(chain.play) or chain.friction_excess or chain.friction_rate)
     together = [place == k for k in range(place.max() + 1)] if history else [np.ones(len(place), bool)]
     changes = [(steps, j) for steps in together for j in np.flatnonzero((tension[steps] > 0).any(0)).tolist()]
 
@@ -113,7 +116,7 @@ def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
         def problem(change: float) -> tuple[Chain, Loads]:
             changed = tension.copy()
             changed[steps, cable] *= 1 + change
-            return solved.chain, solved.loads._replace(tension=changed)
+            return chain, pulled_otherwise(solved.loads, changed, begins)
 
         return across(problem, interval(0.0))
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
@@ -52,13 +53,28 @@ def eliminated(full: Fit, search: Search) -> list[Fit]:
     evidence is no reason to stop: with fewer effects a fit is better posed and may find what the full one has not.
     """
     fits = [full]
-    while len(fits[-1].model.hypotheses) > 1:
-        linear, present = linear_model(fits[-1], fits[-1].model.hypotheses, search.log_odds)
-        less = without_effect(fits[-1], max(present, key=lambda number: linear.evidence(present - {number})))
-        if less is None:
-            break
+    while len(fits[-1].model.hypotheses) > 1 and (less := _without_one(fits[-1], search)) is not None:
         fits.append(less)
     return fits
+
+
+def _without_one(fitted: Fit, search: Search) -> Fit | None:
+    """The fit without the effect that the linearised model misses least; None where no fit succeeds.
+
+    A fit may lose its valley with an effect that was not needed.  Where the evidence falls by `Settings.useful_reach`
+    or more, the next effects are tried too, `Settings.left_out` in all, and the most probable fit counts.
+    """
+    linear, present = linear_model(fitted, fitted.model.hypotheses, search.log_odds)
+    order = sorted(present, key=lambda number: -linear.evidence(present - {number}))
+    enough = log_evidence(fitted, search.log_odds) - fitted.model.settings.useful_reach
+    fewer = (without_effect(fitted, number) for number in order[: fitted.model.settings.left_out])
+    best, worth = None, -np.inf
+    for less in fewer:
+        if less is not None and (evidence := log_evidence(less, search.log_odds)) > worth:
+            best, worth = less, evidence
+        if worth >= enough:
+            break
+    return best
 
 
 def common_of_whole_rig(library: Sequence[Hypothesis], settings: Settings) -> tuple[Hypothesis, ...]:

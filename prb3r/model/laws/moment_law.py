@@ -107,6 +107,17 @@ def time_within(begins: np.ndarray, number: np.ndarray | None = None) -> np.ndar
     return np.divide(number, last, out=np.zeros(len(begins)), where=last != 0)
 
 
+def chain_until(chain: Chain, share: float) -> Chain:
+    """The chain for a load path that ends at a `share` (0 to 1) of its sequence.
+
+    A law's time is that of a step over that of the last one; the last one of such a path is not the last one of all.
+    """
+    if all(term.of != "time" for term in chain.closure):
+        return chain
+    terms = [t._replace(coefficient=t.coefficient * share) if t.of == "time" else t for t in chain.closure]
+    return chain._replace(closure=tuple(terms))
+
+
 class LawPath(NamedTuple):
     """A chain with a moment law and its load path; rest is added as the first step, as the law acts there too."""
 

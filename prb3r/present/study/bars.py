@@ -29,8 +29,7 @@ def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
             ink = {"fc": pale(look.colour, 0.7), "ec": look.colour, "hatch": look.hatch, "width": 0.92 * width}
             values = group.assign(_x=values_of(group, plot.x), _v=group[metric] * unit.factor)
             _bar(panel, at, places, values, ink | ({"ls": line} if sheet.style else {}))
-        panel.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
-        panel.grid(False, axis="x")
+        name_places(panel, sheet, places)
         if plot.x != "broken_cables":
             panel.set_xlabel(sheet.shown(plot.x, plot.x_unit).label)
     if plot.y_from_zero:
@@ -51,13 +50,19 @@ def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink
         axes.plot(failed, np.full(len(failed), 0.03), transform=axes.get_xaxis_transform(), **FAILED_MARK)
 
 
-def _tick(sheet: Sheet[BarsPlot], value: Any) -> str:
-    """Label below the bars at one value of the x column."""
+def name_places(axes: Axes, sheet: Sheet[Any], places: list[Any]) -> None:
+    """Write the values `places` of the x column of a plot below 0, 1, 2, ... on the x axis."""
+    axes.set_xticks(range(len(places)), [_tick(sheet, place) for place in places])
+    axes.grid(False, axis="x")
+
+
+def _tick(sheet: Sheet[Any], value: Any) -> str:
+    """Label below one value of the x column."""
     column = sheet.plot.x
     if column == "broken_cables":
         return "\n".join(sheet.text(column, value).rsplit(" ", 1))
     return (
-        str(value)
+        style.literal(str(value))
         if isinstance(value, (str, bool))
         else style.digits(value * sheet.shown(column, sheet.plot.x_unit).factor)
     )

@@ -169,7 +169,7 @@ def note_on(decision: Decision, most: int) -> str:
         cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
         note = f"Preferences are over the {cases} that all designs share"
         if decision.failed:
-            note += f", without {decision.failed} of them in which a design has no stable equilibrium"
+            note += f", without {decision.failed} of them in which a design fails"
         if decision.left_out:
             note += f"; {decision.left_out} cases that only some designs have are not used"
         parts.append(note)

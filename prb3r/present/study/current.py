@@ -37,7 +37,7 @@ class Ended:
     said: str
     """Its closing words."""
     failed: bool
-    """Whether a case had no stable equilibrium."""
+    """Whether a case failed."""
 
 
 def record_end(result: "Result", ended: Ended) -> None:

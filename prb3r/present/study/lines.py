@@ -10,11 +10,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 from matplotlib.transforms import ScaledTranslation
 
 from prb3r.present import canvas, style
 from prb3r.present.spots import LAST, point_at
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures
+from prb3r.present.study.bars import name_places
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
@@ -25,8 +27,10 @@ from prb3r.study.plots.kinds import LinesPlot
 def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     """Lines of the y columns over the x column, with fits, published points, a vertical line and failed cases."""
     plot, rows = sheet.plot, sheet.rows
+    places = _places(sheet)
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
-    rows["_at"], rows["_up"] = rows[plot.x].astype(float) * x.factor, rows["_y"].astype(float) * y.factor
+    at = values_of(rows, plot.x).map(places.index) if places else rows[plot.x]
+    rows["_at"], rows["_up"] = at.astype(float) * x.factor, rows["_y"].astype(float) * y.factor
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*points.values(), *bounds[:1], *failures(rows)]
@@ -49,13 +53,25 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
             panel.axvline(bounds[number]["at"], **{key: value for key, value in bounds[number].items() if key != "at"})
         if _in_order(sheet) and len(axes) == 1:
             panel.set_aspect("equal", adjustable="datalim")
+        if places:
+            name_places(panel, sheet, places)
+            panel.set_xlim(-0.5, len(places) - 0.5)
         if plot.log_y:
             panel.set_yscale("log")
             panel.minorticks_off()
+            if np.divide(*panel.get_ylim()) > 0.01:  # less than two decades
+                panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                panel.yaxis.set_major_formatter(lambda y, _: style.digits(y))
     if plot.y_from_zero:
         begin_at_zero(axes)
     canvas.outer_labels(axes, x.label, y.label if len(plot.y) == 1 else _common(sheet, y.unit))
     return figure
+
+
+def _places(sheet: Sheet[LinesPlot]) -> list[Any]:
+    """The words of the x column, which stand beside each other on the axis; empty where it holds numbers."""
+    values = values_of(sheet.rows, sheet.plot.x)
+    return [] if pd.api.types.is_numeric_dtype(values) else ordered(values)
 
 
 def _in_order(sheet: Sheet[LinesPlot]) -> bool:

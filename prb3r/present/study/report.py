@@ -18,6 +18,7 @@ from prb3r.present.study.section import Section
 from prb3r.present.study.source import Source
 from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
+from prb3r.study.phrases import failures_in_words
 
 WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
 """Cases that the table of all cases has at most; failed cases, and values of a factor in words, that are listed at
@@ -86,8 +87,8 @@ def _answer(source: Source, answers: Answers) -> str:
 
 def in_short(source: Source) -> str:
     """The number of cases, and how many of them failed, in words."""
-    total, failed = len(source.cases), len(source.failed)
-    which = f"{failed:,} of them without a stable equilibrium" if failed else "all in stable equilibrium"
+    total, outcomes = len(source.cases), source.cases["outcome"].value_counts().to_dict()
+    which = failures_in_words(outcomes, "of them ") or "all in stable equilibrium"
     return f"{total:,} case{'s' * (total != 1)}, {which}"
 
 

@@ -16,12 +16,11 @@ from prb3r.present.page import Table, save_figure
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
 from prb3r.study.compare import select
-from prb3r.study.designs import design_names, value_in_words
+from prb3r.study.designs import design_names, known_values, value_in_words
 from prb3r.study.phrases import bound_in_words, wish_in_words
 from prb3r.study.rigs import (
     ALL_REQUIREMENTS,
     Rigs,
-    known_values,
     metrics_of,
     quantile_column,
     sampled_cases,

@@ -43,10 +43,11 @@ def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Sec
 def merit(decision: Decision) -> np.ndarray:
     """(d,) the number by which designs are ranked: score or, without preferences, smallest reserve.
 
-    NaN for designs that break a requirement.
+    NaN for designs that break a requirement.  Scores are those among all designs that keep the requirements where a
+    single one is on the Pareto front, as always with one preference.
     """
     if decision.preferences:
-        return decision.score
+        return decision.score if sum(decision.front) > 1 else decision.score_of_kept
     return np.where(decision.feasible, decision.margins.min(1, initial=np.inf), np.nan)
 
 

@@ -59,6 +59,7 @@ class Sheet(Generic[PlotKind]):
     def rows(self) -> pd.DataFrame:
         """The selected cases, joined with states if the plot names columns of these, and with key columns.
 
+        Tensions are those at the base disk, which are applied.
         Key columns hold the values by which rows are told apart: `_by` (colour), `_style` (line style) and `_panel`.
         In a plot that stacks columns, each row becomes one for each of them, with its value in `_y`.
 
@@ -74,8 +75,9 @@ class Sheet(Generic[PlotKind]):
             raise ValueError(f"plot {plot.name!r}: no case has {plot.where}")
         missing = {column for column in plot.drawn() if column and column not in rows}
         if missing and self.states is not None:
-            columns = ["case_id", "step", *missing] if plot.stepwise else self.states.columns
-            states = self.states[list(dict.fromkeys(columns))].drop_duplicates()
+            states = self.states if plot.stepwise else self.states[self.states["disk"] == self.states["disk"].min()]
+            columns = ["case_id", "step", *missing] if plot.stepwise else states.columns
+            states = states[list(dict.fromkeys(columns))].drop_duplicates()
             rows = rows.merge(states, "left", "case_id", suffixes=("", "_state"))
         if absent := sorted(missing - set(rows)):
             raise ValueError(f"plot {plot.name!r}: no column {', '.join(absent)} in cases or states")
@@ -165,6 +167,8 @@ class Sheet(Generic[PlotKind]):
         column = self.plot.note if isinstance(self.plot, Panelled) else None
         if column is None or part[column].nunique() != 1:
             return ""
+        if not pd.api.types.is_numeric_dtype(part[column]):
+            return style.literal(str(part[column].dropna().iloc[0]))
         unit = self.shown(column)
         return style.with_unit(float(f"{part[column].iloc[0] * unit.factor:.2g}"), unit.unit)
 

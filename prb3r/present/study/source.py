@@ -45,7 +45,7 @@ class Source:
 
     @property
     def failed(self) -> pd.DataFrame:
-        """The rows of cases without a stable equilibrium."""
+        """The rows of cases that failed: without a stable equilibrium, a metric or an end."""
         return self.cases[self.cases["outcome"] != "converged"]
 
     def quantity(self, column: str) -> Quantity:

@@ -16,6 +16,7 @@ from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator, Strict
+from prb3r.model.steps import tension_travel
 from prb3r.quantities import Quantity
 from prb3r.study.workspace import Tips
 
@@ -114,25 +115,34 @@ class Solved:
 
         Parameters
         ----------
-        further : loads of `c` steps each, one step for each case.
+        further : loads of `c` steps each, one step for each case; their `travel` follows from the steps before.
 
         Returns
         -------
         Equilibria under the first loads for all cases, then under the second, and so on; without eigenvalues.
         """
         names = [field.name for field in dataclasses.fields(Equilibria) if field.name not in LEFT_OUT_OF_FURTHER]
-        before = self.steps if self.chain.remembers or self.chain.closure else 1  # states may depend on all of them
+        before = self.steps if self.chain.follows_path else 1
         begun = [self.by_case(field)[:, -before:] for field in self.loads]
         from_rest = np.arange((before + 1) * self.count) % (before + 1) == 0
         first = self.steps - before + (0 if self.initial else 1)
         number = np.tile(first + np.minimum(np.arange(before + 1), before - 1), self.count)
         ends = []
-        for loads in further:
+        for loads in map(self._travelled, further):
             whole = (np.concatenate([path, more[:, None]], axis=1) for path, more in zip(begun, loads, strict=True))
             path = Loads(*(field.reshape(-1, *field.shape[2:]) for field in whole))
             ends.append(equilibria_of(self.chain, path, from_rest=from_rest, number=number))
         last = {name: np.concatenate([getattr(end, name)[before :: before + 1] for end in ends]) for name in names}
         return Equilibria(**last, lowest_eigenvalue=None)
+
+    def _travelled(self, further: Loads) -> Loads:
+        """One further load step of each case, with the cables' travel after the steps of the case."""
+        tension, slip = (
+            np.concatenate([self.by_case(before), more[:, None]], axis=1).reshape(-1, more.shape[-1])
+            for before, more in ((self.loads.tension, further.tension), (self.loads.slip, further.slip))
+        )
+        travel = tension_travel(tension, slip, np.arange(len(tension)) % (self.steps + 1) == 0)
+        return further._replace(travel=travel[self.steps :: self.steps + 1])
 
 
 class Metric(Strict, ABC):

@@ -83,7 +83,8 @@ class ChangingPoint(Metric):
             """Bend of the segment, rad, at the tension `pull`, N, of the cable, from rest."""
             tension = case.last.tension.copy()
             tension[0, case.cable(self.cable)] = pull
-            states = equilibria_of(case.chain, case.last._replace(tension=tension, slip=slip))
+            pulled = case.last._replace(tension=tension, slip=slip, travel=tension)
+            states = equilibria_of(case.chain, pulled)
             return states.angle[0, end] - states.angle[0, start]
 
         if not bend(0.0) * bend(self.up_to_n) < 0:

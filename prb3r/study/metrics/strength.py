@@ -78,5 +78,5 @@ class LimitLoad(Metric):
 
     def values(self, case: Solved) -> Sequence[float]:
         if case.chain.closure:
-            raise ValueError("limit-load: moments that follow the state (empirical_moment) are not followed to a limit")
+            raise ValueError("moments that follow the state (empirical_moment) are not followed to a limit")
         return [limit_load(case.chain, case.loads, from_rest=self.since == "rest", most=self.up_to).factor]

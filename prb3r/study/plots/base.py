@@ -62,6 +62,10 @@ class Plot(Strict, ABC):
         """Every column of cases or states that the plot names; None for absent options."""
         return [self.by, *self.where]
 
+    def numeric(self) -> list[str | None]:
+        """The columns that must hold numbers; None for absent options."""
+        return []
+
     def drawn(self) -> list[str | None]:
         """The columns that the rows of the plot must have, taken from states where the cases have no such column."""
         return [*self.groups]
@@ -83,6 +87,10 @@ class Plot(Strict, ABC):
 
     def units(self) -> Iterator[tuple[str, str]]:
         """Pairs of a column and the unit in which it is shown."""
+        yield from ()
+
+    def of_one_unit(self) -> Iterator[tuple[str, str]]:
+        """Pairs of a column on an axis and another column whose value is marked there."""
         yield from ()
 
     def needs(self, kept: KeptTables) -> Iterator[str]:
@@ -134,6 +142,9 @@ class Charted(Plot):
 
     def columns(self) -> list[str | None]:
         return [self.x, *self.y, *super().columns()]
+
+    def numeric(self) -> list[str | None]:
+        return [*self.y, *super().numeric()]
 
     def units(self) -> Iterator[tuple[str, str]]:
         if self.x_unit is not None:

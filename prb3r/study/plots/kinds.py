@@ -38,6 +38,14 @@ class LinesPlot(Charted, Styled, Panelled):
     def columns(self) -> list[str | None]:
         return [*super().columns(), self.vertical]
 
+    def of_one_unit(self) -> Iterator[tuple[str, str]]:
+        if self.vertical is not None:
+            yield self.x, self.vertical
+
+    def numeric(self) -> list[str | None]:
+        placed = self.vertical is not None or self.fit or self.mark
+        return [*super().numeric(), self.vertical, *([self.x] if placed else [])]
+
     def drawn(self) -> list[str | None]:
         return [*super().groups, self.x, *self.y]
 

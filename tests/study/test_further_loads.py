@@ -1,0 +1,74 @@
+"""Metrics that solve further loads: what they tell is what a solve of these loads tells."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import prb3r
+from prb3r.study.chunk import Chunk
+from prb3r.study.plan import plan_study
+from prb3r.study.work import solve_chunk
+
+MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
+NAMES = ["cable_1_n", "cable_3_n"]
+LETTING_GO = [(20.0, 5.0), (40.0, 9.0), (25.0, 9.0)]
+"""Tensions of cables 1 and 3, N; cable 1 is paid out in the last step."""
+EXCESS = {"kind": "breakaway_friction", "excess": 1.5, "decay_n": 10.0}
+PLAY = {"kind": "tension_play", "play_n": 3.0}
+
+
+def rig(effect):
+    return prb3r.load_manipulator(MANIPULATOR).replace("effect", [effect])
+
+
+def measured(folder, effect, metric, last=""):
+    """The row of the case that is pulled as `LETTING_GO`, with `last` in the last step, and measured by `metric`."""
+    (folder / "rig.toml").write_text(rig(effect).to_toml())
+    steps = [f"[[step]]\ncable_1_n = {one}\ncable_3_n = {three}\n" for one, three in LETTING_GO]
+    text = 'name = "further"\ntitle = "Further"\nmanipulator = "rig.toml"\n' + "".join(steps) + f"slip_1 = 1\n{last}\n"
+    (folder / "further.toml").write_text(f"{text}[[metric]]\n{metric}")
+    plan = plan_study(folder / "further.toml")
+    columns, _ = solve_chunk(Chunk(plan.cases.families, tuple(plan.study.metric), "none", None, plan.cables))
+    return pd.DataFrame(columns).iloc[0]
+
+
+def tips(effect, pulls, slips):
+    """(s, 2) where a solve of steps, pulls and slips of cables 1 and 3, brings the tip, m."""
+    table = pd.DataFrame(pulls, columns=NAMES).assign(sequence="a", step=range(len(pulls)), slip_1=slips[0])
+    states = prb3r.solve(rig(effect), table.assign(slip_3=slips[1]))
+    return states.loc[states["disk"] == 14, ["x_m", "y_m"]].to_numpy()
+
+
+@pytest.mark.parametrize("effect", [EXCESS, PLAY], ids=["excess", "play"])
+def test_coupling_is_what_one_more_newton_does(effect, tmp_path):
+    row = measured(tmp_path, effect, 'kind = "coupling"\ncable = "3"\ndisk = "tip"\nload_n = 6.0')
+    tip = tips(effect, [*LETTING_GO, (25.0, 15.0)], [[-1, -1, 1, 1], -1])
+    assert row["coupling_m_per_n"] == pytest.approx(np.hypot(*(tip[-1] - tip[-2])) / 6.0, rel=1e-6)
+
+
+def test_compliance_is_what_a_small_force_does(tmp_path):
+    row = measured(tmp_path, PLAY, 'kind = "tip-compliance"\nload_n = 0.01')
+    table = pd.DataFrame(LETTING_GO + LETTING_GO[-1:], columns=NAMES).assign(slip_1=[-1, -1, 1, 1], step=range(4))
+    ends = []
+    for column in ("tip_x_n", "tip_y_n"):
+        for push in (0.01, -0.01):
+            states = prb3r.solve(rig(PLAY), table.assign(sequence="a", **{column: [0, 0, 0, push]}))
+            ends.append(states.loc[states["disk"] == 14, ["x_m", "y_m"]].to_numpy()[-1])
+    moved = np.array([ends[0] - ends[1], ends[2] - ends[3]]) / 0.02
+    assert row["tip_compliance_m_per_n"] == pytest.approx(np.linalg.norm(moved, 2), rel=1e-6)
+
+
+@pytest.mark.parametrize("effect", [EXCESS, PLAY], ids=["excess", "play"])
+def test_reversed_friction_begins_anew(effect, tmp_path):
+    row = measured(tmp_path, effect, 'kind = "friction-direction"')
+    ends = [tips(effect, LETTING_GO + LETTING_GO[-1:], [[-1, -1, 1, s], [-1, -1, -1, s]])[-1] for s in (-1, 1)]
+    assert row["friction_direction_shift_m"] == pytest.approx(np.hypot(*(ends[1] - ends[0])), rel=1e-6)
+
+
+def test_at_the_changing_point_a_pull_from_rest_leaves_the_segment_straight(tmp_path):
+    row = measured(tmp_path, EXCESS, 'kind = "changing-point"\ncable = "3"\nsegment = 1', last="tip_y_n = 2.0")
+    table = pd.DataFrame([[25.0, row["changing_point_n"]]], columns=NAMES).assign(sequence="a", step=1, tip_y_n=2.0)
+    states = prb3r.solve(rig(EXCESS), table)
+    assert states.loc[states["disk"] == 7, "angle_rad"].item() == pytest.approx(0.0, abs=1e-8)
