@@ -1,5 +1,6 @@
 """Its presence puts this folder on the import path: `prototype.py` builds the chains that many tests share."""
 
+import compileall
 import gc
 import os
 from pathlib import Path
@@ -34,17 +35,25 @@ def pytest_collection_modifyitems(items):
     items.sort(key=place)
 
 
+def pytest_collection():
+    """Modules are read and nothing is thrown away: there is no garbage to search for."""
+    gc.disable()
+
+
 def pytest_collection_finish():
     """What modules hold stays to the end: no search for garbage need go through it again and again."""
     gc.freeze()
+    gc.enable()
 
 
 def pytest_configure(config):
     """A folder for what the workers compute once for all of them, which they are told of by the environment.
 
-    Each of them calculates in one thread, as the program's own workers do: more wait for each other, busily.
+    Each of them calculates in one thread, as the program's own workers do: more wait for each other, busily.  The
+    package is compiled once, as `make setup` does: where nothing may write bytecode, some sixty processes would do so.
     """
     if not hasattr(config, "workerinput"):
+        compileall.compile_dir(Path(__file__).parents[1] / "prb3r", quiet=2)
         os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
         shared = TemporaryDirectory(prefix="prb3r-tests-")
         os.environ["PRB3R_TESTS_SHARED"] = shared.name

@@ -1,4 +1,4 @@
-"""A dask cluster of two workers on this machine's own address, for tests, and a bound on how long they wait for it."""
+"""A dask cluster on this machine's own address, for tests, and a bound on how long they wait for it."""
 
 import contextlib
 import logging
@@ -12,7 +12,7 @@ LOCAL = "127.0.0.1:0"
 
 
 @contextlib.contextmanager
-def local_cluster():
+def local_cluster(workers=2):
     distributed = pytest.importorskip("distributed", reason="the dask backend needs the extra 'dask'")
     import dask
 
@@ -21,7 +21,7 @@ def local_cluster():
     with (
         dask.config.set(quick),
         distributed.LocalCluster(
-            n_workers=2,
+            n_workers=workers,
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address=LOCAL,

@@ -3,9 +3,18 @@
 import json
 
 import pandas as pd
+import pytest
 from command import prb3r
 from diagnosis.simulated import write_recording
 from diagnosis.sisters import write_sister
+
+from prb3r.present.diagnosis import report
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages without figures, for tests that look at something else."""
+    monkeypatch.setattr(report, "FIGURES", {})
 
 
 def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
@@ -25,7 +34,7 @@ def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     assert prb3r("solve", folder / "explained.toml", recording / "steps.csv").returncode == 0
 
 
-def test_diagnose_is_judged_on_other_recordings(tmp_path):
+def test_diagnose_is_judged_on_other_recordings(tmp_path, undrawn):
     recording, other = write_recording(tmp_path / "rig"), write_recording(tmp_path / "other", seed=1)
     done = prb3r("diagnose", recording, "-o", tmp_path / "out", "--holdout", other, "-j", 1)
     assert done.returncode == 0, done.stderr
@@ -35,7 +44,7 @@ def test_diagnose_is_judged_on_other_recordings(tmp_path):
     assert not pd.read_parquet(tmp_path / "out/residuals.parquet")["held_out"].any()
 
 
-def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path):
+def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path, undrawn):
     short, thick = (write_sister(tmp_path / name, name) for name in ("short", "thick"))
     alone = prb3r("diagnose", short, thick, "-o", tmp_path / "out")
     assert alone.returncode == 2
@@ -50,7 +59,7 @@ def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path):
         assert (tmp_path / "out" / name / "report.html").exists()
 
 
-def test_diagnose_exits_with_1_where_nothing_explains(tmp_path):
+def test_diagnose_exits_with_1_where_nothing_explains(tmp_path, undrawn):
     """Weights that are wrong again and again are neither one slip nor physics."""
     recording = write_recording(tmp_path / "rig", hidden=(), seed=6)
     steps = pd.read_csv(recording / "steps.csv").set_index(["sequence", "step"])

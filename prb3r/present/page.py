@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
@@ -120,12 +122,18 @@ def save_figure(figure: Figure, folder: str | Path, name: str) -> list[Path]:
     -------
     The paths of both files.  Raises what `write_whole` raises.
     """
-    paths, layout = [], figure.get_layout_engine()
-    for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
+    paths, layout, dpi, canvas = [], figure.get_layout_engine(), figure.dpi, figure.canvas
+    figure.set_dpi(DPI)
+    for kind, written_by, metadata in (
+        ("png", FigureCanvasAgg, {"Software": None}),
+        ("svg", FigureCanvasSVG, {"Date": None, "Creator": None}),
+    ):
         content = io.BytesIO()
-        with rc.in_use():
-            figure.savefig(content, format=kind, dpi=DPI, metadata=metadata)
+        with rc.in_use():  # `savefig` draws every figure once more, to no effect on what is written
+            getattr(written_by(figure), f"print_{kind}")(content, metadata=metadata)
         figure.set_layout_engine("none")  # the second file has the layout of the first
         paths.append(write_whole(Path(folder) / f"{name}.{kind}", content.getvalue()))
     figure.set_layout_engine(layout)
+    figure.set_dpi(dpi)
+    figure.set_canvas(canvas)
     return paths

@@ -258,7 +258,7 @@ def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(kno
 
 
 def test_a_camera_that_moved_between_sequences_is_unexplained():
-    recording = recorded(case(seed=7))
+    recording = recorded(case(seed=1))
     shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)
     found = run_stages(Task(recording.with_values(recording.readings.value + 0.002 * shifted), hold_out=False))
     assert found.verdict == "unexplained"

@@ -172,6 +172,20 @@ def test_saved_files_are_whole_and_reproducible(tmp_path, coupling):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
 
 
+def test_files_hold_what_matplotlib_saves_and_figures_stay_as_they_were(coupling, tmp_path):
+    plot = plot_of(name="a", kind="lines", by="design", **SHIFTS)
+    figure, other = (study_figure(plot, coupling, None, SCENE) for _ in range(2))
+    was = figure.canvas, figure.dpi, figure.get_layout_engine()
+    png, svg = (path.read_bytes() for path in save_figure(figure, tmp_path, "a"))
+    assert (figure.canvas, figure.dpi, figure.get_layout_engine()) == was
+    with rc.in_use():
+        for written, kind, unsaid in ((png, "png", {"Software": None}), (svg, "svg", {"Date": None, "Creator": None})):
+            saved = io.BytesIO()
+            other.savefig(saved, format=kind, dpi=200, metadata=unsaid)
+            assert written == saved.getvalue()
+            other.set_layout_engine("none")
+
+
 def test_designs_with_long_names_are_called_by_their_places_and_the_others_by_their_names():
     long = [f"Segment 1 thickness {k} mm, Segment 2 thickness {k + 1} mm, Plates 6" for k in range(3)]
     ranked = SimpleNamespace(designs=long, ranking=[2, 0])

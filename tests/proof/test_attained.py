@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from diagnosis.simulated import WEAK, recorded
 
-from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import to_search
 from prb3r.proof.attained import attained
 
 FAINT = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": 0.01}
@@ -15,7 +15,7 @@ FAINT = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": 0.01}
 
 
 def searched(**settings):
-    return without_blunders(Task(recorded(), settings=Settings(**settings)), lambda stage: None, serially).searched
+    return to_search(Task(recorded(), settings=Settings(**settings)), lambda stage: None, serially)
 
 
 @pytest.fixture(scope="module")

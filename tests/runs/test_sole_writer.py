@@ -130,15 +130,14 @@ def test_a_secret_that_others_can_read_is_no_secret(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGTERM", "SIGINT"])
 def test_a_run_is_stopped_by_every_signal_before_it_has_workers_too(tmp_path, name):
     script = (
-        "import signal, time\n"
+        "import signal, sys, time, types\n"
         "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # whatever the shell that runs the tests ignores
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from prb3r.cli import main\n"
-        "import prb3r.check as c\n"
         "def slow(*_):\n"
         "    print('up', flush=True)\n"
         "    while True: time.sleep(0.01)\n"  # a signal just before one long sleep would be heard after it
-        "c.check_file = slow\n"
+        "sys.modules['prb3r.check'] = types.SimpleNamespace(check_file=slow, only_manipulator=list)\n"
         "main()\n"
     )
     call = [sys.executable, "-c", script, "check", str(tmp_path)]
@@ -155,11 +154,12 @@ def test_a_run_is_stopped_by_every_signal_before_it_has_workers_too(tmp_path, na
 
 def test_a_run_under_nohup_outlives_its_terminal(tmp_path):
     script = (
-        "import signal, os; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "import os, signal, sys, types; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
         "from prb3r.runs.engine import stopping_signals\n"
         "assert signal.SIGHUP not in stopping_signals()\n"
-        "from prb3r.cli import main; import prb3r.check as c\n"
-        "c.check_file = lambda *a: os.kill(os.getpid(), signal.SIGHUP) or 'in order'\n"
+        "from prb3r.cli import main\n"
+        "hung_up = lambda *a: os.kill(os.getpid(), signal.SIGHUP) or 'in order'\n"
+        "sys.modules['prb3r.check'] = types.SimpleNamespace(check_file=hung_up, only_manipulator=list)\n"
         "main()\n"
     )
     done = subprocess.run(

@@ -13,7 +13,7 @@ from prb3r.runs.threads import LINEAR_ALGEBRA
 SCRIPT = """
 from click.testing import CliRunner
 from prb3r.cli import main
-assert CliRunner().invoke(main, ["schema", "study"]).exit_code == 0
+assert CliRunner().invoke(main, ["schema", "manipulator"]).exit_code == 0
 import numpy as np, threadpoolctl
 np.ones((4, 4)) @ np.ones((4, 4))
 print({pool["num_threads"] for pool in threadpoolctl.threadpool_info()})

@@ -4,8 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from command import PROTOTYPE
+from in_process import InProcess
 
 from prb3r.runs import pending
+from prb3r.runs.engine import BACKENDS
 from prb3r.study import workspace
 from prb3r.study.plan import Silent
 from prb3r.study.run import Options, solve_study
@@ -43,7 +45,8 @@ class Stopped(Silent):
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    monkeypatch.setattr(workspace, "MOST_DISKS", 15 * SIZE)  # in this process; the blocks are cut here
+    monkeypatch.setattr(workspace, "MOST_DISKS", 15 * SIZE)
+    monkeypatch.setitem(BACKENDS, "loky", InProcess)  # each stop would end the workers, and new ones load all anew
 
     def solve(out, heard, text=SPEC):
         path = tmp_path / "cloud.toml"

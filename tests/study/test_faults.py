@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from in_process import InProcess
 
 import prb3r
 from prb3r.errors import EngineError, SpecError
 from prb3r.model.files.comma_separated import csv_text
 from prb3r.model.files.table import read_table, write_table
 from prb3r.present.study.publish import publish
+from prb3r.runs.engine import BACKENDS
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, solve_study
 
@@ -91,7 +93,8 @@ class Remover:
     def end(self): ...
 
 
-def test_results_that_are_removed_in_mid_run_are_told_with_the_next_case(spec, tmp_path):
+def test_results_that_are_removed_in_mid_run_are_told_with_the_next_case(spec, tmp_path, monkeypatch):
+    monkeypatch.setitem(BACKENDS, "loky", InProcess)  # what fails would end the workers
     remover = Remover(tmp_path / "out" / "trial")
     with pytest.raises(EngineError, match="cannot be written: its folder is not there any more"):
         solve_study(spec(), Options(tmp_path / "out"), remover)

@@ -85,7 +85,7 @@ def test_through_a_scheduler_pass_small_records_alone(spec, tmp_path, monkeypatc
     for name, text in texts.items():
         solve_study(spec(text), Options(tmp_path / name))
     sizes = returned(monkeypatch)
-    with local_cluster() as cluster, at_most(120):
+    with local_cluster(workers=1) as cluster, at_most(120):
         workers = Workers(backend="dask", scheduler=cluster.scheduler_address)
         for name, text in texts.items():
             solve_study(spec(text), Options(tmp_path / f"dask {name}", workers))

@@ -14,7 +14,7 @@ and from the empty one, by adding, leaving out and exchanging columns.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, pairwise, permutations, product
+from itertools import combinations, pairwise, permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -200,10 +200,13 @@ class LinearModel:
         for number, hypothesis in enumerate(hypotheses):
             of_kind.setdefault(hypothesis.kind, []).append(number)
             of_rigs.setdefault((hypothesis.kind, getattr(hypothesis, "rigs", ())), []).append(number)
-        out = np.eye(len(hypotheses), dtype=bool)
-        for ((kind, _), numbers), ((other, _), others) in product(of_rigs.items(), repeat=2):
-            if kind != other:  # kinds, and of joint hypotheses their rigs, alone decide
-                out[np.ix_(numbers, others)] = excludes(hypotheses[numbers[0]], hypotheses[others[0]])
+        group = np.empty(len(hypotheses), int)
+        for place, numbers in enumerate(of_rigs.values()):
+            group[numbers] = place
+        firsts = [hypotheses[numbers[0]] for numbers in of_rigs.values()]  # kinds, and of joint ones their rigs, decide
+        apart = [[one.kind != other.kind and excludes(one, other) for other in firsts] for one in firsts]
+        out = np.array(apart, bool).reshape(len(firsts), len(firsts))[group[:, None], group]
+        np.fill_diagonal(out, True)
         for numbers in of_kind.values():
             for j, k in permutations(numbers, 2):
                 out[j, k] = excludes(hypotheses[j], hypotheses[k])

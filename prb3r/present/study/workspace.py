@@ -3,10 +3,10 @@
 from typing import Any
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from scipy import ndimage
 
 from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
@@ -73,9 +73,11 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
     edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
     filled, *_ = np.histogram2d(points[:, 0], points[:, 1], bins=edges)
-    mask = ndimage.binary_closing(filled > 0, ndimage.iterate_structure(ndimage.generate_binary_structure(2, 1), 3))
+    mask = scipy.ndimage.binary_closing(
+        filled > 0, scipy.ndimage.iterate_structure(scipy.ndimage.generate_binary_structure(2, 1), 3)
+    )
     x, y = (edge[:-1] + side / 2 for edge in edges)
-    return x, y, filled, ndimage.gaussian_filter(mask.astype(float), 1.0)
+    return x, y, filled, scipy.ndimage.gaussian_filter(mask.astype(float), 1.0)
 
 
 def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -> None:
@@ -83,7 +85,7 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
     x, y, filled, inside = occupancy(points)
     at = 1e3 * x, 1e3 * y, inside.T
     if lone:
-        density = np.where(inside > 0.5, ndimage.gaussian_filter(filled, 1.0), np.nan)
+        density = np.where(inside > 0.5, scipy.ndimage.gaussian_filter(filled, 1.0), np.nan)
         shades = LinearSegmentedColormap.from_list("", [pale(look.colour, 0.12), pale(look.colour, 0.75)])
         axes.pcolormesh(*at[:2], np.log1p(density).T, cmap=shades, rasterized=True, zorder=1.1)
     else:
