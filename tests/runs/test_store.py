@@ -53,13 +53,27 @@ def test_every_field_has_unit_and_description_and_the_file_its_provenance(tmp_pa
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_pandas_polars_and_duckdb_read_the_same(tmp_path):
     duckdb, pandas, polars = (pytest.importorskip(name) for name in ("duckdb", "pandas", "polars"))
-    path = tmp_path / "cases.parquet"
-    write_arrow(rows(0, 20)["cases"], path)
-    expected = read_arrow(path)["gain"].to_numpy()
-    np.testing.assert_array_equal(pandas.read_parquet(path)["gain"].to_numpy(), expected)
-    np.testing.assert_array_equal(polars.read_parquet(path)["gain"].to_numpy(), expected)
-    count, total = duckdb.sql(f"select count(*), sum(gain) from '{tmp_path}/c*.parquet'").fetchall()[0]
-    assert (count, total) == (20, pytest.approx(np.nansum(expected)))
+    path, written = tmp_path / "cases.parquet", rows(0, 20)["cases"].add_column(0, "a.b", pa.array(range(10, -10, -1)))
+    write_arrow(written, path)
+    expected = written.to_pydict()
+    assert read_arrow(path).to_pydict() == polars.read_parquet(path).to_dict(as_series=False) == expected
+    assert (
+        pandas.read_parquet(path, dtype_backend="pyarrow").astype(object).replace(pandas.NA, None).to_dict("list")
+        == expected
+    )
+    read = duckdb.sql(f"select * from '{tmp_path}/c*.parquet'")
+    assert dict(zip(read.columns, map(list, zip(*read.fetchall(), strict=True)), strict=True)) == expected
+
+
+def test_neighbouring_numbers_that_are_alike_take_little_room(tmp_path):
+    count = 150_000
+    angle = np.linspace(1, 2, count)
+    write_arrow(
+        pa.table({"case_id": np.arange(count) // 15, "disk": np.arange(count) % 15}), tmp_path / "whole.parquet"
+    )
+    write_arrow(pa.table({"angle_rad": angle}), tmp_path / "angles.parquet")
+    assert (tmp_path / "whole.parquet").stat().st_size < count / 2
+    assert (tmp_path / "angles.parquet").stat().st_size < 0.85 * angle.nbytes
 
 
 TABLE = pa.table({"x_m": np.linspace(0, 1, 1000), "reason": ["", "no equilibrium"] * 500})
