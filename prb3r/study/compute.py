@@ -36,7 +36,7 @@ def adopt(plan: Plan, parts: Parts) -> None:
     missing = plan.missing(parts)
     lacking = zip(plan.items, missing.T, strict=True)
     if missing.any():
-        parts.adopt({item: {plan.keys[number] for number in np.flatnonzero(lacks)} for item, lacks in lacking})
+        parts.adopt({item: set(plan.keys[lacks].tolist()) for item, lacks in lacking})
 
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
@@ -170,7 +170,7 @@ class _Keeper:
         items = list(item_columns(self.plan, _chunk_of(task)).values())
         if self._with_states(task):
             items.append(str(self.plan.states_item))
-        return part_name([self.plan.keys[number] for number in _chunk_of(task).numbers], items)
+        return part_name(self.plan.keys[_chunk_of(task).numbers], items)
 
 
 def _chunk_of(task: StudyTask) -> Chunk:
@@ -206,7 +206,7 @@ def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: C
 
 def keep_columns(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: States | None) -> None:
     """Add columns of a chunk's cases to the parts, together with their states."""
-    parts.add([plan.keys[number] for number in cases["case_id"]], cases, item_columns(plan, chunk), states)
+    parts.add(plan.keys[cases["case_id"]], cases, item_columns(plan, chunk), states)
 
 
 def item_columns(plan: Plan, chunk: Chunk) -> dict[str, str]:
