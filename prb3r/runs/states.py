@@ -1,7 +1,7 @@
 """The table of states of the cases of a part, kept on disk in one file or in several, one for each block of rows.
 
-Each file is read through once to check its digest.  Afterwards a file is memory-mapped only while rows are picked from
-it, so that the memory used depends on the number of rows picked and not on the number of rows in the files.
+Each file is read through once for its checksum.  Afterwards a file is memory-mapped only while rows are picked from it,
+so that the memory used depends on the number of rows picked and not on the number of rows in the files.
 """
 
 from collections.abc import Collection
@@ -53,7 +53,7 @@ class StateFiles:
 
     @cached_property
     def whole(self) -> bool:
-        """Whether every file of states exists and matches its digest; checked once."""
+        """Whether every file of states exists and matches its checksum; checked once."""
         return all(is_sealed(path, f"{STATES} {path.stem}") for path in self.paths)
 
     def picked(self, rows: np.ndarray, names: Collection[str]) -> Columns:
