@@ -62,13 +62,19 @@ class StateFiles:
         within = np.searchsorted(ends, rows, side="right")
         out: Columns = {}
         for number in np.unique(within):
-            here = within == number
+            here = as_slice(np.flatnonzero(within == number))
             local = rows[here] - (ends[number] - self.blocks[number])
             table, first = mapped(self.paths[number]), int(local.min())
+            taken = as_slice(local - first)
             for name in names:
                 values = table[name].slice(first, int(local.max()) + 1 - first).to_numpy()
-                out.setdefault(name, np.empty(len(rows), values.dtype))[here] = values[local - first]
+                out.setdefault(name, np.empty(len(rows), values.dtype))[here] = values[taken]
         return out
+
+
+def as_slice(rows: np.ndarray) -> np.ndarray | slice:
+    """Numbers of rows, at least one, as a slice if each follows the one before it; NumPy takes a slice sooner."""
+    return slice(int(rows[0]), int(rows[-1]) + 1) if (np.diff(rows) == 1).all() else rows
 
 
 def block_path(home: Path, stem: str, number: int) -> Path:
