@@ -2,7 +2,10 @@
 
 import pytest
 
+from prb3r.model.parts import Segment
 from prb3r.schema import FILES, MEANINGS, schema_of
+from prb3r.study.factors import Range
+from prb3r.study.wishes import Requirement
 
 
 def fields(file):
@@ -26,6 +29,14 @@ def test_the_length_of_a_plate_is_called_that():
 def test_no_meaning_is_left_without_a_field():
     names = {name.split(".")[1] for file in FILES for name, _ in fields(file)}
     assert names >= MEANINGS.keys()
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "said"),
+    [(Segment, "length_m", "Length of one plate"), (Requirement, "where", "Cases that count"), (Range, "from", None)],
+)
+def test_docstrings_of_fields_and_of_inherited_ones_are_in_schemas_of_single_parts(kind, field, said):
+    assert (kind.model_json_schema()["properties"][field].get("description", "None")).startswith(f"{said}")
 
 
 @pytest.mark.parametrize("file", FILES)
