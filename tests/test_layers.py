@@ -21,8 +21,8 @@ ORDER = {
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull descent search reached reach",
     "runs": "threads files secret store sealed states pending parts provenance tasks backends engine journal",
-    "study": "workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve columns "
-    "compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
+    "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
+    "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",

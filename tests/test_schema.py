@@ -2,7 +2,10 @@
 
 import pytest
 
+from prb3r.model.parts import Segment
 from prb3r.schema import FILES, MEANINGS, schema_of
+from prb3r.study.factors import Range
+from prb3r.study.wishes import Requirement
 
 
 def fields(file):
@@ -51,6 +54,14 @@ def test_a_name_that_means_several_things_is_described_where_it_stands(file, fie
     said = dict(fields(file))[field]["description"]
     assert right in said
     assert wrong not in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "said"),
+    [(Segment, "length_m", "Length of one plate"), (Requirement, "where", "Cases that count"), (Range, "from", None)],
+)
+def test_docstrings_of_fields_and_of_inherited_ones_are_in_schemas_of_single_parts(kind, field, said):
+    assert (kind.model_json_schema()["properties"][field].get("description", "None")).startswith(f"{said}")
 
 
 @pytest.mark.parametrize("file", FILES)

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 import prb3r
 from prb3r.cli import main
+from prb3r.model.files.docstrings import field_docstrings
 from prb3r.schema import FILES, schema_of
 
 SECTION = re.compile(r"^(\w+)\n-+\n", re.M)
@@ -36,8 +37,9 @@ def python_text() -> str:
 def _described(path: str, name: str, offered: Any, level: str) -> list[str]:
     parts = [f"{level} `{path}`", *_signature(name, offered), docstring_text(inspect.getdoc(offered) or "")]
     if inspect.isclass(offered) and issubclass(offered, BaseModel):
+        said = field_docstrings(offered)
         fields = offered.model_fields.items()
-        parts += ["\n".join(f"- `{own}`: {_plain(field.description or '')}" for own, field in fields)]
+        parts += ["\n".join(f"- `{own}`: {_plain(field.description or said.get(own, ''))}" for own, field in fields)]
     if inspect.ismodule(offered):
         for own in offered.__all__:
             parts += _described(f"{path}.{own}", own, getattr(offered, own), f"{level}#")

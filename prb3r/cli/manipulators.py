@@ -48,12 +48,12 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
         with _progress(blocks.steps) as progress:
             before = 0
             for block in blocks:
-                last = block.loc[block["disk"] == block["disk"].max(), "outcome"]
-                elapsed = blocks.elapsed[before : before + len(last)]
+                steps = block["outcome"].iloc[:: blocks.manipulator.plates + 1]
+                elapsed = blocks.elapsed[before : before + len(steps)]
                 table = as_read(block, blocks.manipulator, image_centre, elapsed) if as_measured else block
-                outcomes.update(last)
-                before += len(last)
-                progress.advance(len(last), int((~last.isin(FOUND)).sum()))
+                outcomes.update(steps.value_counts().to_dict())
+                before += len(steps)
+                progress.advance(len(steps), int((~steps.isin(FOUND)).sum()))
                 yield table[POSITION_COLUMNS]
 
     _write(told(), place)

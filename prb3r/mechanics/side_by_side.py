@@ -8,7 +8,6 @@ a plate turns too far for one step, or Newton's method does not converge soon, i
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import typeof
 
 from prb3r.mechanics.balance import linearise_plate, unbalance_plate
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_block
@@ -16,7 +15,7 @@ from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import Chain, Loads, dead_loads
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.lanes.number import LANES, every, where
-from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, room_in_lanes
+from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, record_type, room_in_lanes
 from prb3r.mechanics.march import AS_FORETOLD, MAX_STEP, TOLERANCE, at_base_hole, correct_plate, depart, next_frame
 from prb3r.mechanics.path_output import write_step
 from prb3r.mechanics.records import Packed
@@ -83,19 +82,19 @@ class LaneSpace(NamedTuple):
 
 def lane_space(packed: Packed) -> LaneSpace:
     """Working space for the chain of `packed`."""
-    of_plate, of_span, of_cable = (typeof(getattr(packed, name)).dtype for name in ("plate", "span", "cable"))
     march, applied = np.zeros(1, march_fields(packed.plate["q"].shape[1])), np.zeros(len(packed.cable), APPLIED)
-    of_march, in_plate = in_lanes_of(typeof(march).dtype), in_lanes_of(of_plate)
+    of_plate, of_span, of_march = (record_type(records.dtype) for records in (packed.plate, packed.span, march))
+    in_plate = in_lanes_of(of_plate)
     places = [(name, k) for name in WRITTEN for k in range(int(np.prod(in_plate[name][1])))]
     return LaneSpace(
-        plate=room_in_lanes(packed.plate, of_plate),
-        span=room_in_lanes(packed.span, of_span),
-        cable=room_in_lanes(packed.cable, of_cable),
+        plate=room_in_lanes(packed.plate),
+        span=room_in_lanes(packed.span),
+        cable=room_in_lanes(packed.cable),
         applied=applied,
-        given=room_in_lanes(applied, typeof(applied).dtype),
+        given=room_in_lanes(applied),
         march=march,
-        told=room_in_lanes(march, typeof(march).dtype),
-        told_at=np.array([of_march[name][0] for name in TOLD_OF_LOADS]),
+        told=room_in_lanes(march),
+        told_at=np.array([in_lanes_of(of_march)[name][0] for name in TOLD_OF_LOADS]),
         written_at=np.array([(in_plate[name][0] + k, of_plate.offset(name) // 8 + k) for name, k in places]).T.copy(),
         tension_at=np.array([in_lanes_of(of_span)["tension"][0]]),
         numbers=packed.plate.view(float).reshape(len(packed.plate), -1),

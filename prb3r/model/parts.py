@@ -1,10 +1,12 @@
 """The parts of a manipulator as its designer describes them: disks, friction, segments of plates, cables."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
 
+from prb3r.model.files.docstrings import field_docstrings
 from prb3r.model.files.plausible import (
     ClampLength,
     Coefficient,
@@ -22,7 +24,15 @@ MAX_PLATES = 100_000
 class Strict(BaseModel):
     """What every part of a file is: frozen, with unknown keys as errors; docstrings describe the fields in schemas."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: Any, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        schema = handler(core)
+        properties, said = handler.resolve_ref_schema(schema).get("properties", {}), field_docstrings(cls)
+        for name in said.keys() & cls.model_fields.keys():
+            properties[cls.model_fields[name].alias or name].setdefault("description", said[name])
+        return schema
 
 
 class Disk(Strict):

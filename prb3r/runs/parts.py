@@ -10,14 +10,14 @@ import contextlib
 import hashlib
 import json
 import shutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from prb3r.runs.files import clear_left_over, make_folder, replaced
 from prb3r.runs.pending import drop_pending
@@ -31,8 +31,8 @@ ITEM, BLOCKS, KEY, COUNT = b"item", b"blocks", " key", " states"
 """`ITEM`: metadata key for the item of a column (on its field) or of the states (on the table).  `BLOCKS`: metadata key
 of the table for the numbers of rows in the files of states, as JSON.  `KEY`, `COUNT`: columns of the keys of the cases
 and of their numbers of rows of states."""
-KEY_BYTES = 16
-"""Length of the key of a case."""
+KEY_TYPE = np.dtype("V16")
+"""Type of the key of a case: 16 bytes."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,6 @@ class Part:
         return item in self.items and (not of_states or self.states.whole)
 
     @cached_property
-    def keys(self) -> list[bytes]:
-        """Keys of the cases of the part, in the order of its rows."""
-        return self.cases[KEY].to_pylist()
-
-    @cached_property
     def ends(self) -> np.ndarray:
         """(cases,) row after the last state of each case, in the states of the part."""
         return np.cumsum(self.cases[COUNT].to_numpy())
@@ -128,32 +123,32 @@ class Parts:
         self.ready()
         write_block(self.home, stem, number, columns)
 
-    def place(self, item: str, keys: Sequence[bytes]) -> Kept:
-        """Where an item of the cases with these keys is stored; where several parts hold it, in the last of them."""
-        rows: dict[bytes, int] = {}
-        ends = [0]
-        for part in self.parts:
-            first, count = ends[-1], len(part.cases)
-            if part.has(item):
-                rows.update(zip(part.keys, range(first, first + count), strict=True))
-            ends.append(first + count)
-        index = np.fromiter(map(rows.get, keys, repeat(-1)), np.int64, len(keys))
-        number = np.searchsorted(ends, index, side="right") - 1
-        return Kept(number, np.where(index < 0, -1, index - np.asarray(ends)[number]))
+    def place(self, item: str, keys: np.ndarray) -> Kept:
+        """Where an item of the cases with these `keys` (n,) is stored; where several parts hold it, in the last of
+        them."""
+        holders = [number for number, part in enumerate(self.parts) if part.has(item)][::-1]
+        if not holders:
+            return Kept(np.full(len(keys), -1), np.full(len(keys), -1))
+        stored = pa.chunked_array([chunk for number in holders for chunk in self.parts[number].cases[KEY].chunks])
+        index = pc.index_in(_arrow_keys(keys), value_set=stored).fill_null(-1).to_numpy()  # of the first that is equal
+        first = np.cumsum([0, *(len(self.parts[number].cases) for number in holders)])
+        holder = np.searchsorted(first, index, side="right") - 1
+        known = index >= 0
+        return Kept(np.where(known, np.asarray(holders)[holder], -1), np.where(known, index - first[holder], -1))
 
-    def add(self, keys: Sequence[bytes], cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
+    def add(self, keys: np.ndarray, cases: Columns, items: Mapping[str, str], states: "States | None") -> None:
         """Store some cases as a new part.
 
         Parameters
         ----------
-        keys : key of each case.
+        keys : (cases,) key of each case.
         cases : columns of the cases.
         items : item of each column to be stored; other columns are left out.
         states : rows of states of the cases; None if states are not among what was computed.
         """
         self.ready()
         count = np.zeros(len(keys), np.int64) if states is None else states.count
-        arrays = [pa.array(keys, pa.binary(KEY_BYTES)), pa.array(count), *(pa.array(cases[name]) for name in items)]
+        arrays = [_arrow_keys(keys), pa.array(count), *(pa.array(cases[name]) for name in items)]
         fields = [pa.field(KEY, arrays[0].type), pa.field(COUNT, arrays[1].type)]
         fields += [
             pa.field(name, array.type, metadata={ITEM: item})
@@ -180,7 +175,8 @@ class Parts:
         self.ready()
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _stored(home) if home != self.home else ():
-                if any(not set(part.keys).isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
+                held = set(part.cases[KEY].to_pylist())
+                if any(not held.isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
                     for path in (path for path in part.files if path.exists()):  # files of states may be gone
                         with replaced(self.home / path.name) as copy:
                             shutil.copyfile(path, copy)
@@ -267,7 +263,13 @@ def _stored(home: Path) -> Iterator[Part]:
             yield Part(path, cases)
 
 
-def part_name(keys: Iterable[bytes], items: Iterable[str]) -> str:
-    """Name of a part, 16 hexadecimal digits: the hash of the keys of its cases and of its items."""
+def part_name(keys: np.ndarray, items: Iterable[str]) -> str:
+    """Name of a part, 16 hexadecimal digits: the hash of the `keys` (cases,) of its cases and of its items."""
     text = json.dumps(sorted(items)).encode()
-    return hashlib.blake2b(b"".join(keys) + text, digest_size=8).hexdigest()
+    return hashlib.blake2b(keys.tobytes() + text, digest_size=8).hexdigest()
+
+
+def _arrow_keys(keys: np.ndarray) -> pa.Array:
+    """Keys (n,) of cases as an Arrow array of their bytes."""
+    content = [None, pa.py_buffer(np.ascontiguousarray(keys, KEY_TYPE))]
+    return pa.FixedSizeBinaryArray.from_buffers(pa.binary(KEY_TYPE.itemsize), len(keys), content)

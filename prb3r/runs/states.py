@@ -1,7 +1,7 @@
 """The table of states of the cases of a part, kept on disk in one file or in several, one for each block of rows.
 
-Each file is read through once to check its digest.  Afterwards a file is memory-mapped only while rows are picked from
-it, so that the memory used depends on the number of rows picked and not on the number of rows in the files.
+Each file is read through once for its checksum.  Afterwards a file is memory-mapped only while rows are picked from it,
+so that the memory used depends on the number of rows picked and not on the number of rows in the files.
 """
 
 from collections.abc import Collection
@@ -53,7 +53,7 @@ class StateFiles:
 
     @cached_property
     def whole(self) -> bool:
-        """Whether every file of states exists and matches its digest; checked once."""
+        """Whether every file of states exists and matches its checksum; checked once."""
         return all(is_sealed(path, f"{STATES} {path.stem}") for path in self.paths)
 
     def picked(self, rows: np.ndarray, names: Collection[str]) -> Columns:
@@ -62,13 +62,19 @@ class StateFiles:
         within = np.searchsorted(ends, rows, side="right")
         out: Columns = {}
         for number in np.unique(within):
-            here = within == number
+            here = as_slice(np.flatnonzero(within == number))
             local = rows[here] - (ends[number] - self.blocks[number])
             table, first = mapped(self.paths[number]), int(local.min())
+            taken = as_slice(local - first)
             for name in names:
                 values = table[name].slice(first, int(local.max()) + 1 - first).to_numpy()
-                out.setdefault(name, np.empty(len(rows), values.dtype))[here] = values[local - first]
+                out.setdefault(name, np.empty(len(rows), values.dtype))[here] = values[taken]
         return out
+
+
+def as_slice(rows: np.ndarray) -> np.ndarray | slice:
+    """Numbers of rows, at least one, as a slice if each follows the one before it; NumPy takes a slice sooner."""
+    return slice(int(rows[0]), int(rows[-1]) + 1) if (np.diff(rows) == 1).all() else rows
 
 
 def block_path(home: Path, stem: str, number: int) -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from prb3r.study.factors import Factor, Sampling
+from prb3r.study.rounding import significant
 from prb3r.study.spec import Study
 
 
@@ -129,12 +130,7 @@ def _in_range(factor: Factor, share: np.ndarray) -> np.ndarray:
 
 def five_digits(values: np.ndarray) -> np.ndarray:
     """Values of designs rounded to five significant digits: nobody makes a plate more exactly."""
-    return np.vectorize(lambda value: float(f"{value:.5g}"), otypes=[float])(values)
-
-
-def short(value: float) -> float:
-    """A number rounded to twelve significant digits, which removes rounding errors: 0.3 for 0.30000000000000004."""
-    return float(f"{value:.12g}")
+    return significant(values, 5)
 
 
 def _values(factor: Factor) -> list[Any]:
@@ -142,9 +138,9 @@ def _values(factor: Factor) -> list[Any]:
     if factor.level is not None:
         return list(factor.level)
     if (span := factor.linspace) is not None:
-        return [short(value) for value in np.linspace(span.start, span.stop, span.count)]
+        return significant(np.linspace(span.start, span.stop, span.count)).tolist()
     if (span := factor.geomspace) is not None:
-        return [short(value) for value in np.geomspace(span.start, span.stop, span.count)]
+        return significant(np.geomspace(span.start, span.stop, span.count)).tolist()
     values = list(factor.values or ())
     numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)
     return [float(value) for value in values] if numbers else values

@@ -16,6 +16,7 @@ from typing import Any, overload
 import numpy as np
 
 from prb3r.model.manipulator import Manipulator
+from prb3r.runs.parts import KEY_TYPE
 from prb3r.runs.store import canonical
 from prb3r.study.axes import Axis
 from prb3r.study.factors import Factor, Level
@@ -73,11 +74,11 @@ class Family:
         """The settings of the case at `row` of the family, with plain numbers as loads."""
         return _with_loads(self.settings, lambda values: float(values[row]))
 
-    def keys(self) -> list[bytes]:
-        """The key of each case: 16 bytes, a hash of its settings."""
+    def keys(self) -> np.ndarray:
+        """(c,) the key of each case: 16 bytes, a hash of its settings."""
         loads = [self.settings["initial"], *self.settings["step"]]
         named = self.settings | {"initial": list(loads[0]), "step": [list(step) for step in loads[1:]]}
-        begin = hashlib.blake2b(canonical(named).encode(), digest_size=16)
+        begin = hashlib.blake2b(canonical(named).encode(), digest_size=KEY_TYPE.itemsize)
         values = np.empty((len(self), sum(map(len, loads))))
         for column, value in enumerate(value for step in loads for value in step.values()):
             values[:, column] = value
@@ -86,7 +87,7 @@ class Family:
             key = begin.copy()
             key.update(content[place : place + width])
             keys.append(key.digest())
-        return keys
+        return np.frombuffer(b"".join(keys), KEY_TYPE)
 
 
 def _with_loads(settings: Tree, pick: Callable[[np.ndarray], Any]) -> Tree:

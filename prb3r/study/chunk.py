@@ -70,6 +70,11 @@ def one_below_another(tables: Sequence[Columns]) -> Columns:
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
+def states_of_each(numbers: np.ndarray, states: Columns) -> np.ndarray:
+    """(cases,) number of rows of states of each case, by the ascending `numbers` (cases,) of cases in both tables."""
+    return np.diff(np.searchsorted(states["case_id"], numbers), append=len(states["case_id"]))
+
+
 def state_columns(cables: Sequence[str]) -> Columns:
     """The columns of a table of states without rows, for the cables of these names."""
     numbers = {name: np.zeros(0, np.int64) for name in ("case_id", "step", "disk")}

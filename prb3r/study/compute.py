@@ -1,6 +1,5 @@
 """Obtain the results of all cases of a plan as parts: taken over from other studies, or computed by workers."""
 
-import contextlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -10,7 +9,15 @@ from prb3r.runs.parts import COUNT, Parts, part_name
 from prb3r.runs.pending import drop_pending, read_pending, write_pending
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
-from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED, Chunk, blank_columns, one_below_another, reason_column
+from prb3r.study.chunk import (
+    CASE_CRASHED,
+    CASE_FAILED,
+    Chunk,
+    blank_columns,
+    one_below_another,
+    reason_column,
+    states_of_each,
+)
 from prb3r.study.cloud import CloudBlock, Gathering, failed_loads
 from prb3r.study.plan import Plan, Progress
 from prb3r.study.stored import Storage, Stored, StoredTask, fetched, solve_and_store, storage
@@ -36,7 +43,7 @@ def adopt(plan: Plan, parts: Parts) -> None:
     missing = plan.missing(parts)
     lacking = zip(plan.items, missing.T, strict=True)
     if missing.any():
-        parts.adopt({item: {plan.keys[number] for number in np.flatnonzero(lacks)} for item, lacks in lacking})
+        parts.adopt({item: set(plan.keys[lacks].tolist()) for item, lacks in lacking})
 
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
@@ -53,11 +60,10 @@ def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> i
     progress.begin(plan.study.name, whole, whole - plan.loads(waiting) + keeper.known, what)
     try:
         keeper.finish()
-        with contextlib.ExitStack() as stack:
-            todo: Mapping[int, StudyTask | StoredTask] = left
-            if left and (workers.jobs > 1 or workers.backend == "dask"):
-                todo = keeper.stored(left, stack.enter_context(storage(parts.home)))
-            run_tasks(solve_and_store, todo, keeper, workers, split=lambda task: task.single())
+        if left:
+            with storage(parts.home) as place:
+                todo = keeper.stored(left, place)
+                run_tasks(solve_and_store, todo, keeper, workers, split=lambda task: task.single())
     finally:
         progress.end()
     return int(missing.any(1).sum())
@@ -170,7 +176,7 @@ class _Keeper:
         items = list(item_columns(self.plan, _chunk_of(task)).values())
         if self._with_states(task):
             items.append(str(self.plan.states_item))
-        return part_name([self.plan.keys[number] for number in _chunk_of(task).numbers], items)
+        return part_name(self.plan.keys[_chunk_of(task).numbers], items)
 
 
 def _chunk_of(task: StudyTask) -> Chunk:
@@ -199,14 +205,14 @@ def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: C
     kept, numbers = None, cases["case_id"]
     if chunk.states != "none" and plan.states_item:
         states = states or {"case_id": np.zeros(0, np.int64)}
-        count = np.bincount(np.searchsorted(numbers, states["case_id"]), minlength=len(numbers))
-        kept = States(plan.states_item, count, {name: states[name] for name in states if name != "case_id"})
+        columns = {name: states[name] for name in states if name != "case_id"}
+        kept = States(plan.states_item, states_of_each(numbers, states), columns)
     keep_columns(plan, parts, chunk, cases, kept)
 
 
 def keep_columns(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: States | None) -> None:
     """Add columns of a chunk's cases to the parts, together with their states."""
-    parts.add([plan.keys[number] for number in cases["case_id"]], cases, item_columns(plan, chunk), states)
+    parts.add(plan.keys[cases["case_id"]], cases, item_columns(plan, chunk), states)
 
 
 def item_columns(plan: Plan, chunk: Chunk) -> dict[str, str]:

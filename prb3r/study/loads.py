@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from prb3r.study.axes import short
+from prb3r.study.rounding import short, significant
 from prb3r.study.tree import Tree
-
-_short_of_many = np.vectorize(short, otypes=[float])
 
 
 def load_columns(settings: Tree, count: int) -> dict[str, np.ndarray]:
@@ -69,5 +67,5 @@ def _swept(sweep: Tree | None, before: list[dict[str, Any]]) -> Iterator[dict[st
     for turn in sweep["turns"]:
         for share in np.arange(1, sweep["count"] + 1) / sweep["count"]:
             at = value + share * (turn - value)
-            yield {column: _short_of_many(at) if np.ndim(at) else short(at)}
+            yield {column: significant(at) if np.ndim(at) else short(at)}
         value = turn

@@ -12,7 +12,7 @@ from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import place_of
 from prb3r.model.manipulator import load_manipulator
 from prb3r.quantities import Quantity
-from prb3r.runs.parts import Parts
+from prb3r.runs.parts import KEY_TYPE, Parts
 from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import content_hash
 from prb3r.study.axes import corners, count_cases
@@ -91,12 +91,11 @@ class Plan:
         return self.cases.cables
 
     @cached_property
-    def keys(self) -> list[bytes]:
-        """The key of each case in the parts, in the order of the cases: 16 bytes, a hash of the settings of a case."""
-        keys = [b""] * len(self.cases)
+    def keys(self) -> np.ndarray:
+        """(cases,) the key of each case in the parts: 16 bytes, a hash of the settings of a case."""
+        keys = np.empty(len(self.cases), KEY_TYPE)
         for family in self.cases.families:
-            for number, key in zip(family.numbers.tolist(), family.keys(), strict=True):
-                keys[number] = key
+            keys[family.numbers] = family.keys()
         return keys
 
     @cached_property
@@ -119,16 +118,13 @@ class Plan:
             for name, values in self.cases.factors.items()
         }
         compared = [comparison.model_dump() for comparison in self.study.comparison]
-        return content_hash([self.engine, self.items, factors, compared, b"".join(self.keys).hex()])
+        return content_hash([self.engine, self.items, factors, compared, self.keys.tobytes().hex()])
 
     @cached_property
     def first_of_its_key(self) -> np.ndarray:
         """(cases,) whether a case is the first one with its key.  Cases of equal settings are computed once for all."""
-        numbers = dict[bytes, int]()
-        for number, key in enumerate(self.keys):
-            numbers.setdefault(key, number)
         first = np.zeros(len(self.keys), bool)
-        first[list(numbers.values())] = True
+        first[np.unique(self.keys, return_index=True)[1]] = True
         return first
 
     def missing(self, parts: Parts) -> np.ndarray:
@@ -156,11 +152,11 @@ class Plan:
         size = self.study.chunk or max(SMALLEST_CHUNK, -(-count // MOST_CHUNKS))
         disks = None if self.study.state_disks is None else tuple(self.study.state_disks)
         chunks = []
-        for lacks in np.unique(missing[missing.any(1)], axis=0):
+        for lacks, alike in _alike(missing):
             metrics = tuple(m for m, absent in zip(self.study.metric, lacks[1:], strict=False) if absent)
             states = self.study.states if len(lacks) > 1 + len(self.study.metric) and lacks[-1] else "none"
             items = tuple(item for item, absent in zip(self.items, lacks, strict=True) if absent)
-            for families in _grouped(self.cases.families, (missing == lacks).all(1), size):
+            for families in _grouped(self.cases.families, alike, size):
                 chunks.append(Chunk(families, metrics, states, disks, self.cables, items))
         return chunks
 
@@ -229,6 +225,16 @@ def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterato
         wrong += selection_problems(study, cases)
     for keys, what in wrong:
         yield Problem(place_of(path, keys), what)
+
+
+def _alike(missing: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Masks (items,) of what cases lack, each with the mask (cases,) of the cases that lack just that."""
+    left = missing.any(1)
+    while left.any():
+        lacks = missing[left.argmax()]
+        alike = (missing == lacks).all(1)
+        left &= ~alike
+        yield lacks, alike
 
 
 def _grouped(families: Sequence[Family], wanted: np.ndarray, size: int) -> Iterator[tuple[Family, ...]]:

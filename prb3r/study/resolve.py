@@ -14,11 +14,12 @@ from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import refused, step_problems
-from prb3r.study.axes import axes, count_cases, short
+from prb3r.study.axes import axes, count_cases
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
+from prb3r.study.rounding import short
 from prb3r.study.spec import Study
 from prb3r.study.tree import Tree, with_setting
 

@@ -16,7 +16,7 @@ from prb3r.errors import EngineError, Problem
 from prb3r.runs.parts import COUNT
 from prb3r.runs.pending import read_pending, write_pending
 from prb3r.runs.states import Columns, write_block
-from prb3r.study.chunk import Chunk
+from prb3r.study.chunk import Chunk, states_of_each
 from prb3r.study.cloud import CloudBlock, SolvedCloudBlock
 from prb3r.study.work import StudyTask, solve_task
 
@@ -104,8 +104,7 @@ def _put(task: StoredTask, solved: tuple[Columns, Columns] | SolvedCloudBlock) -
         known, states = solved.loads, solved.states
     else:
         known, states = solved
-        place = np.searchsorted(known["case_id"], states["case_id"])
-        known = known | {COUNT: np.bincount(place, minlength=len(known["case_id"]))}
+        known = known | {COUNT: states_of_each(known["case_id"], states)}
         states = {name: values for name, values in states.items() if name != "case_id"}
     if task.with_states:
         write_block(home, task.stem, number, states)

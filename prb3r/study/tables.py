@@ -10,6 +10,7 @@ import pandas as pd
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.runs import store
 from prb3r.runs.parts import Kept, Parts, gathered, present, rows_of_states, state_counts
+from prb3r.runs.states import as_slice
 from prb3r.runs.store import arrow_table, whole_table
 from prb3r.study.cases import Cases, Family
 from prb3r.study.chunk import CASE_FAILED, blank_columns, reason_column, state_columns
@@ -56,7 +57,10 @@ def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
     for family in cases.families:
         broken[family.numbers] = ",".join(family.settings["broken"])
     rows = computed["case_id"].to_numpy()
-    labels = {name: pd.Series(values[rows].tolist()) for name, values in cases.factors.items()}
+    labels = {
+        name: values[rows] if values.dtype == float else pd.Series(values[rows].tolist())
+        for name, values in cases.factors.items()
+    }
     measured = {name: computed[name].to_numpy() for name in computed if name != "case_id"}
     return pd.DataFrame({"case_id": rows, **labels, "broken_cables": broken[rows], **measured})
 
@@ -83,7 +87,7 @@ def _states(plan: Plan, parts: Parts, place: Kept, ends: np.ndarray, rows: slice
     names = [name for name in columns if name != "case_id"]
     columns |= {name: np.empty(len(case), columns[name].dtype) for name in names}
     for number in present(part):
-        here = part == number
+        here = as_slice(np.flatnonzero(part == number))
         for name, values in parts.parts[number].states.picked(row[here], names).items():
             columns[name][here] = values
     return columns

@@ -82,6 +82,18 @@ def test_the_command_writes_blocks_as_one_table_and_tells_how_far_it_is(tmp_path
     assert prb3r(*words).stdout == at_once
 
 
+def test_the_command_tells_how_many_steps_of_all_blocks_have_no_stable_equilibrium(tmp_path, monkeypatch):
+    steps(5, 2).assign(tip_x_n=[-1e3, *[0.0] * 8, -1e3]).to_csv(tmp_path / "steps.csv", index=False)
+    monkeypatch.setattr(solving, "BLOCK", 4)
+    done = prb3r("solve", PROTOTYPE, tmp_path / "steps.csv", "-o", tmp_path / "out.csv")
+    tips = pd.read_csv(tmp_path / "out.csv").query("disk == 14")
+    failed = (~tips["outcome"].isin(["converged", "detour"])).sum()
+    assert done.returncode == 1
+    assert done.stdout.startswith(f"10 steps, {failed} without a stable equilibrium")
+    assert f"{failed} without a stable equilibrium" in done.stderr
+    assert failed >= tips["x_m"].isna().sum() > 0
+
+
 @pytest.mark.parametrize(
     ("place", "said"),
     [("none/out.csv", "there is no folder"), ("out.txt", "a .csv or a .parquet file"), ("taken.csv", "is a folder")],

@@ -34,6 +34,7 @@ def refusal(path, text):
         ("sequence,step,cable_1_n\na,1,\n", "row 1: empty; write 0 for no load"),
         ("sequence,step,cable_1_n\na,1,30\na,2,-2\n", "row 2 is -2: a cable cannot push"),
         ("sequence,step,cable_1_n\n,1,30\n", "column sequence: row 1: empty; every row needs its sequence"),
+        ("sequence,step,cable_1_n\n \u2003,1,30\n", "column sequence: row 1: empty; every row needs its sequence"),
         ("sequence,step,cable_1_n\na,first,30\n", "column step: row 1 holds 'first', not a number"),
         ("sequence,step,cable_1_n,slip_1\na,1,3,0.5\n", "row 1: must be -1"),
         ("sequence,step,cable_1_n,cable_1_kg\na,1,3,3\n", "cable_1_n and cable_1_kg exclude each other"),

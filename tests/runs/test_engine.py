@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -124,6 +125,24 @@ def test_workers_compute_with_one_thread_whatever_the_environment_asks(monkeypat
     found = {}
     run_tasks(threads, {7: None}, found.__setitem__)
     assert found[7][0].value == ({1}, "1")
+
+
+def pages(task):
+    """Pages of memory that the system hands out for 64 arrays of a MiB."""
+    import resource
+
+    import numpy as np
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    arrays = [np.ones(2**17) for _ in range(64)]
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before if arrays else 0
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other systems keep freed memory as they like")
+def test_a_worker_keeps_the_memory_that_a_task_has_freed_for_the_next_one():
+    found = {}
+    run_tasks(pages, [0, 1, 2], found.__setitem__)
+    assert max(found[number][0].value for number in (1, 2)) < 64 * 256 / 8
 
 
 def test_an_error_in_the_caller_leaves_no_workers():

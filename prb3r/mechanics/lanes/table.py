@@ -7,6 +7,7 @@ beside lane.
 
 import math
 import operator
+from functools import cache
 
 import numpy as np
 from numba.core import cgutils, types
@@ -15,6 +16,7 @@ from numba.core.datamodel import models, register_default
 from numba.core.imputils import impl_ret_borrowed, lower_builtin, lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import intrinsic
+from numba.np.numpy_support import from_dtype
 
 from prb3r.mechanics.lanes.number import IN_LANES, LANE_VECTOR, LANES
 
@@ -25,6 +27,13 @@ SHARED_BY_LANES = {
 """Fields of records that are the same in all lanes."""
 
 
+@cache
+def record_type(layout: np.dtype) -> types.Record:
+    """Numba's type of records of a `layout`; to make one takes as long as to solve a hundred loads."""
+    return from_dtype(layout)
+
+
+@cache
 def in_lanes_of(record: types.Record) -> dict[str, tuple[int, tuple[int, ...]]]:
     """Position (in numbers) and shape of each field of a `record` that differs from lane to lane, by its name."""
     places, place = {}, 0
@@ -38,12 +47,12 @@ def in_lanes_of(record: types.Record) -> dict[str, tuple[int, tuple[int, ...]]]:
     return places
 
 
-def room_in_lanes(records: np.ndarray, kind: types.Record) -> np.ndarray:
+def room_in_lanes(records: np.ndarray) -> np.ndarray:
     """(..., width, `LANES`) array of zeros for those numbers of `records` that differ from lane to lane.
 
-    `kind` is Numba's type of a record; the width is the count of such numbers in it.
+    The width is the count of such numbers in a record.
     """
-    width = sum(math.prod(shape) for _, shape in in_lanes_of(kind).values())
+    width = sum(math.prod(shape) for _, shape in in_lanes_of(record_type(records.dtype)).values())
     return np.zeros((*records.shape, width, LANES))
 
 

@@ -44,6 +44,8 @@ def is_empty(values: pd.Series) -> pd.Series:
     """Whether each cell of a column is empty."""
     if _plain(values):
         return values.isna()
+    if values.dtype == "str":
+        return values.isna() | (values.str.strip() == "")
     return values.isna() | values.map(lambda cell: isinstance(cell, str) and not cell.strip()).astype(bool)
 
 

@@ -23,10 +23,12 @@ from prb3r.runs.tasks import Fate, Job, Workers
 from prb3r.runs.threads import LINEAR_ALGEBRA
 
 ENVIRONMENT = dict.fromkeys((*LINEAR_ALGEBRA, "NUMBA_NUM_THREADS"), "1") | {
-    "PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", "")
+    "PYTHONFAULTHANDLER": os.environ.get("PYTHONFAULTHANDLER", ""),
+    "MALLOC_MMAP_THRESHOLD_": str(2**25),
+    "MALLOC_TRIM_THRESHOLD_": str(2**27),
 }
 """Environment of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless the user
-asks for it."""
+asks for it; and up to 128 MiB that one task frees are kept for the next (by glibc; other systems do not know these)."""
 
 
 _KEPT: dict[int, list[Any]] = {}
