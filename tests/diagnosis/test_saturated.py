@@ -60,6 +60,28 @@ def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
     assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)
 
 
+def test_elimination_tries_another_effect_where_a_fit_loses_its_valley(doubted, full, monkeypatch):
+    tried = []
+
+    def losing(fitted, number, *rest):
+        """The first effect to go takes the valley with it: its fit stays at the start of the search."""
+        tried.append(fitted.model.hypotheses[number])
+        if len(tried) > 1:
+            return without_effect(fitted, number, *rest)
+        fewer, friction = fitted.model.without(number), doubted.fitted.model.friction(doubted.fitted.p)
+        sizes = (hypothesis.starts(friction)[0] for hypothesis in fewer.hypotheses)
+        return fit(fewer, np.concatenate([doubted.fitted.p, *sizes]), most=1)
+
+    plain = eliminated(full, doubted.search)[1]
+    monkeypatch.setattr("prb3r.diagnosis.search.saturated.without_effect", losing)
+    found = eliminated(full, doubted.search)[1]
+    assert tried[0] not in plain.model.hypotheses
+    assert tried[0] in found.model.hypotheses
+    assert tried[1] not in found.model.hypotheses
+    worth = [log_evidence(each, doubted.search.log_odds) for each in (full, found)]
+    assert worth[1] > worth[0] - full.model.settings.useful_reach
+
+
 def test_all_at_once_takes_away_most_of_what_constants_leave(doubted, full):
     assert doubted.fitted.reduced > 10
     assert full.reduced < 0.5 * doubted.fitted.reduced
