@@ -13,10 +13,11 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.search import twins as twins_module
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus, of_stops
+from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus, twins_of
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import closing_angles
 from prb3r.recording.recording import Prior
@@ -104,7 +105,7 @@ def test_plates_that_dissipate_are_looked_at_as_plates_on_plateaus_that_give_bac
 TOUCHING = (("kind", "disk_contact"), ("angle_rad", 0.1), ("stiffness_n_m_per_rad", 40.0))
 
 
-def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_round():
+def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_round(monkeypatch):
     """At 0.1 rad; notches of this rig close a little later beyond the end of its inner cables."""
     calibrated = fit_constants(predictor(recorded(Case(hidden=(TOUCHING,)))))
     predict = calibrated.model.predict
@@ -113,16 +114,27 @@ def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_
     disks = next(each for each in library if each.kind == "disk_contact")
     starts = [np.concatenate([calibrated.p, start]) for start in disks.starts(0.3)]
     touching = min((fit(calibrated.model.adding(disks), start) for start in starts), key=lambda found: found.chi2)
-    twins = {twin.model.hypotheses[0].name: twin for twin in of_stops(touching, library)}
+    begun = []
+    monkeypatch.setattr(
+        twins_module, "fit", lambda model, start: begun.append(model.effects(start)) or fit(model, start)
+    )
+    twins = {twin.model.hypotheses[0].name: twin for twin in twins_of(touching, library)}
     assert set(twins) == {"notch_closing", "notch_closing (side negative)", "notch_closing (side positive)"}
     closing = twins["notch_closing"]
     assert calibrated.chi2 - closing.chi2 > 0.95 * (calibrated.chi2 - touching.chi2) > 50
     assert twins["notch_closing (side negative)"].chi2 > closing.chi2 + 10
-    angles = closing.effects[0].factor * closing_angles(predict.chain.arc, predict.recording.manipulator)
-    assert angles.min() < 0.1 < 1.05 * angles.max()
-    (back,) = of_stops(closing, library)
+    closes = closing_angles(predict.chain.arc, predict.recording.manipulator)
+    for (started,) in [*begun, closing.effects]:  # where disks were found to touch, before and after the fit
+        angles = started.factor * closes
+        assert angles.min() < 0.1 < 1.05 * angles.max()
+        assert started.stiffness_n_m_per_rad == pytest.approx(touching.effects[0].stiffness_n_m_per_rad, rel=0.2)
+    (back,) = twins_of(closing, library)
     assert back.effects[0].angle_rad == pytest.approx(touching.effects[0].angle_rad, rel=1e-3)
-    assert not list(of_stops(touching, [disks]))
+    assert not list(twins_of(touching, [disks]))
+    beside = touching.model.adding(twins["notch_closing (side negative)"].model.hypotheses[0])
+    both = fit(beside, np.concatenate([touching.p, [0.0, 0.0]]), most=1)
+    kinds = {tuple(each.kind for each in twin.model.hypotheses) for twin in twins_of(both, library)}
+    assert not kinds  # a manipulator has either stop but once
 
 
 STIFF = (("kind", "segment_stiffness"), ("segment", 1), ("factor", 1.7))

@@ -15,6 +15,10 @@ from prb3r.recording.recording import Kind, Recording
 Place = Mapping[str, Any]
 """The parameters of an effect that say where it sits, by name; several cables or plates as a tuple."""
 
+READ_SHARE = 0.95
+"""Share of the bends as read by which the farthest one is told.  Choice: up to one gross reading in twenty, many more
+than are usual, does not count."""
+
 
 class Scope(NamedTuple):
     """A recording with its nominal chain and the bends of its calibrated model.
@@ -117,10 +121,10 @@ class Scope(NamedTuple):
 
     @property
     def farthest_bend(self) -> float:
-        """The larger of `largest_bend` and of what 95 % of the bends as read do not exceed (none is, if only positions
-        are read), rad: plates that soften bend much further than calibrated constants let them."""
+        """The larger of `largest_bend` and of what the share `READ_SHARE` of the bends as read does not exceed, rad: plates
+        that soften bend much further than calibrated constants let them.  Of positions alone no bend is read."""
         read = np.abs(self.bend_read[np.isfinite(self.bend_read)])
-        return max(self.largest_bend, float(np.quantile(read, 0.95)) if read.size else 0.0)
+        return max(self.largest_bend, float(np.quantile(read, READ_SHARE)) if read.size else 0.0)
 
     @property
     def curvature(self) -> float:
