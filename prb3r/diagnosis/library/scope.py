@@ -121,8 +121,10 @@ class Scope(NamedTuple):
 
     @property
     def farthest_bend(self) -> float:
-        """The larger of `largest_bend` and of what the share `READ_SHARE` of the bends as read does not exceed, rad: plates
-        that soften bend much further than calibrated constants let them.  Of positions alone no bend is read."""
+        """The larger of `largest_bend` and of what the share `READ_SHARE` of the bends as read does not exceed, rad.
+
+        Plates that soften bend much further than calibrated constants let them.  Of positions alone no bend is read.
+        """
         read = np.abs(self.bend_read[np.isfinite(self.bend_read)])
         return max(self.largest_bend, float(np.quantile(read, READ_SHARE)) if read.size else 0.0)
 
