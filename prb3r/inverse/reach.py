@@ -156,11 +156,12 @@ def held_loads(chain: Chain, pulls: list[Found | None]) -> Loads:
     """
     tension, slip = np.zeros((2, len(pulls), len(chain.reach)))
     for step, pull in enumerate(pulls):
-        first = not step
-        held = (0.0, -1.0) if first else (tension[step - 1], slip[step - 1])
+        held = (tension[step - 1], slip[step - 1]) if step else (0.0, -1.0)
         tension[step], slip[step] = held if pull is None else (pull.tension, pull.slip)
-    elapsed, travel = np.arange(float(len(pulls)))[:, None], tension_travel(tension, slip, np.arange(len(pulls)) == 0)
-    return loads(chain, tension, slip)._replace(elapsed=elapsed, travel=travel)
+    number = np.arange(len(pulls))
+    return loads(chain, tension, slip, elapsed=number[:, None])._replace(
+        travel=tension_travel(tension, slip, number == 0)
+    )
 
 
 def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:

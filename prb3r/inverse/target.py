@@ -83,7 +83,7 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
         problems.append(Problem(_place_of(path), f"a path and {', '.join(wanted)} exclude each other"))
     try:
         rows = target_rows(pd.DataFrame([wanted]) if path is None else path)
-        problems += [Problem("target" if path is None else _place_of(path), what) for what in beyond(chain, rows)]
+        problems += [Problem("target" if path is None else _place_of(path), what) for what in out_of_reach(chain, rows)]
     except SpecError as error:
         problems += error.problems
     if problems:
@@ -91,7 +91,7 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
     return chain_targets(chain, int(number), rows)
 
 
-def beyond(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]:
+def out_of_reach(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]:
     """What is wrong with targets that are far out of reach, most likely in another unit: a sentence for each coordinate
     of which there is such a target."""
     farthest = {

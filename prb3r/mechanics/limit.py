@@ -40,7 +40,14 @@ def limit_load(
     from_rest : grow the last step's loads from zero, without the steps before; else follow `path` and grow from there.
     most : largest factor that is tried.
     tolerance : relative accuracy of the factor.
+
+    Raises
+    ------
+    ValueError
+        If moments of the chain follow the state (`chain.closure`): they are not followed to a limit.
     """
+    if chain.closure:
+        raise ValueError("moments that follow the state (empirical_moment) are not followed to a limit")
     start = 0.0 if from_rest else 1.0
     last = Loads(*(field[-1:] for field in path))
     before = Loads(*(field[:0] for field in path)) if from_rest else path

@@ -16,15 +16,12 @@ from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.paths import keys_of_path, require_known, value_at
 from prb3r.model.step_checks import column_names
-from prb3r.model.steps import pulled_otherwise
+from prb3r.model.steps import with_tensions
 from prb3r.quantities import unit_ending
 
 RELATIVE_STEP = 1e-5
 """Change of a parameter to either side for differences, over its size."""
-SIZE_OF_ZERO = {
-    **{"_m": 1e-2, "_m2": 1e-2, "_per_m": 1.0, "_n": 1.0, "_n_m2": 0.1, "_m_s2": 1.0},
-    "_rad_per_n_m": 1e-9,
-}
+SIZE_OF_ZERO = {"_m": 1e-2, "_m2": 1e-2, "_per_m": 1.0, "_n": 1.0, "_n_m2": 0.1, "_m_s2": 1.0, "_rad_per_n_m": 1e-9}
 """Size that stands for a parameter whose value is zero, by the unit ending of its name; 0.1 for all other endings.  For
 a compliance, that of the hinge by which a rigid clamp is computed (`hinges.RIGID`) where plates have 10 N m/rad."""
 
@@ -88,13 +85,13 @@ def changed_loads(manipulator: Manipulator, chain: Chain, loads: Loads, numbers:
     if path.startswith("tension."):
         factor = np.ones(len(chain.reach))
         factor[manipulator.cable_names.index(path.removeprefix("tension."))] = value
-        return pulled_otherwise(loads, loads.tension * factor, np.arange(loads.steps) == 0)
+        return with_tensions(loads, loads.tension * factor, np.arange(loads.steps) == 0)
     _, number, column = path.split(".", 2) if path.startswith("step.") else ("", "", path)
     added = value * (np.ones(len(numbers)) if number == "" else (numbers == int(number)))
     if cable := re.fullmatch(r"cable_(.+)_n", column):
         column_of = np.arange(len(chain.reach)) == manipulator.cable_names.index(cable[1])
         tension = loads.tension + added[:, None] * column_of
-        return pulled_otherwise(loads, tension, np.arange(loads.steps) == 0)
+        return with_tensions(loads, tension, np.arange(loads.steps) == 0)
     if column.startswith("tip_"):
         return loads._replace(tip=loads.tip + added[:, None] * [column == "tip_x_n", column == "tip_y_n"])
     disk, axis, _ = column.split("_")

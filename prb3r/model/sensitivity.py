@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
-from prb3r.mechanics.derivatives.sensitivity import Direction, OtherKind, direction
+from prb3r.mechanics.derivatives.sensitivity import Direction, OtherKindError, direction
 from prb3r.model.given import of_given
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.manipulator import Manipulator
@@ -68,7 +68,7 @@ def sensitivities(
         directions = _directions(manipulator, steps, index, sequence, known)
         try:
             tables.append(_table(manipulator, sequence, known, directions))
-        except OtherKind as error:
+        except OtherKindError as error:
             path, value = known[error.number].path, known[error.number].value
             what = f"{path}: cannot change smoothly at {value:g}, at the end of what it can be"
             raise SpecError(Problem("parameters", what)) from None

@@ -168,7 +168,7 @@ def tension_travel(tension: np.ndarray, slip: np.ndarray, begins: np.ndarray) ->
     return total - np.maximum.accumulate(np.where(starts, total - change, 0.0), axis=0)
 
 
-def pulled_otherwise(loads: Loads, tension: np.ndarray, begins: np.ndarray) -> Loads:
+def with_tensions(loads: Loads, tension: np.ndarray, begins: np.ndarray) -> Loads:
     """The loads with other tensions (s, m), N, and the travel and the rates that follow from these.
 
     `begins` (s,) is whether a step is the first of its sequence.

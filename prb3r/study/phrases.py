@@ -42,8 +42,9 @@ def listed_names(names: Sequence[str]) -> str:
     return listed(names)
 
 
-FAILURE_IN_WORDS = {CASE_FAILED: "failed", CASE_CRASHED: "crashed", Outcome.DETOUR.label: "reached by a detour alone"}
-"""What is said of cases by their outcome; of all others but converged ones, that they have no stable equilibrium."""
+NO_EQUILIBRIUM = "without a stable equilibrium"
+FAILURE_IN_WORDS = {Outcome.DETOUR.label: "reached by a detour alone", CASE_FAILED: "failed", CASE_CRASHED: "crashed"}
+"""What is said of cases by their outcome; `NO_EQUILIBRIUM` of all others but converged ones."""
 
 
 def failures_in_words(outcomes: Mapping[str, int], of: str = "") -> str:
@@ -51,12 +52,11 @@ def failures_in_words(outcomes: Mapping[str, int], of: str = "") -> str:
 
     Such as `2 without a stable equilibrium and 1 failed`; `of` follows the first number: `2 of them ...`.
     """
-    counts: dict[str, int] = {}
+    counts = dict.fromkeys((NO_EQUILIBRIUM, *FAILURE_IN_WORDS.values()), 0)
     for outcome, count in outcomes.items():
-        if outcome != Outcome.CONVERGED.label and count:
-            words = FAILURE_IN_WORDS.get(outcome, "without a stable equilibrium")
-            counts[words] = counts.get(words, 0) + count
-    told = sorted(counts.items(), key=lambda item: item[0], reverse=True)
+        if outcome != Outcome.CONVERGED.label:
+            counts[FAILURE_IN_WORDS.get(outcome, NO_EQUILIBRIUM)] += count
+    told = [(words, count) for words, count in counts.items() if count]
     return listed([f"{count:,} {of * (not k)}{words}" for k, (words, count) in enumerate(told)]) if told else ""
 
 

@@ -194,10 +194,8 @@ def sobol_table(blocks: np.ndarray) -> np.ndarray:
 def _sobol(blocks: np.ndarray) -> np.ndarray:
     """(2, factors) first-order and total indices from the values `blocks` of a metric, see `sobol_table`."""
     factors = len(blocks) - 2
-    mixed = np.concatenate([blocks[2:], blocks[-1:]])[
-        :, None
-    ]  # one more, as scipy fails on single ones that are constant
-    evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": mixed}
+    mixed = np.concatenate([blocks[2:], blocks[-1:]])  # the last one twice: scipy fails on a single constant one
+    evaluated = {"f_A": blocks[:1], "f_B": blocks[1:2], "f_AB": mixed[:, None]}
     indices = scipy.stats.sobol_indices(func=evaluated, n=blocks.shape[1])
     return np.stack([indices.first_order.ravel()[:factors], indices.total_order.ravel()[:factors]])
 

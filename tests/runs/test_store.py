@@ -1,5 +1,6 @@
 """Tables say what they hold, appear whole or not at all, and do not remember how they were computed."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -12,8 +13,8 @@ from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
 from prb3r.runs.files import ensure_writable
 from prb3r.runs.parts import KEY_TYPE, Parts, gathered, part_name, rows_of_states, state_counts
-from prb3r.runs.sealed import read_sealed, write_sealed
-from prb3r.runs.states import States
+from prb3r.runs.sealed import HEADER, is_sealed, read_sealed, write_sealed
+from prb3r.runs.states import States, as_slice
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
@@ -93,11 +94,31 @@ def test_what_is_read_back_is_what_was_written_or_nothing(tmp_path):
         flipped[place] ^= 1 << int(rng.integers(8))
         path.write_bytes(flipped)
         assert read_sealed(path, "cases a") is None, place
+        assert not is_sealed(path, "cases a"), place
     for cut in (0, 1, 63, 64, 65, len(good) // 2, len(good) - 1):
         path.write_bytes(good[:cut])
         assert read_sealed(path, "cases a") is None
+        assert not is_sealed(path, "cases a")
     path.write_bytes(good + b"x")
     assert read_sealed(path, "cases a") is None
+    path.write_bytes(good)
+    assert is_sealed(path, "cases a")
+    assert not is_sealed(path, "states a")
+
+
+def test_a_table_with_the_digest_of_earlier_versions_counts_as_missing(tmp_path):
+    path = tmp_path / "a.cases"
+    write_sealed(path, "cases a", TABLE)
+    content = path.read_bytes()[HEADER:]
+    before = b"prb3r sealed 1\n\0" + hashlib.blake2b(content, digest_size=16).digest()
+    path.write_bytes(before.ljust(HEADER, b"\0") + content)
+    assert read_sealed(path, "cases a") is None
+    assert not is_sealed(path, "cases a")
+
+
+@pytest.mark.parametrize("rows", [[4], [2, 3, 4], [0, 2, 1, 3], [1, 1, 3], [3, 2, 1], [0, 2]])
+def test_rows_are_picked_as_they_are_numbered(rows):
+    assert np.arange(10)[as_slice(np.array(rows))].tolist() == rows
 
 
 def cases(*numbers):

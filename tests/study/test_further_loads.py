@@ -9,7 +9,7 @@ import pytest
 import prb3r
 from prb3r.study.chunk import Chunk
 from prb3r.study.plan import plan_study
-from prb3r.study.work import solve_chunk
+from prb3r.study.work import solve_cases, solve_chunk
 
 MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
 NAMES = ["cable_1_n", "cable_3_n"]
@@ -58,6 +58,22 @@ def test_compliance_is_what_a_small_force_does(tmp_path):
             ends.append(states.loc[states["disk"] == 14, ["x_m", "y_m"]].to_numpy()[-1])
     moved = np.array([ends[0] - ends[1], ends[2] - ends[3]]) / 0.02
     assert row["tip_compliance_m_per_n"] == pytest.approx(np.linalg.norm(moved, 2), rel=1e-6)
+
+
+@pytest.mark.parametrize("initial", ["", "[initial]\ncable_1_n = 10.0\n"], ids=["from rest", "from an initial load"])
+def test_the_last_loads_once_more_move_nothing(initial, tmp_path):
+    """Under slip that remembers the path and moments that grow with time, of which no more passes."""
+    grows = {"kind": "empirical_moment", "terms": [{"of": "time", "coefficient": 1.0}]}
+    (tmp_path / "rig.toml").write_text(rig(grows).replace("friction.direction", "history").to_toml())
+    steps = "".join(f"[[step]]\ncable_1_n = {one}\ncable_3_n = {three}\n" for one, three in LETTING_GO)
+    head = 'name = "further"\ntitle = "Further"\nmanipulator = "rig.toml"\n'
+    (tmp_path / "further.toml").write_text(head + initial + steps)
+    (family,) = plan_study(tmp_path / "further.toml").cases.families
+    manipulator = family.manipulator()
+    solved = solve_cases(family, manipulator, manipulator.chain())
+    again = solved.continued(solved.last)
+    assert again.y[0] == pytest.approx(solved.states.y[-1], abs=1e-9)
+    assert np.abs(np.diff(solved.states.y[-2:, -1])) > 1e-3
 
 
 @pytest.mark.parametrize("effect", [EXCESS, PLAY], ids=["excess", "play"])

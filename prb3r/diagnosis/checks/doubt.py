@@ -15,7 +15,7 @@ from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.settings import Settings
-from prb3r.model.steps import pulled_otherwise
+from prb3r.model.steps import with_tensions
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
@@ -85,7 +85,7 @@ def likeliest(predict: Predictor, noise: Noise, solved: Solution, step: int, set
     def other(cable: int, factor: float) -> OtherWeight:
         tension = loads.tension.copy()
         tension[step, cable] *= factor
-        pulled = pulled_otherwise(loads, tension, predict.recording.begins)
+        pulled = with_tensions(loads, tension, predict.recording.begins)
         predicted = predict(solved.constants, solved.effects, pulled)
         misfit = np.sum((predict.misfit(predicted)[there] / noise.sd[there]) ** 2)
         return OtherWeight(NotedWeight(step, cable), float(np.nan_to_num(misfit, nan=np.inf)), predicted)

@@ -13,7 +13,7 @@ from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.mechanics.chain import Chain, Loads, arriving, no_loads
 from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities, derivatives
 from prb3r.model.laws.derivatives import sensitivities_under_law
-from prb3r.model.steps import pulled_otherwise
+from prb3r.model.steps import with_tensions
 from prb3r.recording.recording import Kind
 
 CHANGE = 1e-5
@@ -116,7 +116,7 @@ def tension_response(predict: Predictor, solved: Solution) -> np.ndarray:
         def problem(change: float) -> tuple[Chain, Loads]:
             changed = tension.copy()
             changed[steps, cable] *= 1 + change
-            return chain, pulled_otherwise(solved.loads, changed, begins)
+            return chain, with_tensions(solved.loads, changed, begins)
 
         return across(problem, interval(0.0))
 

@@ -116,7 +116,7 @@ def derivatives(solved: SolvedPath, directions: Sequence[Direction]) -> Sensitiv
     return Sensitivities(equilibria, pose[0], pose[1], pose[2], tension, slip)
 
 
-class OtherKind(ValueError):
+class OtherKindError(ValueError):
     """A direction that changes the kind of the chain or of its loads, not numbers alone; `number` counts from 0."""
 
     def __init__(self, number: int) -> None:
@@ -135,7 +135,7 @@ def _sides_of(solved: SolvedPath, directions: Sequence[Direction]) -> list[Neigh
             if chain.closure:
                 raise ValueError(FOLLOWS_STATE)
             if not _of_one_kind(side, problem):
-                raise OtherKind(number)
+                raise OtherKindError(number)
             out.append(side)
     return out
 

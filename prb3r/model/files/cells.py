@@ -75,12 +75,12 @@ def _remedy(cell: object) -> str:
     """How a text that people read as a number is written, as the ending of a message; empty for all else."""
     if not isinstance(cell, str):
         return ""
-    for sought, remedy in (
-        (r"[,.'\s]", "write a decimal point, and nothing between thousands"),
-        ("[\u2212\u2013]", "write a hyphen for minus"),
-        (r"[^\d.,eE+-]+$", "write the number alone, in the unit that the name of the column ends with"),
+    for sought, instead, remedy in (
+        (r"[,.'\s]", "", "write a decimal point, and nothing between thousands"),
+        ("[\u2212\u2013]", "-", "write a hyphen for minus"),
+        (r"[^\d.,eE+-]+$", "", "write the number alone, in the unit that the name of the column ends with"),
     ):
-        bare = re.sub(sought, "-" if "\u2212" in sought else "", cell)
+        bare = re.sub(sought, instead, cell)
         if bare != cell and pd.notna(pd.to_numeric(bare, errors="coerce")):
             return f"; {remedy}"
     return ""

@@ -48,7 +48,7 @@ def csv_frame(text: str, where: str) -> pd.DataFrame:
         try:
             frame = _parsed(text, names)
         except (pd.errors.ParserWarning, pd.errors.ParserError) as error:
-            frame = _parsed(text, _with_names_of_nothing(text, names, error))
+            frame = _parsed(text, _with_nameless_columns(text, names, error))
         return _named(frame)
     except csv.Error as error:
         raise SpecError(Problem(where, f"is not a readable table: {error}")) from None
@@ -105,7 +105,7 @@ def _meant(cell: Any) -> Any:
     return cell[1:] if cell.startswith("'") and MARKED.match(cell) else cell
 
 
-def _with_names_of_nothing(text: str, names: Sequence[str], error: Exception) -> list[str]:
+def _with_nameless_columns(text: str, names: Sequence[str], error: Exception) -> list[str]:
     """The names, and an empty one for every cell of the longest row beyond them.
 
     Raises

@@ -28,7 +28,8 @@ ENVIRONMENT = dict.fromkeys((*LINEAR_ALGEBRA, "NUMBA_NUM_THREADS"), "1") | {
     "MALLOC_TRIM_THRESHOLD_": str(2**27),
 }
 """Environment of a worker: one thread, as more would change the last bits of sums; no dump of a crash unless the user
-asks for it; and up to 128 MiB that one task frees are kept for the next (by glibc; other systems do not know these)."""
+asks for it; and up to 128 MiB that one task frees are kept for the next (by glibc; other systems do not know these).
+Choice: blocks up to 32 MiB, the most that glibc allows, are kept, and of these a few."""
 
 
 _KEPT: dict[int, list[Any]] = {}

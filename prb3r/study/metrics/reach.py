@@ -17,8 +17,8 @@ from prb3r.study.workspace import area, outline, tips_reached
 class Workspace(Metric):
     """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
 
-    Loads that bring a plate nearer to yield than the factor
-    `safety` do not count, where the manipulator gives a yield stress.
+    Loads that bring a plate nearer to yield than the factor `safety` do not count, where the manipulator gives a yield
+    stress.
     """
 
     kind: Literal["workspace"]

@@ -77,6 +77,4 @@ class LimitLoad(Metric):
         return [Quantity("limit_load_factor", "", "1", meaning)]
 
     def values(self, case: Solved) -> Sequence[float]:
-        if case.chain.closure:
-            raise ValueError("moments that follow the state (empirical_moment) are not followed to a limit")
         return [limit_load(case.chain, case.loads, from_rest=self.since == "rest", most=self.up_to).factor]
