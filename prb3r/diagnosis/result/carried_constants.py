@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.result.same_rig import same_geometry, stiffness_ratio
+from prb3r.diagnosis.result.same_rig import modulus_ratio, same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import EdgeWrap
@@ -42,7 +42,7 @@ def carried_constants(
     """
     stiffness, one_rig = constants.log_stiffness, same_geometry(here, there)
     if one_rig:
-        stiffness += np.log(stiffness_ratio(here, there))  # it is as stiff as it was, whatever its file states
+        stiffness += np.log(modulus_ratio(here, there))  # it is as stiff as it was, whatever its file states
     elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
         stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
     scatter = None if one_rig else plate_scatter(effects, here, most_faults)
