@@ -12,6 +12,9 @@ from prb3r.model.effects.base import Side
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Kind, Recording
 
+BELIEVED = 0.95
+"""Share of the bends as read that may set how far plates bend.  Choice: one reading in twenty may be misread."""
+
 Place = Mapping[str, Any]
 """The parameters of an effect that say where it sits, by name; several cables or plates as a tuple."""
 
@@ -117,10 +120,10 @@ class Scope(NamedTuple):
 
     @property
     def farthest_bend(self) -> float:
-        """The larger of `largest_bend` and of what 95 % of the bends as read do not exceed (none is, if only positions
-        are read), rad: plates that soften bend much further than calibrated constants let them."""
+        """The larger of `largest_bend` and of what a share `BELIEVED` of the bends as read do not exceed (none is, if
+        only positions are read), rad: plates that soften bend much further than calibrated constants let them."""
         read = np.abs(self.bend_read[np.isfinite(self.bend_read)])
-        return max(self.largest_bend, float(np.quantile(read, 0.95)) if read.size else 0.0)
+        return max(self.largest_bend, float(np.quantile(read, BELIEVED)) if read.size else 0.0)
 
     @property
     def curvature(self) -> float:
