@@ -104,7 +104,7 @@ def test_plates_that_dissipate_are_looked_at_as_plates_on_plateaus_that_give_bac
 TOUCHING = (("kind", "disk_contact"), ("angle_rad", 0.1), ("stiffness_n_m_per_rad", 40.0))
 
 
-def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_round():
+def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_round(monkeypatch):
     """At 0.1 rad; notches of this rig close a little later beyond the end of its inner cables."""
     calibrated = fit_constants(predictor(recorded(Case(hidden=(TOUCHING,)))))
     predict = calibrated.model.predict
@@ -113,6 +113,13 @@ def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_
     disks = next(each for each in library if each.kind == "disk_contact")
     starts = [np.concatenate([calibrated.p, start]) for start in disks.starts(0.3)]
     touching = min((fit(calibrated.model.adding(disks), start) for start in starts), key=lambda found: found.chi2)
+    begun = []
+
+    def begin(model, start):
+        begun.append(float(np.sum(model.residuals(start, model.solve(start)) ** 2)))
+        return fit(model, start)
+
+    monkeypatch.setattr("prb3r.diagnosis.search.twins.fit", begin)
     twins = {twin.model.hypotheses[0].name: twin for twin in of_stops(touching, library)}
     assert set(twins) == {"notch_closing", "notch_closing (side negative)", "notch_closing (side positive)"}
     closing = twins["notch_closing"]
@@ -122,6 +129,8 @@ def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_
     assert angles.min() < 0.1 < 1.05 * angles.max()
     (back,) = of_stops(closing, library)
     assert back.effects[0].angle_rad == pytest.approx(touching.effects[0].angle_rad, rel=1e-3)
+    starts = dict(zip([*twins, "back"], begun, strict=True))  # stops to both sides at which plates bend as they did
+    assert [starts[name] for name in ("notch_closing", "back")] == pytest.approx([closing.chi2, back.chi2], rel=0.01)
     assert not list(of_stops(touching, [disks]))
 
 
