@@ -49,13 +49,13 @@ class Carried:
     """Errors of the calibrated and of the explained model on it."""
     without: tuple[HeldOut | None, ...]
     """For each named effect the errors of the model without it, in the place of the calibrated one, and of the chosen
-    model; None where there is no fit without it."""
+    model; None where the effect is left behind, or where there is no fit without it."""
     same_geometry: bool
     """Whether it is of the same manipulator but for constants and names."""
     effects: tuple[Effect, ...]
     """Effects that were carried over, as they act there."""
     left_behind: tuple[str, ...]
-    """Effects that could not be carried over, each with the reason."""
+    """Effects and constants that could not be carried over, each with the reason."""
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
@@ -80,7 +80,10 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     chosen = seen(named)
 
     def errors_without(effect: NamedEffect) -> HeldOut | None:
-        return None if effect.without is None else compared(predict, noise, seen(effect.without), chosen)
+        rest = effect.without
+        if rest is None or len(carried_effects(rest.effects, nominal, other, most)[0]) == len(carried):
+            return None
+        return compared(predict, noise, seen(rest), chosen)
 
     return Carried(
         heldout=compared(predict, noise, calibrated, explained),
