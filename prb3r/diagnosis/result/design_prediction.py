@@ -86,7 +86,9 @@ def predict_design(
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     if left:
-        remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
+        remarks.append(
+            "what is left behind is there as the design's file has it, or absent, and the bands hold nothing of it"
+        )
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
 
