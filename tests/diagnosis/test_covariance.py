@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.fit.basis import basis_of, singular
+from prb3r.diagnosis.fit.basis import basis_of, left_singular
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
@@ -61,13 +61,13 @@ def test_scatter_lets_a_common_error_of_a_tension_pass_that_reading_noise_alone_
 
 def test_singular_vectors_come_back_where_divide_and_conquer_fails(monkeypatch):
     columns = np.random.default_rng(2).standard_normal((9, 3)) @ np.diag([1.0, 1e-3, 0.0])
-    axes, size = singular(columns)
+    axes, size = left_singular(columns)
 
     def fails(*_, **__):
         raise np.linalg.LinAlgError("SVD did not converge")
 
     monkeypatch.setattr(np.linalg, "svd", fails)
-    slowly, as_large = singular(columns)
+    slowly, as_large = left_singular(columns)
     np.testing.assert_allclose(as_large, size, atol=1e-12)
     np.testing.assert_allclose(np.abs(axes[:, :2].T @ slowly[:, :2]), np.eye(2), atol=1e-9)
     assert basis_of(columns).shape == (9, 2)

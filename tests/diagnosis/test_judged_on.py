@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 from diagnosis.planted import in_kilograms, other_cables
-from diagnosis.simulated import WEAK, Case, recorded
+from diagnosis.simulated import WEAK, Case, diagnosed, recorded
 
 from prb3r import SpecError
+from prb3r.diagnosis.result.transfer import on_other
 from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
 
 LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
@@ -43,6 +44,19 @@ def test_each_effect_has_its_gain_on_the_other_recordings(judged):
     gains = {effect.kind: effect.heldout_gain for effect in judged.effects}
     assert set(gains) == {"pulley_friction", "weakened_plate"}
     assert all(0.9 < gain <= 1 for gain in gains.values())
+    prediction = on_other(judged, other(5))
+    for without in prediction.without:  # the other effect alone explains more than none, and less than both
+        assert 2 * prediction.heldout.chi2_explained < without.chi2_calibrated < prediction.heldout.chi2_calibrated
+
+
+def test_a_rig_without_an_effect_does_not_tell_what_it_is_worth():
+    """A weak plate is a fault of one rig: on one with longer clamps the constants found beside it alone are judged."""
+    plain = recorded(Case(hidden=(), seed=5))
+    longer = plain.manipulator.replace("segment.1.clamp_m", 0.0085)
+    same, another = (on_other(diagnosed(), replace(plain, manipulator=rig)) for rig in (plain.manipulator, longer))
+    assert [error is None for error in same.without] == [False]
+    assert another.left_behind[0].startswith("weakened plate")
+    assert another.without == (None,)
 
 
 def test_a_blunder_in_the_steps_may_not_be_in_another_recording():

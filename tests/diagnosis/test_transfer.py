@@ -184,6 +184,18 @@ def test_a_coefficient_goes_with_the_turns_that_it_was_found_with():
         assert constants_left_behind(here, there, at_edges) == ()
 
 
+@pytest.mark.parametrize("place", [{"kind": "cable_friction"}, {"kind": "worn_hole", "disk": 2}])
+def test_a_coefficient_that_was_found_as_an_effect_goes_with_the_turns_too(place):
+    here = recorded(Case(hidden=())).manipulator
+    edges, rubs = here.replace("friction.wrap", "edges"), EFFECT_KINDS[place["kind"]](**place, coefficient=0.4)
+    carried, (said,) = carried_effects([rubs], here, edges)
+    assert carried == ()
+    assert said == f'{place["kind"].replace("_", " ")}, which goes with wrap = "net"'
+    assert carried_effects([rubs], here, here) == ((rubs,), ())
+    both = (EFFECT_KINDS["edge_wrap"](), rubs)
+    assert carried_effects(both, here, edges)[0] == both
+
+
 def test_an_umbilical_carries_over_to_a_rig_as_long():
     """Whatever its plates are; a tube of another length has another stiffness."""
     here = recorded(Case(hidden=())).manipulator

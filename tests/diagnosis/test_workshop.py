@@ -8,7 +8,7 @@ from diagnosis.simulated import diagnosed, manipulator
 
 from prb3r import predict
 from prb3r.diagnosis.result.files import write_record
-from prb3r.diagnosis.result.workshop import sd_taken_for_modulus
+from prb3r.diagnosis.result.workshop import common_stiffness_sd
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Tolerance
 
@@ -53,5 +53,5 @@ def test_a_band_is_as_wide_as_plates_made_each_and_in_segments_scatter(folder, s
 def test_what_no_recording_tells_from_the_modulus_is_in_the_bands():
     """The thickness of an only segment: of the recorded rig, of the other one, of both."""
     one, two, known = made_of(6), made_of(3, 3), Tolerance(thickness_relative=ROUGH)
-    shares = [sd_taken_for_modulus(here, there, known) for here in (one, two) for there in (one, two)]
+    shares = [common_stiffness_sd(here, there, known) for here in (one, two) for there in (one, two)]
     assert shares == pytest.approx([3 * ROUGH * np.sqrt(2), 3 * ROUGH, 3 * ROUGH, 0.0])

@@ -17,7 +17,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csr_array, diags_array
 
 from prb3r.diagnosis.evidence.repeated_loads import Match, matches
-from prb3r.diagnosis.fit.basis import singular
+from prb3r.diagnosis.fit.basis import left_singular
 from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, lasting_scatter, noise_correlation
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
@@ -160,7 +160,7 @@ def _deviance(
     tensions = of_sequences(recording, uncertain.tensions, level.lasting)
     white = solve_triangular(root, np.column_stack([weights @ misfit, weights @ tensions]), lower=True)
     left, columns = white[:, 0], white[:, 1:]
-    axes, size = singular(columns)
+    axes, size = left_singular(columns)
     along = (axes.T @ left) ** 2
     beside = max(float(left @ left - along.sum()), 0.0)
     first, last, count = settings.noise_scales

@@ -14,7 +14,7 @@ import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings
-from prb3r.diagnosis.fit.basis import all_at_once, projected_out, singular
+from prb3r.diagnosis.fit.basis import all_at_once, left_singular, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -102,7 +102,7 @@ def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternati
         return Alternative(subject, np.zeros((len(free), 0)), 0.0)
     first, basis = int(np.argmax(felt)), free[:, felt] / size[felt]
     if felt.sum() > 1:
-        axes, length = singular(basis)
+        axes, length = left_singular(basis)
         basis = axes[:, length > REPEATED]
     return Alternative(subject, basis, float(size[first]), first)
 

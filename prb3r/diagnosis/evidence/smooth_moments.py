@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.fit.basis import basis_of, singular
+from prb3r.diagnosis.fit.basis import basis_of, left_singular
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import moment_response
 from prb3r.diagnosis.settings import Settings
@@ -103,7 +103,7 @@ def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:
         over = _modes(alike, settings)
         moved = (on_arm[:, :, None] * over[readings.step][:, None, :]).reshape(readings.count, -1)
         white = fitted.model.noise.whiten(moved)
-        axes, size = singular(white - explained @ (explained.T @ white))
+        axes, size = left_singular(white - explained @ (explained.T @ white))
         felt = size**2 > FELT_SHARE * size[0] ** 2
         yield Field(axes[:, felt], size[felt] ** 2)
 

@@ -9,7 +9,7 @@ INDEPENDENT = 1e-8
 """Singular value, of columns scaled to length 1, up to which a direction is nothing but rounding."""
 
 
-def singular(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def left_singular(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Left singular vectors (r, min(r, k)) and singular values of `columns` (r, k), largest first.
 
     By divide and conquer; where that does not converge, as it may for columns of low rank, by QR iterations, which take
@@ -28,7 +28,7 @@ def basis_of(jacobian: np.ndarray) -> np.ndarray:
     columns = jacobian[:, size > 0] / size[size > 0]
     if not columns.size:
         return np.zeros((len(jacobian), 0))
-    basis, length = singular(columns)
+    basis, length = left_singular(columns)
     return basis[:, length > INDEPENDENT]
 
 

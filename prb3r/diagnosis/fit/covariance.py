@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
-from prb3r.diagnosis.fit.basis import singular
+from prb3r.diagnosis.fit.basis import left_singular
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -79,7 +79,7 @@ class Block:
 def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
     """The block of the readings numbered `rows` (b,); each of the `columns` (b, k) is their change by one standard
     deviation of one common cause, in units whitened so far."""
-    basis, size = singular(columns)
+    basis, size = left_singular(columns)
     kept = size > FELT
     return Block(rows, basis[:, kept], 1 - 1 / np.sqrt(1 + size[kept] ** 2))
 

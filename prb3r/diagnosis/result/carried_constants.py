@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.result.same_rig import modulus_ratio, same_geometry
+from prb3r.diagnosis.result.same_rig import same_geometry, stiffness_ratio
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import EdgeWrap
@@ -42,7 +42,7 @@ def carried_constants(
     """
     stiffness, one_rig = constants.log_stiffness, same_geometry(here, there)
     if one_rig:
-        stiffness += np.log(modulus_ratio(here, there))  # it is as stiff as it was, whatever its file states
+        stiffness += np.log(stiffness_ratio(here, there))  # it is as stiff as it was, whatever its file states
     elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
         stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
     scatter = None if one_rig else plate_scatter(effects, here, most_faults)
@@ -61,9 +61,14 @@ def constants_left_behind(here: Manipulator, there: Manipulator, effects: Iterab
         return ()
     if there.friction.coefficient == 0:
         return ("friction, of which the design states none",)
-    at_edges = any(isinstance(effect, EdgeWrap) for effect in effects)
-    if (here.friction.wrap == "edges" or at_edges) != (there.friction.wrap == "edges" or at_edges):
+    if not turns_alike(here, there, effects):
         return (
             f'the friction coefficient found, which goes with wrap = "{here.friction.wrap}": the design keeps its own',
         )
     return ()
+
+
+def turns_alike(here: Manipulator, there: Manipulator, effects: Iterable[Effect]) -> bool:
+    """Whether friction counts the same turns of a cable on both manipulators, if `effects` are carried over from the
+    first to the second: net or at both edges of a hole."""
+    return here.friction.wrap == there.friction.wrap or any(isinstance(effect, EdgeWrap) for effect in effects)

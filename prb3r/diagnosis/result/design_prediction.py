@@ -23,7 +23,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
-from prb3r.diagnosis.result.workshop import sd_taken_for_modulus, within_tolerances
+from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.effects.base import Effect
@@ -86,9 +86,11 @@ def predict_design(
     if verdict == "unexplained":
         remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     if left:
-        remarks.append("what is left behind is taken to be absent there, and the bands hold nothing of it")
+        remarks.append(
+            "what is left behind is there as the design's file has it, or absent, and the bands hold nothing of it"
+        )
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
-    common = sd_taken_for_modulus(posterior.manipulator, design.given, posterior.tolerance)
+    common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
         known = design.of(rig).manipulator

@@ -71,8 +71,8 @@ class NamedEffect:
     delta_bic: float
     """Bayesian information criterion with the effect less that without; negative: better with it."""
     heldout_gain: float | None
-    """Share of the excess squared error on held-out sequences that the effect removes; None where nothing is held out
-    or there is no fit without the effect."""
+    """Share of the excess squared error on held-out sequences that the effect removes; None where nothing is held out,
+    where the effect is none of the rigs that were, or where there is no fit without it."""
     partial: bool
     """Whether the effect helps without the model explaining all."""
     without: FittedModel | None = field(repr=False)

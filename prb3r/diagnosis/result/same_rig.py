@@ -24,7 +24,7 @@ def same_geometry(first: Manipulator, other: Manipulator) -> bool:
     return all(_alike(*pair) for pair in lengths) and _same_mass(first, other) and _same_sections(first, other)
 
 
-def modulus_ratio(first: Manipulator, other: Manipulator) -> float:
+def stiffness_ratio(first: Manipulator, other: Manipulator) -> float:
     """How many times as stiff as those of `other` the plates of `first` are as stated, for two files of one rig."""
     return float(np.mean(first.bending_stiffness) / np.mean(other.bending_stiffness))
 

@@ -26,6 +26,7 @@ from prb3r.diagnosis.result.carried_constants import (
     constants_left_behind,
     mean_stiffness,
     plate_scatter,
+    turns_alike,
 )
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
@@ -34,6 +35,7 @@ from prb3r.diagnosis.result.posterior import Drawn, averaged
 from prb3r.diagnosis.result.same_rig import ROUNDED_APART, same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.friction import CableFriction, WornHole
 from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
@@ -47,13 +49,13 @@ class Carried:
     """Errors of the calibrated and of the explained model on it."""
     without: tuple[HeldOut | None, ...]
     """For each named effect the errors of the model without it, in the place of the calibrated one, and of the chosen
-    model; None where there is no fit without it."""
+    model; None where the effect is left behind, or where there is no fit without it."""
     same_geometry: bool
     """Whether it is of the same manipulator but for constants and names."""
     effects: tuple[Effect, ...]
     """Effects that were carried over, as they act there."""
     left_behind: tuple[str, ...]
-    """Effects that could not be carried over, each with the reason."""
+    """Effects and constants that could not be carried over, each with the reason."""
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
@@ -78,7 +80,10 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     chosen = seen(named)
 
     def errors_without(effect: NamedEffect) -> HeldOut | None:
-        return None if effect.without is None else compared(predict, noise, seen(effect.without), chosen)
+        rest = effect.without
+        if rest is None or len(carried_effects(rest.effects, nominal, other, most)[0]) == len(carried):
+            return None
+        return compared(predict, noise, seen(rest), chosen)
 
     return Carried(
         heldout=compared(predict, noise, calibrated, explained),
@@ -131,11 +136,14 @@ def _possible(
 
     `moved`: effects found on the manipulator `here`, each as it acts there, or with the reason why it stays behind.
     """
-    carried, left = list[Effect](), list[str]()
+    moved, carried, left = tuple(moved), list[Effect](), list[str]()
     stated = [effect for effect in there.effect if effect not in here.effect]
+    alike = turns_alike(here, there, (found for found, _ in moved))
     for found, moves in moved:
         if isinstance(moves, str):
             left.append(moves)
+        elif isinstance(found, CableFriction | WornHole) and not alike:
+            left.append(f'{effect_in_words(found)}, which goes with wrap = "{here.friction.wrap}"')
         elif any(_in_place_of_one(moves, effect) for effect in stated):
             left.append(f"{effect_in_words(found)}, of which this design's file states its own")
         elif problems := tuple(moves.problems(there)):

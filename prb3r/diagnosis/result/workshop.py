@@ -27,7 +27,7 @@ def within_tolerances(
     return chain
 
 
-def sd_taken_for_modulus(here: Manipulator, there: Manipulator, tolerance: Tolerance) -> float:
+def common_stiffness_sd(here: Manipulator, there: Manipulator, tolerance: Tolerance) -> float:
     """Standard deviation of the ln of the stiffness of all plates of `there`, beside what the recording of `here` tells
     of Young's modulus.
 

@@ -17,8 +17,8 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.mechanics.equilibrium import Equilibria
-from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.friction import CableFriction
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 
@@ -67,17 +67,15 @@ def _rubbing_as(nominal: Manipulator, known: Manipulator) -> Manipulator:
     """The manipulator `known` with the friction of all cables where the `nominal` one has it: in the coefficient or,
     where that is 0, as an effect."""
 
-    def of_all(effect: Effect) -> bool:
-        return effect.kind == RUBBING and not getattr(effect, "cables", None)
-
-    found = [effect for effect in known.effect if of_all(effect) and effect not in nominal.effect]
+    of_all = [effect for effect in known.effect if isinstance(effect, CableFriction) and not effect.cables]
+    found = [effect for effect in of_all if effect not in nominal.effect]
     coefficient = known.friction.coefficient
     if nominal.friction.coefficient > 0 and found:
         others = [effect for effect in known.effect if effect not in found]
-        friction = known.friction.model_copy(update={"coefficient": found[-1].model_dump()["coefficient"]})
+        friction = known.friction.model_copy(update={"coefficient": found[-1].coefficient})
         return known.model_copy(update={"friction": friction, "effect": others})
-    if nominal.friction.coefficient == 0 < coefficient and not any(map(of_all, known.effect)):
-        rubbing = EFFECT_KINDS[RUBBING].model_validate({"kind": RUBBING, "coefficient": coefficient})
+    if nominal.friction.coefficient == 0 < coefficient and not of_all:
+        rubbing = CableFriction(kind="cable_friction", coefficient=coefficient)
         return known.model_copy(update={"effect": [rubbing, *known.effect]})
     return known
 
